@@ -1,0 +1,55 @@
+//! Linear RGBA images and what a screen shows of them. Knows no file format.
+
+/// Linear light, f32, row 0 on top. RGB is premultiplied by alpha where alpha is below 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// `width * height` pixels, row by row: radiance R, G, B and opacity A in 0..1.
+    pub pixels: Vec<[f32; 4]>,
+}
+
+impl Image {
+    /// An image of one colour.
+    pub fn filled(width: u32, height: u32, pixel: [f32; 4]) -> Self {
+        Self { width, height, pixels: vec![pixel; width as usize * height as usize] }
+    }
+
+    /// The pixel in column `x` of row `y`.
+    ///
+    /// # Panics
+    /// If `x` or `y` is outside the image.
+    pub fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
+        self.pixels[y as usize * self.width as usize + x as usize]
+    }
+
+    /// What a screen shows: colour times `exposure`, sRGB-encoded, 8 bits a channel, straight alpha.
+    pub fn to_srgb8(&self, exposure: f32) -> Vec<u8> {
+        self.pixels
+            .iter()
+            .flat_map(|&[r, g, b, a]| {
+                let straight = if a > 0.0 { exposure / a.min(1.0) } else { 0.0 };
+                let [r, g, b] = [r, g, b].map(|c| quantised(srgb_from_linear(c * straight)));
+                [r, g, b, quantised(a)]
+            })
+            .collect()
+    }
+}
+
+/// The sRGB transfer curve (IEC 61966-2-1); values outside 0..1 are clamped, NaN becomes 0.
+pub fn srgb_from_linear(linear: f32) -> f32 {
+    let c = linear.clamp(0.0, 1.0);
+    if c <= 0.003_130_8 {
+        c * 12.92
+    } else if c.is_nan() {
+        0.0
+    } else {
+        1.055 * c.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+fn quantised(value: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0).round() as u8
+}

@@ -1,0 +1,150 @@
+//! A volume: voxel values, where they lie in the world, and what the values look like as a whole.
+//! Knows no file format and no light; values stay as they were stored.
+//!
+//! ```text
+//! index space: voxel centres at integers        world space: right-handed, y up
+//!   -0.5        0        1  ...  n-1    n-0.5
+//!    |----------x--------x-- ... -x-------|     world = world_from_index * index
+//!    border: clamped                   border
+//! ```
+
+mod placement;
+pub mod presets;
+mod statistics;
+
+use glam::{DMat4, DVec3};
+use ndarray::Array3;
+
+use crate::error::{Error, Result};
+use crate::math::Aabb;
+pub use placement::{Axis, world_from_index_in_bounds};
+pub use statistics::Statistics;
+
+/// The longest a volume may be along one axis.
+pub const MAX_DIM: usize = 1 << 20;
+
+/// Voxel values on a regular grid and their place in the world.
+///
+/// Between voxel centres the density is trilinear, within half a voxel of the border it is clamped,
+/// outside of [`Volume::domain`] it is zero.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    /// What the source calls it: a preset, a file's stem, a grid.
+    pub name: String,
+    /// Density, shape (z, y, x), in the source's own unit; finite and at least 0.
+    values: Array3<f32>,
+    /// From voxel index (x, y, z) to world position, column vectors.
+    world_from_index: DMat4,
+    /// The part of index space that holds medium.
+    domain: Aabb,
+    /// How many stored values were negative, NaN or infinite and render as 0.
+    replaced: usize,
+}
+
+impl Volume {
+    /// A dense volume from values of shape (z, y, x). Negative, NaN and infinite values become 0
+    /// and are counted ([`Volume::replaced`]).
+    ///
+    /// # Errors
+    /// If an axis is empty or longer than [`MAX_DIM`], or if `world_from_index` has no inverse.
+    pub fn new(
+        name: impl Into<String>,
+        mut values: Array3<f32>,
+        world_from_index: DMat4,
+    ) -> Result<Self> {
+        let name = name.into();
+        let (nz, ny, nx) = values.dim();
+        if [nx, ny, nz].iter().any(|&n| n == 0 || n > MAX_DIM) {
+            let why = format!("dims {nx},{ny},{nz} must each be 1 to {MAX_DIM}");
+            return Err(Error::value(name, why));
+        }
+        let determinant = world_from_index.determinant();
+        if !determinant.is_normal() || !world_from_index.is_finite() {
+            let why = format!("world_from_index has no inverse (determinant {determinant})");
+            return Err(Error::value(name, why));
+        }
+        let mut replaced = 0;
+        values.mapv_inplace(|v| {
+            let renders = v >= 0.0 && v.is_finite();
+            replaced += usize::from(!renders);
+            if renders { v } else { 0.0 }
+        });
+        let top = DVec3::new(nx as f64, ny as f64, nz as f64) - 0.5;
+        let domain = Aabb { min: DVec3::splat(-0.5), max: top };
+        Ok(Self { name, values, world_from_index, domain, replaced })
+    }
+
+    /// The same volume elsewhere.
+    ///
+    /// # Errors
+    /// If `world_from_index` has no inverse.
+    pub fn placed(self, world_from_index: DMat4) -> Result<Self> {
+        let replaced = self.replaced;
+        let volume = Self::new(self.name, self.values, world_from_index)?;
+        Ok(Self { domain: self.domain, replaced, ..volume })
+    }
+
+    /// The same volume with medium only inside `domain` (index space), as for sparse grids whose
+    /// medium ends one voxel outside their active bounding box. Cut to the voxels' own extent.
+    #[must_use]
+    pub fn with_domain(mut self, domain: Aabb) -> Self {
+        self.domain.min = self.domain.min.max(domain.min);
+        self.domain.max = self.domain.max.min(domain.max);
+        self
+    }
+
+    /// The same volume with the values `low..high` mapped to 0..1, clamped on both sides, voxel by
+    /// voxel before interpolation.
+    ///
+    /// # Errors
+    /// If the window is empty or not finite.
+    pub fn windowed(mut self, [low, high]: [f32; 2]) -> Result<Self> {
+        if !(low < high && low.is_finite() && high.is_finite()) {
+            return Err(Error::value("window", format!("{low},{high} is not LO,HI with LO < HI")));
+        }
+        let scale = 1.0 / (high - low);
+        self.values.mapv_inplace(|v| ((v - low) * scale).clamp(0.0, 1.0));
+        Ok(self)
+    }
+
+    /// Densities, shape (z, y, x), standard layout, finite and at least 0.
+    pub fn values(&self) -> &Array3<f32> {
+        &self.values
+    }
+
+    /// Voxels along x, y, z.
+    pub fn dims(&self) -> [usize; 3] {
+        let (z, y, x) = self.values.dim();
+        [x, y, z]
+    }
+
+    /// From voxel index (x, y, z) to world position, column vectors.
+    pub fn world_from_index(&self) -> &DMat4 {
+        &self.world_from_index
+    }
+
+    /// The part of index space that holds medium; -0.5 .. n-0.5 for a dense volume.
+    pub fn domain(&self) -> Aabb {
+        self.domain
+    }
+
+    /// The box around the domain in world space.
+    pub fn world_bounds(&self) -> Aabb {
+        self.domain.transformed(&self.world_from_index)
+    }
+
+    /// The corners of the domain in world space, x fastest.
+    pub fn world_corners(&self) -> [DVec3; 8] {
+        self.domain.corners().map(|p| self.world_from_index.transform_point3(p))
+    }
+
+    /// How many stored values were negative, NaN or infinite and render as 0.
+    pub fn replaced(&self) -> usize {
+        self.replaced
+    }
+
+    /// Range, mean and the level of the border, of all voxels.
+    pub fn statistics(&self) -> Statistics {
+        Statistics::of(&self.values)
+    }
+}

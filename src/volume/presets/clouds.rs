@@ -1,0 +1,124 @@
+//! Clouds: spectral noise with a vertical profile, a layer with gaps. Index z is up.
+
+use ndarray::Array3;
+use rayon::prelude::*;
+use realfft::RealFftPlanner;
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+
+use super::numpy_random::StandardNormal;
+
+/// Amplitude falls as the wave number to this power.
+const SLOPE: f64 = -11.0 / 6.0 - 0.25;
+/// Nothing below this many cycles over the layer's width.
+const LOWEST_CYCLES: f64 = 3.0;
+
+type Wave = Complex<f32>;
+
+/// `n` x `n` x `nz` voxels from the noise of `seed`.
+pub(super) fn voxels(n: usize, nz: usize, seed: u32) -> Array3<f32> {
+    let noise = filtered_noise(n, nz, seed);
+    let count = noise.len() as f64;
+    let mean = noise.par_iter().map(|&v| f64::from(v)).sum::<f64>() / count;
+    let variance = noise.par_iter().map(|&v| (f64::from(v) - mean).powi(2)).sum::<f64>() / count;
+    let profile: Vec<f64> = (0..nz)
+        .map(|z| {
+            let height = (z as f64 + 0.5) / nz as f64;
+            0.9 * (1.0 - (2.0 * height - 0.9).powi(2) * 1.4) - 0.55
+        })
+        .collect();
+    let gain = 0.35 / variance.sqrt();
+    Array3::from_shape_fn((nz, n, n), |(z, y, x)| {
+        super::eight_bits(gain * f64::from(noise[(x * n + y) * nz + z]) + profile[z])
+    })
+}
+
+/// White noise of `n` x `n` x `4 nz` (z fastest), filtered in the frequency domain; its first `nz`
+/// layers.
+fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
+    let depth = nz * 4;
+    let mut normals = StandardNormal::seeded(seed);
+    let mut noise: Vec<f32> = std::iter::repeat_with(|| normals.next()).take(n * n * depth).collect();
+
+    let mut planner = RealFftPlanner::<f32>::new();
+    let (along_z, back_z) = (planner.plan_fft_forward(depth), planner.plan_fft_inverse(depth));
+    let mut planner = FftPlanner::<f32>::new();
+    let (along, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let waves = depth / 2 + 1;
+
+    // For each x: along z, then along y; kept as [x][kz][y].
+    let mut by_x = vec![Wave::default(); n * waves * n];
+    by_x.par_chunks_exact_mut(waves * n).zip(noise.par_chunks_exact_mut(n * depth)).for_each(
+        |(plane, rows)| {
+            let mut row_waves = vec![Wave::default(); waves];
+            for (y, row) in rows.chunks_exact_mut(depth).enumerate() {
+                // The lengths are the planner's own, which is all that it can complain of.
+                let _ = along_z.process(row, &mut row_waves);
+                for (kz, wave) in row_waves.iter().enumerate() {
+                    plane[kz * n + y] = *wave;
+                }
+            }
+            along.process(plane);
+        },
+    );
+    // For each kz: along x, the filter, back along x and y; kept as [kz][x][y].
+    let mut by_kz = vec![Wave::default(); waves * n * n];
+    by_kz.par_chunks_exact_mut(n * n).enumerate().for_each(|(kz, plane)| {
+        for x in 0..n {
+            for (y, wave) in by_x[(x * waves + kz) * n..][..n].iter().enumerate() {
+                plane[y * n + x] = *wave;
+            }
+        }
+        along.process(plane);
+        for (y, row) in plane.chunks_exact_mut(n).enumerate() {
+            for (x, wave) in row.iter_mut().enumerate() {
+                *wave *= amplitude([frequency(x, n), frequency(y, n), kz as f64 / depth as f64], n);
+            }
+        }
+        back.process(plane);
+        transpose(plane, n);
+        back.process(plane);
+    });
+    drop(by_x);
+    // For each x: back along z, of which the first layers are kept; [x][y][z].
+    let mut field = vec![0.0; n * n * nz];
+    field.par_chunks_exact_mut(n * nz).enumerate().for_each(|(x, plane)| {
+        let mut columns = vec![Wave::default(); n * waves];
+        for kz in 0..waves {
+            for (y, wave) in by_kz[(kz * n + x) * n..][..n].iter().enumerate() {
+                columns[y * waves + kz] = *wave;
+            }
+        }
+        let mut layers = vec![0.0; depth];
+        for (waves, kept) in columns.chunks_exact_mut(waves).zip(plane.chunks_exact_mut(nz)) {
+            // The ends of a real signal's spectrum are real; rounding leaves them almost so.
+            waves[0].im = 0.0;
+            if let Some(last) = waves.last_mut() {
+                last.im = 0.0;
+            }
+            let _ = back_z.process(waves, &mut layers);
+            kept.copy_from_slice(&layers[..nz]);
+        }
+    });
+    field
+}
+
+/// Cycles a voxel of the wave with index `i` of `n`.
+fn frequency(i: usize, n: usize) -> f64 {
+    let i = i as f64;
+    let n = n as f64;
+    (if i < n / 2.0 { i } else { i - n }) / n
+}
+
+fn amplitude(cycles: [f64; 3], n: usize) -> f32 {
+    let k2: f64 = cycles.iter().map(|c| c * c).sum();
+    if k2.sqrt() * (n as f64) < LOWEST_CYCLES { 0.0 } else { k2.powf(SLOPE / 2.0) as f32 }
+}
+
+fn transpose(plane: &mut [Wave], n: usize) {
+    for y in 0..n {
+        for x in 0..y {
+            plane.swap(y * n + x, x * n + y);
+        }
+    }
+}

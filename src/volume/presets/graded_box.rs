@@ -1,0 +1,8 @@
+//! Box: a cube that grows more opaque towards its centre.
+
+use ndarray::Array3;
+
+/// One minus the Chebyshev distance from the centre.
+pub(super) fn voxels(n: usize) -> Array3<f32> {
+    super::cube(n, |[x, y, z]| 1.0 - x.abs().max(y.abs()).max(z.abs()))
+}
