@@ -147,4 +147,16 @@ impl Volume {
     pub fn statistics(&self) -> Statistics {
         Statistics::of(&self.values)
     }
+
+    /// Integrals of density over world length through all columns of voxels along the index axis
+    /// that is closest to `direction` (world), columns without medium left out, rising.
+    pub fn column_integrals(&self, direction: DVec3) -> Vec<f64> {
+        let steps = [DVec3::X, DVec3::Y, DVec3::Z]
+            .map(|axis| self.world_from_index.transform_vector3(axis));
+        let along = steps.map(|step| (step.normalize_or_zero().dot(direction)).abs());
+        let axis = if along[0] >= along[1].max(along[2]) { 0 } else { 1 + usize::from(along[2] > along[1]) };
+        let spacing = steps[axis].length();
+        let sums = statistics::nonempty_column_sums(&self.values, axis);
+        sums.into_iter().map(|sum| sum * spacing).collect()
+    }
 }

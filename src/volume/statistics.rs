@@ -49,3 +49,16 @@ fn border(values: &Array3<f32>) -> f32 {
     let rank = (shell.len() - 1) * 99 / 100;
     *shell.select_nth_unstable_by(rank, f32::total_cmp).1
 }
+
+/// Sums of `values` (shape (z, y, x)) along `axis` (0 = x, 1 = y, 2 = z), of all columns that hold
+/// anything, rising.
+pub(super) fn nonempty_column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64> {
+    let mut sums: Vec<f64> = values
+        .lanes(Axis(2 - axis))
+        .into_iter()
+        .map(|lane| lane.iter().map(|&v| f64::from(v)).sum())
+        .filter(|&sum| sum > 0.0)
+        .collect();
+    sums.sort_unstable_by(f64::total_cmp);
+    sums
+}

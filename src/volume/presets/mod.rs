@@ -8,9 +8,12 @@ mod crossed_rods;
 mod graded_box;
 mod numpy_random;
 
+use glam::DVec3;
 use ndarray::Array3;
 
+use super::{Axis, Volume, world_from_index_in_bounds};
 use crate::error::{Error, Result};
+use crate::math::Aabb;
 
 /// A volume that the library makes itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +40,22 @@ impl Preset {
             Self::Rods => "rods",
             Self::Clouds => "clouds",
         }
+    }
+
+    /// The volume, its longest edge 1 world length, centred at the world's origin, with the file
+    /// axis `up` along the world's y.
+    ///
+    /// # Errors
+    /// Never for these presets; the placement of volumes can fail in general.
+    pub fn volume(self, up: Axis) -> Result<Volume> {
+        let voxels = self.voxels();
+        let (z, y, x) = voxels.dim();
+        let dims = [x, y, z];
+        let longest = x.max(y).max(z) as f64;
+        let turned = up.world_from_file() * DVec3::from_array(dims.map(|n| n as f64));
+        let half = turned.abs() / longest * 0.5;
+        let bounds = Aabb { min: -half, max: half };
+        Volume::new(self.name(), voxels, world_from_index_in_bounds(dims, &bounds, up)?)
     }
 
     /// Densities, shape (z, y, x).

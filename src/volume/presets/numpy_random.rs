@@ -26,7 +26,7 @@ struct Strip {
 
 const MULTIPLIER: u128 = 0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645;
 /// Where the tail begins, and its inverse.
-const TAIL: f64 = 3.654_152_885_361_008_8;
+const TAIL: f64 = 3.654_152_885_361_009;
 /// Area of each strip.
 const AREA: f64 = 0.004_928_673_233_974_655;
 const MANTISSA: f64 = 8_388_608.0;

@@ -1,0 +1,162 @@
+//! Pass `march_view`: from the camera through the volume, each step lit through the shadow map, and
+//! on to the ground or the background.
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use crate::frame::{Frame, OPAQUE_TRANSMITTANCE, VIEW_STEPS_PER_VOXEL};
+use crate::image::Image;
+use crate::kernel::density::{Density, sample_density};
+use crate::kernel::light::{irradiance_at, light_coordinates, light_direction_at};
+use crate::kernel::medium::{phase, step_opacity};
+use crate::kernel::ray::{Ray, intersect_box, step_count};
+use crate::kernel::view::{
+    camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
+};
+use crate::progress::Progress;
+use crate::shadow::ShadowMap;
+use crate::volume::Volume;
+
+/// The whole picture: premultiplied linear radiance and opacity.
+pub(super) fn march_view(
+    volume: &Volume,
+    frame: &Frame,
+    map: &dyn ShadowMap,
+    progress: &dyn Progress,
+) -> Image {
+    let [width, height, samples, _] = frame.sizes;
+    progress.begin("picture", u64::from(height));
+    let view = View { density: Density::of(volume), frame, map };
+    let mut image = Image::filled(width, height, [0.0; 4]);
+    image.pixels.par_chunks_exact_mut(width as usize).enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            let mut sum = Vec4::ZERO;
+            for i in 0..samples {
+                let offset = pixel_offset(i, samples);
+                let at = |c: usize, offset: f32, n: u32| (c as f32 + offset) / n as f32;
+                let ray =
+                    camera_ray(frame, at(x, offset.x, width), at(y, offset.y, height));
+                sum += view.march(&ray);
+            }
+            *pixel = (sum / samples as f32).to_array();
+        }
+        progress.advance(1);
+    });
+    image
+}
+
+/// What a camera ray meets.
+struct View<'a> {
+    density: Density<'a>,
+    frame: &'a Frame,
+    map: &'a dyn ShadowMap,
+}
+
+/// The part of a camera ray in the volume, cut into steps.
+struct Steps {
+    enter: f32,
+    step: f32,
+    count: u32,
+    index_ray: Ray,
+}
+
+impl View<'_> {
+    fn march(&self, ray: &Ray) -> Vec4 {
+        let ground = ground_distance(self.frame, ray);
+        let steps = self.steps(ray, if ground > 0.0 { ground } else { f32::INFINITY });
+        let (light, through) = if self.frame.methods[3] == 1 {
+            self.paper_shading(ray, &steps)
+        } else {
+            self.single_scattering(ray, &steps)
+        };
+        let behind = if ground > 0.0 {
+            let point = ray.at(ground);
+            let mut light = light_coordinates(self.frame, point);
+            light.z = surface_depth(self.frame, light);
+            ground_radiance(self.frame, point, self.lookup(light)).extend(1.0)
+        } else {
+            self.frame.background
+        };
+        light.extend(1.0 - through) + through * behind.truncate().extend(behind.w)
+    }
+
+    fn steps(&self, ray: &Ray, farthest: f32) -> Steps {
+        let frame = self.frame;
+        let index_ray = ray.transformed(&frame.index_from_frame);
+        let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+        let (enter, exit) = intersect_box(&index_ray, min, max);
+        let length = exit.min(farthest) - enter;
+        if length <= 0.0 {
+            return Steps { enter, step: 0.0, count: 0, index_ray };
+        }
+        let voxels = length * index_ray.direction.length();
+        let count = step_count(voxels, VIEW_STEPS_PER_VOXEL, frame.steps[2], frame.steps[3]);
+        Steps { enter, step: length / count as f32, count, index_ray }
+    }
+
+    /// Transmittance from the light to a point.
+    fn transmittance(&self, point: Vec3) -> f32 {
+        self.lookup(light_coordinates(self.frame, point))
+    }
+
+    /// Transmittance at (u, v, depth).
+    fn lookup(&self, light: Vec3) -> f32 {
+        if self.frame.methods[2] == 0 {
+            self.map.nearest(light.x, light.y, light.z)
+        } else {
+            self.map.bilinear(light.x, light.y, light.z)
+        }
+    }
+
+    /// Radiance scattered towards the camera, and the transmittance of the whole ray.
+    fn single_scattering(&self, ray: &Ray, steps: &Steps) -> (Vec3, f32) {
+        let frame = self.frame;
+        let albedo = frame.albedo.truncate();
+        let ambient = frame.ambient.truncate();
+        let extinction_step = frame.domain_min.w * steps.step;
+        let (mut light, mut through) = (Vec3::ZERO, 1.0_f32);
+        for i in 0..steps.count {
+            let t = steps.enter + (i as f32 + 0.5) * steps.step;
+            let tau = sample_density(&self.density, steps.index_ray.at(t)) * extinction_step;
+            if tau <= 0.0 {
+                continue;
+            }
+            let point = ray.at(t);
+            let cosine = -ray.direction.dot(light_direction_at(frame, point));
+            let lit = irradiance_at(frame, point)
+                * (phase(frame.albedo.w, cosine) * self.transmittance(point));
+            let opacity = step_opacity(tau);
+            light += through * opacity * albedo * (lit + ambient);
+            through *= 1.0 - opacity;
+            if through < OPAQUE_TRANSMITTANCE {
+                return (light, 0.0);
+            }
+        }
+        (light, through)
+    }
+
+    /// The paper's shading: the sampled value as colour and opacity, accumulated unshadowed, then
+    /// darkened by the plain average of the opacities looked up at equal distances along the ray.
+    fn paper_shading(&self, ray: &Ray, steps: &Steps) -> (Vec3, f32) {
+        let frame = self.frame;
+        let extinction_step = frame.domain_min.w * steps.step;
+        let brightest = frame.domain_max.w.max(1e-30);
+        let (mut colour, mut through) = (0.0_f32, 1.0_f32);
+        for i in 0..steps.count {
+            let t = steps.enter + (i as f32 + 0.5) * steps.step;
+            let density = sample_density(&self.density, steps.index_ray.at(t));
+            let opacity = step_opacity(density * extinction_step);
+            colour += through * opacity * (density / brightest);
+            through *= 1.0 - opacity;
+        }
+        let lookups = frame.counts[0];
+        let length = steps.step * steps.count as f32;
+        let mut shadow = 0.0;
+        for i in 0..lookups {
+            let t = steps.enter + (i as f32 + 0.5) / lookups as f32 * length;
+            shadow += 1.0 - self.transmittance(ray.at(t));
+        }
+        let lit = 1.0 - shadow / lookups as f32;
+        (Vec3::splat(colour * if steps.count > 0 { lit } else { 0.0 }), through)
+    }
+}

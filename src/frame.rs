@@ -1,0 +1,205 @@
+//! One picture boiled down to f32: the numbers that both backends see, laid out as the shaders read
+//! them (`shaders/kernel/frame.wgsl`). Made once from a scene in f64, so that a difference between
+//! backends cannot come from the set-up. Knows no backend.
+//!
+//! Positions are in *frame space*: world space moved so that the volume's centre is the origin,
+//! which keeps f32 sharp for volumes far from the world's origin. Lengths are world lengths.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3, Vec4};
+
+use crate::error::{Error, Result};
+use crate::scene::{LightView, Scene};
+use crate::settings::{Crossing, Filter, Lookup, Settings, Shading};
+
+/// Steps along a light ray for each voxel length that it crosses, at most [`Settings::steps`].
+pub const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
+/// Steps along a light ray at least, for small volumes.
+pub const LIGHT_STEPS_LEAST: u32 = 64;
+/// Steps along a camera ray for each voxel length that it crosses.
+pub const VIEW_STEPS_PER_VOXEL: f32 = 2.0;
+/// Steps along a camera ray at least.
+pub const VIEW_STEPS_LEAST: u32 = 128;
+/// Transmittance below which a camera ray ends: a quarter of what an 8-bit picture can show.
+pub const OPAQUE_TRANSMITTANCE: f32 = 1.0 / 1024.0;
+
+/// Parameters of a frame, in uniform-buffer layout: vectors of four throughout.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Frame {
+    /// Rows of the affine map from frame space to voxel index.
+    pub index_from_frame: [Vec4; 3],
+    /// xyz: lower corner of the medium in index space; w: extinction per unit of density.
+    pub domain_min: Vec4,
+    /// xyz: upper corner of the medium in index space; w: largest density.
+    pub domain_max: Vec4,
+    /// xyz: scattering albedo; w: Henyey-Greenstein g.
+    pub albedo: Vec4,
+
+    /// Origin of the light ray through map position (0, 0); w unused.
+    pub light_origin: Vec4,
+    /// Its change over the map's width.
+    pub light_origin_u: Vec4,
+    /// Its change over the map's height.
+    pub light_origin_v: Vec4,
+    /// Direction of the light ray through (0, 0), not normalised.
+    pub light_direction: Vec4,
+    /// Its change over the map's width.
+    pub light_direction_u: Vec4,
+    /// Its change over the map's height.
+    pub light_direction_v: Vec4,
+    /// Rows of the map from frame space to (u, v, depth, 1) times the fourth.
+    pub light_from_frame: [Vec4; 4],
+    /// xyz: position of a point or spot light; w: 1 for those, 0 for a directional light.
+    pub light_position: Vec4,
+    /// xyz: axis of a spot light; w: cosine where its cone begins to fade.
+    pub light_axis: Vec4,
+    /// xyz: irradiance (at distance 1 where the light has a position); w: cosine at the cone's edge.
+    pub irradiance: Vec4,
+    /// xyz: ambient radiance; w unused.
+    pub ambient: Vec4,
+
+    /// Origin of the camera ray through the picture's upper left corner; w unused.
+    pub view_origin: Vec4,
+    /// Its change over the picture's width.
+    pub view_origin_x: Vec4,
+    /// Its change over the picture's height.
+    pub view_origin_y: Vec4,
+    /// Direction of that ray, not normalised.
+    pub view_direction: Vec4,
+    /// Its change over the picture's width.
+    pub view_direction_x: Vec4,
+    /// Its change over the picture's height.
+    pub view_direction_y: Vec4,
+
+    /// Ground: height, albedo, half extent (infinite if endless), 1 if there is one.
+    pub ground: Vec4,
+    /// xyz: the world's origin in frame space, below which the ground is centred; w unused.
+    pub world_origin: Vec4,
+    /// xyz: background radiance; w: 1 if there is one.
+    pub background: Vec4,
+
+    /// xyz: the opacities whose depths the threshold map keeps; w unused.
+    pub thresholds: Vec4,
+    /// Optical depths of those opacities; w unused.
+    pub threshold_depths: Vec4,
+
+    /// Picture width and height, camera rays a pixel, texels along the map's edge.
+    pub sizes: [u32; 4],
+    /// Light steps at least and at most, camera steps at least and at most.
+    pub steps: [u32; 4],
+    /// Numbers of: crossing, lookup, filter, shading.
+    pub methods: [u32; 4],
+    /// Lookups a ray of the paper's shading; the rest unused.
+    pub counts: [u32; 4],
+}
+
+impl Frame {
+    /// How many vectors of floats stand before the integers.
+    const VECTORS: usize = size_of::<Self>() / size_of::<Vec4>() - 4;
+
+    /// The frame of `scene` under `settings`.
+    ///
+    /// # Errors
+    /// If the light cannot be fitted to the volume ([`LightView::fit`]).
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self> {
+        let view = LightView::fit(&scene.light, &scene.volume)?;
+        Self::with_light_view(scene, settings, &view)
+    }
+
+    /// The frame of `scene` under `settings`, with a given view of the light.
+    ///
+    /// # Errors
+    /// If a scene is too large or too far away for f32.
+    pub fn with_light_view(scene: &Scene, settings: &Settings, light: &LightView) -> Result<Self> {
+        let volume = &scene.volume;
+        let center = volume.world_bounds().center();
+        let at = |p: DVec3| (p - center).as_vec3().extend(0.0);
+        let along = |v: DVec3| v.as_vec3().extend(0.0);
+        let world_from_frame = glam::DMat4::from_translation(center);
+        let index_from_frame = volume.world_from_index().inverse() * world_from_frame;
+        let light_from_frame = light.light_from_world * world_from_frame;
+        let rays = {
+            let [width, height] = settings.image_size.map(f64::from);
+            scene.camera.rays(width / height)
+        };
+        let [inner, outer] = scene.light.cone_cosines().map(|c| c as f32);
+        let axis = match scene.light.kind {
+            crate::scene::LightKind::Spot { direction, .. } => direction.normalize_or_zero(),
+            _ => DVec3::ZERO,
+        };
+        let ground = scene.ground.map_or(Vec4::ZERO, |ground| {
+            let extent = ground.half_extent.map_or(f32::INFINITY, |e| e as f32);
+            Vec4::new((ground.height - center.y) as f32, ground.albedo as f32, extent.min(1e30), 1.0)
+        });
+        let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
+        let view_most = settings.view_steps.unwrap_or(u32::MAX);
+        let light_most = settings.steps;
+        let paper = settings.shading == Shading::Paper;
+        let frame = Self {
+            index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
+            domain_min: volume.domain().min.as_vec3().extend(scene.medium.density_scale as f32),
+            domain_max: volume.domain().max.as_vec3().extend(volume.statistics().max),
+            albedo: scene.medium.albedo.as_vec3().extend(scene.medium.phase_g as f32),
+            light_origin: at(light.origin),
+            light_origin_u: along(light.origin_u),
+            light_origin_v: along(light.origin_v),
+            light_direction: along(light.direction),
+            light_direction_u: along(light.direction_u),
+            light_direction_v: along(light.direction_v),
+            light_from_frame: [0, 1, 2, 3].map(|i| light_from_frame.row(i).as_vec4()),
+            light_position: light.position.map_or(Vec4::ZERO, |p| at(p).truncate().extend(1.0)),
+            light_axis: axis.as_vec3().extend(inner),
+            irradiance: scene.light.irradiance.as_vec3().extend(outer),
+            ambient: along(scene.ambient),
+            view_origin: at(rays.origin),
+            view_origin_x: along(rays.origin_x),
+            view_origin_y: along(rays.origin_y),
+            view_direction: along(rays.direction),
+            view_direction_x: along(rays.direction_x),
+            view_direction_y: along(rays.direction_y),
+            ground,
+            world_origin: at(DVec3::ZERO),
+            background: scene.background.map_or(Vec4::ZERO, |b| b.as_vec3().extend(1.0)),
+            thresholds: thresholds.extend(0.0),
+            threshold_depths: (-(Vec3::ONE - thresholds).map(f32::ln)).extend(0.0),
+            sizes: [
+                settings.image_size[0],
+                settings.image_size[1],
+                settings.samples,
+                settings.map_size,
+            ],
+            steps: [
+                if paper { light_most } else { LIGHT_STEPS_LEAST.min(light_most) },
+                light_most,
+                if paper { view_most.min(512) } else { VIEW_STEPS_LEAST.min(view_most) },
+                if paper { view_most.min(512) } else { view_most },
+            ],
+            methods: [
+                match settings.crossing {
+                    Crossing::Exact => 0,
+                    Crossing::Smoothstep => 1,
+                    Crossing::Bucket => 2,
+                },
+                match settings.lookup {
+                    Lookup::Default => 0,
+                    Lookup::Paper => 1,
+                },
+                match settings.filter {
+                    Filter::Nearest => 0,
+                    Filter::Bilinear => 1,
+                },
+                u32::from(paper),
+            ],
+            counts: [settings.light_samples, 0, 0, 0],
+        };
+        let finite = bytemuck::cast_slice::<Vec4, f32>(&frame.vectors()).iter().all(|v| v.is_finite());
+        if finite { Ok(frame) } else { Err(Error::value("scene", "its lengths do not fit f32")) }
+    }
+
+    /// All vectors, for checks.
+    fn vectors(&self) -> [Vec4; Self::VECTORS] {
+        let floats: &[f32] = bytemuck::cast_slice(std::slice::from_ref(self));
+        std::array::from_fn(|i| Vec4::from_slice(&floats[4 * i..]))
+    }
+}

@@ -1,0 +1,9 @@
+//! The numerical heart in f32: small functions, each the twin of a WGSL function of the same name
+//! in the file of the same name under `shaders/kernel/`. Knows no backend and no threads.
+
+pub mod density;
+pub mod light;
+pub mod medium;
+pub mod ray;
+pub mod threshold;
+pub mod view;

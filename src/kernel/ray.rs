@@ -1,0 +1,48 @@
+//! Rays against boxes, and how many steps a ray takes.
+
+use glam::{Vec3, Vec4};
+
+/// A ray in frame space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Unit length.
+    pub direction: Vec3,
+}
+
+impl Ray {
+    /// The point at distance `t`.
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + t * self.direction
+    }
+
+    /// The same ray in another space; its direction is no longer of unit length, so that `t` still
+    /// counts frame-space lengths.
+    #[must_use]
+    pub fn transformed(&self, rows: &[Vec4; 3]) -> Self {
+        let (origin, direction) = (self.origin.extend(1.0), self.direction.extend(0.0));
+        Self {
+            origin: Vec3::from_array(rows.map(|row| row.dot(origin))),
+            direction: Vec3::from_array(rows.map(|row| row.dot(direction))),
+        }
+    }
+}
+
+/// The part of a ray inside a box, as distances (enter, exit) with 0 <= enter; empty if
+/// exit <= enter. A direction of zero along an axis misses or hits for all distances.
+pub fn intersect_box(ray: &Ray, min: Vec3, max: Vec3) -> (f32, f32) {
+    // A tiny slope instead of none keeps 0 / 0 out; it moves nothing within f32.
+    let d = ray.direction;
+    let tiny = Vec3::splat(1e-30);
+    let d = Vec3::select(d.abs().cmplt(tiny), tiny, d);
+    let a = (min - ray.origin) / d;
+    let b = (max - ray.origin) / d;
+    let enter = a.min(b).max_element().max(0.0);
+    (enter, a.max(b).min_element())
+}
+
+/// How many steps to take over `voxels` voxel lengths.
+pub fn step_count(voxels: f32, per_voxel: f32, least: u32, most: u32) -> u32 {
+    ((voxels * per_voxel).ceil().min(16_777_216.0) as u32).clamp(least, most)
+}

@@ -1,0 +1,225 @@
+//! The threshold map's four numbers: what they hold and how transmittance is read from them.
+//!
+//! A texel holds (R, G, B, A): the depths where opacity first reaches the three thresholds t1 < t2 <
+//! t3 (10, 50 and 90 %), and the largest opacity A (volumetric deep shadow maps, "Implementation").
+//!
+//! **Unset channels.** Most texels never reach the last threshold. The paper leaves open what their
+//! channels hold; here it depends on the lookup that the map is made for:
+//! - `paper`: the ray's exit from the volume.
+//! - `default`: the depth where opacity reaches a fixed share of the texel's own A ([`levels`]).
+//!   A says which thresholds were reached, so a reader knows what each channel holds: the map
+//!   stays four numbers, and none is wasted.
+//!
+//! **Reconstruction** (`default`): optical depth as a monotone piecewise cubic through the three
+//! points, with slopes limited as by Fritsch and Carlson 1980, a quadratic onset in front of the
+//! first and a quadratic end behind the last. The onset's length comes from the slope between the
+//! first two points and not from where the ray enters the volume, so empty space stays unshadowed.
+
+use glam::{Vec3, Vec4};
+
+use crate::frame::Frame;
+
+/// Shares of A whose depths unset channels hold.
+pub const UNSET_SHARES: Vec3 = Vec3::new(0.1, 0.5, 0.85);
+/// How far above the last reached threshold the largest share must lie to be worth keeping.
+pub const LAST_SHARE_ABOVE: f32 = 1.26;
+/// How far above the first threshold the middle share must lie to be worth keeping.
+pub const MIDDLE_SHARE_ABOVE: f32 = 1.65;
+/// Largest optical depth that a reconstruction ends at; in f32, 1 - A is zero soon after.
+pub const LARGEST_OPTICAL_DEPTH: f32 = 16.0;
+/// Opacity below which a texel is empty.
+pub const SMALLEST_OPACITY: f32 = 1e-6;
+
+/// The opacities whose depths the three channels of a texel with largest opacity `a` hold, for the
+/// `default` lookup: the thresholds where reached, else shares of `a`. Not always rising.
+pub fn levels(a: f32, thresholds: Vec3) -> Vec3 {
+    let shares = a * UNSET_SHARES;
+    let [t1, t2, t3] = thresholds.to_array();
+    if a >= t3 {
+        thresholds
+    } else if a >= t2 {
+        let above = shares.z >= LAST_SHARE_ABOVE * t2;
+        Vec3::new(t1, t2, if above { shares.z } else { shares.y })
+    } else if a >= t1 {
+        if shares.y >= MIDDLE_SHARE_ABOVE * t1 {
+            Vec3::new(t1, shares.y, shares.z)
+        } else if shares.z >= LAST_SHARE_ABOVE * t1 {
+            Vec3::new(t1, shares.x, shares.z)
+        } else {
+            Vec3::new(t1, shares.x, shares.y)
+        }
+    } else {
+        shares
+    }
+}
+
+/// Optical depth of an opacity, capped.
+pub fn optical_depth_of(opacity: f32) -> f32 {
+    (-(1.0 - opacity).max(1e-30).ln()).min(LARGEST_OPTICAL_DEPTH)
+}
+
+/// Where within a step from depth `z0` to `z1` a level is crossed; `tau0`, `tau1` and `tau` are the
+/// optical depths at the ends and of the level. `crossing`: 0 exact, 1 smoothstep, 2 bucket.
+pub fn crossing_depth(crossing: u32, z: [f32; 2], tau: f32, [tau0, tau1]: [f32; 2]) -> f32 {
+    let [z0, z1] = z;
+    let share = match crossing {
+        0 => ((tau - tau0) / (tau1 - tau0).max(1e-30)).clamp(0.0, 1.0),
+        1 => smoothstep(1.0 - (-tau0).exp(), 1.0 - (-tau1).exp(), 1.0 - (-tau).exp()),
+        _ => 0.0,
+    };
+    z0 + (z1 - z0) * share
+}
+
+/// 0 below `a`, 1 above `b`, 3 t^2 - 2 t^3 between; a step where the two are equal.
+pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
+    if b <= a {
+        return if x >= b { 1.0 } else { 0.0 };
+    }
+    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// Three points of optical depth over depth, both rising, and the optical depth behind them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nodes {
+    /// Depths.
+    pub z: Vec3,
+    /// Optical depths at them.
+    pub tau: Vec3,
+    /// Optical depth behind the volume; 0 marks an empty texel.
+    pub total: f32,
+}
+
+/// The points that a texel's four numbers say.
+pub fn nodes(texel: Vec4, thresholds: Vec3, threshold_depths: Vec3) -> Nodes {
+    let a = texel.w;
+    if a < SMALLEST_OPACITY {
+        return Nodes { z: Vec3::ZERO, tau: Vec3::ZERO, total: 0.0 };
+    }
+    let (z, tau) = if a >= thresholds.z {
+        (texel.truncate(), threshold_depths)
+    } else {
+        let levels = sorted(levels(a, thresholds));
+        (sorted(texel.truncate()), -(Vec3::ONE - levels).map(f32::ln))
+    };
+    Nodes { z, tau, total: optical_depth_of(a) }
+}
+
+fn sorted(v: Vec3) -> Vec3 {
+    let (low, high) = (v.x.min(v.y), v.x.max(v.y));
+    Vec3::new(low.min(v.z), low.max(high.min(v.z)), high.max(v.z))
+}
+
+/// Optical depth from the light to `depth`: monotone, continuous, 0 far in front of the points,
+/// `total` far behind.
+pub fn optical_depth_at(nodes: &Nodes, depth: f32) -> f32 {
+    let (z, tau, total) = (nodes.z, nodes.tau, nodes.total);
+    // Depths closer than f32 can tell are one depth.
+    let nearest = 1e-6 * z.z + 1e-30;
+    let h = Vec3::new((z.y - z.x).max(nearest), (z.z - z.y).max(nearest), 0.0);
+    let d1 = ((tau.y - tau.x) / h.x).max(1e-12);
+    let d2 = ((tau.z - tau.y) / h.y).max(1e-12);
+    let m1 = 0.6 * d1;
+    let m3 = (1.25 * (d1 * d2).sqrt()).max(0.5 * d2).min(3.0 * d2);
+    if depth < z.x {
+        let u = (1.0 - (z.x - depth) * m1 / (2.0 * tau.x).max(1e-12)).max(0.0);
+        return tau.x * u * u;
+    }
+    if depth >= z.z {
+        let rest = (total - tau.z).max(0.0);
+        let u = (1.0 - (depth - z.z) * m3 / (2.0 * rest).max(1e-12)).max(0.0);
+        return tau.z + rest * (1.0 - u * u);
+    }
+    let m2 = (0.5 * (d1 + d2)).min(2.5 * d1.min(d2));
+    let first = depth < z.y;
+    let (z0, width) = if first { (z.x, h.x) } else { (z.y, h.y) };
+    let (p, q) = if first { (tau.x, tau.y) } else { (tau.y, tau.z) };
+    let (mp, mq) = if first { (m1, m2) } else { (m2, m3) };
+    let u = ((depth - z0) / width).min(1.0);
+    let v = 1.0 - u;
+    p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + width * u * v * (mp * v - mq * u)
+}
+
+/// Transmittance at `depth` by the default reconstruction of a texel's four numbers.
+pub fn transmittance_default(texel: Vec4, frame: &Frame, depth: f32) -> f32 {
+    let points = nodes(texel, frame.thresholds.truncate(), frame.threshold_depths.truncate());
+    (-optical_depth_at(&points, depth)).exp()
+}
+
+/// Transmittance at `depth` by the paper's lookup: opacity 0 in front of the first reached
+/// threshold, smoothsteps between reached ones, A behind the last. Where none is reached the first
+/// channel holds the ray's exit, so A counts behind the volume only.
+pub fn transmittance_paper(texel: Vec4, thresholds: Vec3, depth: f32) -> f32 {
+    let [r, g, b, a] = texel.to_array();
+    let [t1, t2, t3] = thresholds.to_array();
+    let opacity = if depth < r {
+        0.0
+    } else if a < t2 {
+        a
+    } else if depth < g {
+        t1 + (t2 - t1) * smoothstep(r, g, depth)
+    } else if a < t3 {
+        a
+    } else if depth < b {
+        t2 + (t3 - t2) * smoothstep(g, b, depth)
+    } else {
+        a
+    };
+    1.0 - opacity
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec3, Vec4};
+
+    use super::*;
+
+    const THRESHOLDS: Vec3 = Vec3::new(0.1, 0.5, 0.9);
+
+    fn transmittance(texel: [f32; 4], depth: f32) -> f32 {
+        let depths = -(Vec3::ONE - THRESHOLDS).map(f32::ln);
+        (-optical_depth_at(&nodes(Vec4::from(texel), THRESHOLDS, depths), depth)).exp()
+    }
+
+    /// Values of an independent implementation in f64.
+    #[test]
+    fn the_default_reconstruction_has_its_known_values() {
+        let cases: [([f32; 4], &[(f32, f32)]); 9] = [
+            ([0.3, 0.5, 0.8, 0.95], &[(0.2, 0.997_198_5), (0.3, 0.9), (0.4, 0.712_096_9), (0.65, 0.230_516_55), (0.9, 0.066_531_92), (1.5, 0.05)]),
+            ([0.5, 0.5, 0.5, 0.97], &[(0.49, 1.0), (0.51, 0.03)]),
+            ([0.2, 0.3, 0.6, 1.0], &[(0.25, 0.688_616_2), (0.8, 0.025_464_19), (2.0, 0.000_031_451)]),
+            ([0.3, 0.5, 0.6, 0.8], &[(0.4, 0.704_113_8), (0.55, 0.404_151_97), (0.7, 0.226_927_03)]),
+            ([0.3, 0.5, 0.4, 0.6], &[(0.2, 0.991_513_36), (0.35, 0.808_051_4), (0.45, 0.596_777_2), (0.55, 0.432_624_27)]),
+            ([0.3, 0.4, 0.5, 0.4], &[(0.25, 0.929_611_8), (0.35, 0.857_528_3), (0.6, 0.600_009_5)]),
+            ([0.4, 0.3, 0.5, 0.2], &[(0.35, 0.942_909), (0.45, 0.866_534_4)]),
+            ([0.5, 0.3, 0.4, 0.12], &[(0.35, 0.965_722_5), (0.45, 0.921_108_85)]),
+            ([0.3, 0.4, 0.5, 5e-7], &[(0.1, 1.0), (9.0, 1.0)]),
+        ];
+        for (texel, values) in cases {
+            for &(depth, expected) in values {
+                let found = transmittance(texel, depth);
+                assert!((found - expected).abs() < 2e-6, "{texel:?} at {depth}: {found}, not {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_default_reconstruction_falls_from_one_to_the_rest_and_never_rises() {
+        for step in 0..=200_u8 {
+            let a = f32::from(step) / 200.0;
+            // Depths in the order of their levels, with an equal pair now and then.
+            let wanted = levels(a, THRESHOLDS);
+            let rank = |level: f32| (level * 10.0).round() / 8.0;
+            let texel = [rank(wanted.x), rank(wanted.y), rank(wanted.z), a];
+            let mut before = 1.0;
+            for i in 0..=1000_u16 {
+                let t = transmittance(texel, f32::from(i) / 250.0 - 0.5);
+                assert!((0.0..=1.0).contains(&t) && t <= before + 3e-7, "{texel:?} at step {i}: {before} then {t}");
+                before = t;
+            }
+            let rest = (1.0 - a).max((-LARGEST_OPTICAL_DEPTH).exp());
+            assert!((transmittance(texel, 1e3) - rest).abs() < 1e-6, "{texel:?}");
+            assert!((transmittance(texel, -1e3) - 1.0).abs() < 1e-6, "{texel:?}");
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The camera's rays, where in a pixel they go, and the ground that they meet.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::light::{irradiance_at, light_direction_at, light_ray};
+use super::ray::{Ray, intersect_box};
+use crate::frame::Frame;
+
+/// The camera ray through picture position `(x, y)`, 0..1 from the upper left corner.
+pub fn camera_ray(frame: &Frame, x: f32, y: f32) -> Ray {
+    let at = |base: Vec4, dx: Vec4, dy: Vec4| (base + x * dx + y * dy).truncate();
+    Ray {
+        origin: at(frame.view_origin, frame.view_origin_x, frame.view_origin_y),
+        direction: at(frame.view_direction, frame.view_direction_x, frame.view_direction_y)
+            .normalize(),
+    }
+}
+
+/// Where sample `i` of `samples` lies in its pixel, 0..1: the centre for one, else points of the
+/// golden-ratio lattice, which covers the pixel evenly for any number.
+pub fn pixel_offset(i: u32, samples: u32) -> Vec2 {
+    if samples == 1 {
+        return Vec2::splat(0.5);
+    }
+    let golden = (i as f32 * 0.618_034 + 0.5).fract();
+    Vec2::new((i as f32 + 0.5) / samples as f32, golden)
+}
+
+/// Distance to the ground along a ray; a negative number where the ray misses it.
+pub fn ground_distance(frame: &Frame, ray: &Ray) -> f32 {
+    let [height, _albedo, extent, exists] = frame.ground.to_array();
+    let t = (height - ray.origin.y) / ray.direction.y;
+    let from_middle = (ray.at(t) - frame.world_origin.truncate()).abs();
+    // Written so that a NaN, from a ray along the plane, is a miss.
+    let hit = exists > 0.0 && t > 0.0 && t < 1e30 && from_middle.x.max(from_middle.z) <= extent;
+    if hit { t } else { -1.0 }
+}
+
+/// Radiance of the ground at a point that `transmittance` of the light reaches, per channel.
+pub fn ground_radiance(frame: &Frame, point: Vec3, transmittance: f32) -> Vec3 {
+    let cosine = (-light_direction_at(frame, point).y).max(0.0);
+    let direct = irradiance_at(frame, point) * (cosine * transmittance * std::f32::consts::FRAC_1_PI);
+    frame.ground.y * (direct + frame.ambient.truncate())
+}
+
+/// The depth at which to look up the shadow of a point that need not lie in the volume: far in front
+/// or far behind where the point's light ray has not met or has left the medium, so that the ground
+/// gets all of the shadow and nothing in front of the volume gets any.
+pub fn surface_depth(frame: &Frame, light: Vec3) -> f32 {
+    let ray = light_ray(frame, light.x, light.y).transformed(&frame.index_from_frame);
+    let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+    let (enter, exit) = intersect_box(&ray, min, max);
+    if light.z >= exit {
+        FAR
+    } else if light.z <= enter {
+        -FAR
+    } else {
+        light.z
+    }
+}
+
+/// Deeper than every volume.
+pub const FAR: f32 = 1e30;

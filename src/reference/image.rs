@@ -1,0 +1,106 @@
+//! A picture by brute force in f64: no shadow map, every point lit through the exact integral.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::integral::Cells;
+use super::profile::light_transmittance;
+use crate::image::Image;
+use crate::scene::{Light, Scene};
+
+/// Nodes and weights of four-point Gauss-Legendre quadrature on 0..1.
+const GAUSS: [[f64; 2]; 4] = [
+    [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
+    [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
+    [0.669_990_521_792_428_1, 0.326_072_577_431_273_07],
+    [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
+];
+
+/// Single scattering of `scene` at `width` x `height` pixels, one ray through each pixel's centre.
+/// Each cell that a camera ray crosses is cut into `cuts` equal parts with four Gauss points each;
+/// transmittance to the camera and from the light is exact at every point.
+pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) -> Image {
+    let cells = Cells::of(&scene.volume);
+    let rays = scene.camera.rays(f64::from(width) / f64::from(height));
+    let mut image = Image::filled(width, height, [0.0; 4]);
+    image.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
+        let (x, y) = (i as u32 % width, i as u32 / width);
+        let (u, v) = (
+            (f64::from(x) + 0.5) / f64::from(width),
+            (f64::from(y) + 0.5) / f64::from(height),
+        );
+        let (origin, direction) = rays.ray(u, v);
+        *pixel = radiance(scene, &cells, origin, direction, cuts);
+    });
+    image
+}
+
+fn radiance(
+    scene: &Scene,
+    cells: &Cells<'_>,
+    origin: DVec3,
+    direction: DVec3,
+    cuts: u32,
+) -> [f32; 4] {
+    let scale = scene.medium.density_scale;
+    let ground = ground_distance(scene, origin, direction);
+    let mut tau = 0.0;
+    let mut light = DVec3::ZERO;
+    cells.walk(origin, direction, [0.0, ground.unwrap_or(f64::INFINITY)], |stretch| {
+        let part = (stretch.exit - stretch.enter) / f64::from(cuts);
+        for cut in 0..cuts {
+            for [node, weight] in GAUSS {
+                let t = stretch.enter + (f64::from(cut) + node) * part;
+                let extinction = scale * stretch.density(t);
+                if extinction <= 0.0 {
+                    continue;
+                }
+                let seen = (-tau - scale * stretch.integral_to(t)).exp();
+                let source = scattered(scene, cells, origin + t * direction, direction);
+                light += source * (seen * extinction * weight * part);
+            }
+        }
+        tau += scale * stretch.integral();
+        true
+    });
+    let (behind, alpha) = match (ground, scene.background) {
+        (Some(t), _) => (ground_radiance(scene, cells, origin + t * direction), 1.0),
+        (None, Some(background)) => (background, 1.0),
+        (None, None) => (DVec3::ZERO, 0.0),
+    };
+    let through = (-tau).exp();
+    let seen = light + through * behind;
+    let alpha = 1.0 - through * (1.0 - alpha);
+    [seen.x as f32, seen.y as f32, seen.z as f32, alpha as f32]
+}
+
+/// Light that the medium at `point` sends towards the camera, per unit of optical depth.
+fn scattered(scene: &Scene, cells: &Cells<'_>, point: DVec3, view: DVec3) -> DVec3 {
+    let medium = &scene.medium;
+    let g = medium.phase_g;
+    let cosine = -view.dot(scene.light.direction_at(point));
+    let phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
+    let lit = arriving(&scene.light, cells, medium.density_scale, point);
+    medium.albedo * (phase * lit + scene.ambient)
+}
+
+fn arriving(light: &Light, cells: &Cells<'_>, density_scale: f64, point: DVec3) -> DVec3 {
+    light.irradiance_at(point) * light_transmittance(cells, light, density_scale, point)
+}
+
+fn ground_distance(scene: &Scene, origin: DVec3, direction: DVec3) -> Option<f64> {
+    let ground = scene.ground?;
+    let t = (ground.height - origin.y) / direction.y;
+    let hit = origin + t * direction;
+    let within = hit.x.abs().max(hit.z.abs()) <= ground.half_extent.unwrap_or(f64::INFINITY);
+    (t > 0.0 && t.is_finite() && within).then_some(t)
+}
+
+fn ground_radiance(scene: &Scene, cells: &Cells<'_>, point: DVec3) -> DVec3 {
+    let albedo = scene.ground.map_or(0.0, |ground| ground.albedo);
+    let cosine = (-scene.light.direction_at(point).y).max(0.0);
+    let lit = arriving(&scene.light, cells, scene.medium.density_scale, point);
+    albedo * (lit * (cosine * FRAC_1_PI) + scene.ambient)
+}

@@ -1,0 +1,407 @@
+//! From what a user wrote to a whole scene: every value left out is chosen here so that a first
+//! picture of any volume is a good one, and every choice is reported.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::file::{CameraTable, GroundTable, LightTable, SceneFile};
+use super::{Camera, Ground, Light, LightKind, Medium, Projection, Scene};
+use crate::error::{Error, Result};
+use crate::math::{Aabb, frame_of};
+use crate::settings::Settings;
+use crate::volume::Volume;
+
+/// From the upper left, over the camera's shoulder: the way light travels.
+const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
+/// From the target to the eye: a three-quarter view.
+const EYE_DIRECTION: DVec3 = DVec3::new(0.36, 0.42, 1.0);
+const FOV_Y_DEGREES: f64 = 32.0;
+/// Share of the picture that stays free at each edge.
+const MARGIN: f64 = 0.06;
+/// Optical depth through the fuller columns of the volume.
+const OPTICAL_DEPTH: f64 = 5.0;
+/// Which column counts as a full one.
+const FULL_COLUMN: f64 = 0.9;
+/// The photographer's grey card.
+const GROUND_ALBEDO: f64 = 0.18;
+/// Distance between volume and ground, in largest edge lengths of the volume.
+const GROUND_GAP: f64 = 0.04;
+/// Ambient radiance under a bright sky, for pictures that say nothing of it.
+const AMBIENT: DVec3 = DVec3::new(0.055, 0.07, 0.095);
+
+/// A value that nobody gave, and what was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// What it is, and the key that sets it.
+    pub what: &'static str,
+    /// The value taken, in words.
+    pub value: String,
+}
+
+/// Whether silence of a scene file about ambient light and background means none (a scene with
+/// absolute parameters) or a studio (a volume that somebody wants to see).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surroundings {
+    /// Black, without ambient light.
+    Void,
+    /// An endless ground under a soft sky.
+    Studio,
+}
+
+/// The window that separates a scanned object from its surroundings: from the level of the volume's
+/// border to its largest value. `None` where the border is empty or nothing rises above it.
+pub fn window(volume: &Volume) -> Option<[f32; 2]> {
+    let statistics = volume.statistics();
+    let surrounded = statistics.border > 0.01 * statistics.max;
+    let rises = statistics.max > statistics.border * 1.05;
+    (surrounded && rises).then_some([statistics.border, statistics.max])
+}
+
+/// The whole scene, and what was chosen for it.
+///
+/// # Errors
+/// If a value of `file` is out of its range or contradicts another one.
+pub fn complete(
+    file: &SceneFile,
+    volume: Arc<Volume>,
+    surroundings: Surroundings,
+) -> Result<(Scene, Settings, Vec<Choice>)> {
+    let mut choices = Choices(Vec::new());
+    let settings = settings(file)?;
+    let bounds = volume.world_bounds();
+    let light = light(&file.light, &bounds, &mut choices)?;
+    let ground = ground(&file.ground, &bounds, &mut choices)?;
+    let medium = medium(file, &volume, &light, &mut choices)?;
+    let [width, height] = settings.image_size;
+    let aspect = f64::from(width) / f64::from(height);
+    let camera = camera(&file.camera, &volume, &light, ground, aspect, &mut choices)?;
+    let ambient = match (file.ambient.radiance, surroundings) {
+        (Some(radiance), _) => radiance_of("ambient.radiance", radiance)?,
+        (None, Surroundings::Void) => DVec3::ZERO,
+        (None, Surroundings::Studio) => {
+            choices.took("ambient radiance (ambient.radiance)", short(AMBIENT));
+            AMBIENT
+        }
+    };
+    let background = match (file.background.radiance, surroundings) {
+        (Some(radiance), _) => radiance_of("background.radiance", radiance)?,
+        (None, Surroundings::Void) => DVec3::ZERO,
+        (None, Surroundings::Studio) => {
+            let lit = lit_ground(&light, ground, ambient, bounds.center());
+            choices.took("background radiance (background.radiance)", short(lit));
+            lit
+        }
+    };
+    let background = Some(background);
+    let scene = Scene { volume, medium, light, ambient, camera, ground, background };
+    Ok((scene, settings, choices.0))
+}
+
+struct Choices(Vec<Choice>);
+
+impl Choices {
+    fn took(&mut self, what: &'static str, value: String) {
+        self.0.push(Choice { what, value });
+    }
+}
+
+fn short(v: DVec3) -> String {
+    format!("{:.4}, {:.4}, {:.4}", v.x, v.y, v.z)
+}
+
+/// What the eye sees of the ground where no shadow falls: an endless ground under a background of
+/// this radiance has no horizon.
+fn lit_ground(light: &Light, ground: Option<Ground>, ambient: DVec3, at: DVec3) -> DVec3 {
+    let albedo = ground.map_or(GROUND_ALBEDO, |ground| ground.albedo);
+    let cosine = (-light.direction_at(at).y).max(0.0);
+    albedo * (light.irradiance_at(at) * (cosine / std::f64::consts::PI) + ambient)
+}
+
+fn settings(file: &SceneFile) -> Result<Settings> {
+    let default = Settings::default();
+    let (image, shadow) = (&file.image, &file.shadow);
+    let count = |what: &str, given: Option<u32>, or: u32, most: u32| match given {
+        Some(n) if n == 0 || n > most => {
+            Err(Error::value(what, format!("{n} is not between 1 and {most}")))
+        }
+        given => Ok(given.unwrap_or(or)),
+    };
+    let exposure = image.exposure.unwrap_or(default.exposure);
+    if !(exposure > 0.0 && exposure.is_finite()) {
+        return Err(Error::value("image.exposure", format!("{exposure} is not above 0")));
+    }
+    let thresholds = shadow.thresholds.unwrap_or(default.thresholds);
+    let [low, middle, high] = thresholds;
+    if !(0.0 < low && low < middle && middle < high && high < 1.0) {
+        let why = format!("{low}, {middle}, {high} do not rise between 0 and 1");
+        return Err(Error::value("shadow.thresholds", why));
+    }
+    fn named<T: std::str::FromStr<Err = Error>>(given: Option<&String>, or: T) -> Result<T> {
+        given.map_or(Ok(or), |name| name.parse())
+    }
+    Ok(Settings {
+        image_size: [
+            count("image.width", image.width, default.image_size[0], 1 << 15)?,
+            count("image.height", image.height, default.image_size[1], 1 << 15)?,
+        ],
+        samples: count("image.samples", image.samples, default.samples, 4096)?,
+        exposure,
+        map: named(shadow.map.as_ref(), default.map)?,
+        map_size: count("shadow.size", shadow.size, default.map_size, 1 << 14)?,
+        steps: count("shadow.steps", shadow.steps, default.steps, 1 << 20)?,
+        view_steps: shadow
+            .view_steps
+            .map(|n| count("shadow.view_steps", Some(n), 1, 1 << 20))
+            .transpose()?,
+        thresholds,
+        crossing: named(shadow.crossing.as_ref(), default.crossing)?,
+        lookup: named(shadow.lookup.as_ref(), default.lookup)?,
+        filter: named(shadow.filter.as_ref(), default.filter)?,
+        shading: named(shadow.shading.as_ref(), default.shading)?,
+        light_samples: count("shadow.light_samples", shadow.light_samples, default.light_samples, 1 << 16)?,
+    })
+}
+
+fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Light> {
+    let vector = |key: &str, given: [f64; 3]| finite(&format!("light.{key}"), given);
+    let kind = match table.kind.as_deref().unwrap_or("directional") {
+        "directional" => LightKind::Directional {
+            direction: match table.direction {
+                Some(given) => vector("direction", given)?,
+                None => {
+                    let direction = LIGHT_DIRECTION.normalize();
+                    choices.took("light direction (--light)", short(direction));
+                    direction
+                }
+            },
+        },
+        kind @ ("point" | "spot") => {
+            let Some(position) = table.position else {
+                return Err(Error::value("light.position", format!("a {kind} light needs one")));
+            };
+            let position = vector("position", position)?;
+            if kind == "point" {
+                LightKind::Point { position }
+            } else {
+                spot(table, position, bounds, choices)?
+            }
+        }
+        other => {
+            let why = format!("'{other}' is none of directional, point, spot");
+            return Err(Error::value("light.kind", why));
+        }
+    };
+    if let LightKind::Directional { direction } | LightKind::Spot { direction, .. } = kind
+        && direction.length_squared() == 0.0
+    {
+        return Err(Error::value("light.direction", "0, 0, 0 has no direction"));
+    }
+    let mut light = Light { kind, irradiance: DVec3::splat(Light::UNIT_IRRADIANCE) };
+    if let Some(irradiance) = table.irradiance {
+        light.irradiance = radiance_of("light.irradiance", irradiance)?;
+    } else if let Some(position) = light.position() {
+        light.irradiance *= (position - bounds.center()).length_squared();
+        choices.took("light irradiance at distance 1 (light.irradiance)", short(light.irradiance));
+    }
+    Ok(light)
+}
+
+fn spot(
+    table: &LightTable,
+    position: DVec3,
+    bounds: &Aabb,
+    choices: &mut Choices,
+) -> Result<LightKind> {
+    let direction = match table.direction {
+        Some(given) => finite("light.direction", given)?,
+        None => {
+            let direction = (bounds.center() - position).normalize_or(DVec3::NEG_Y);
+            choices.took("light direction (light.direction)", short(direction));
+            direction
+        }
+    };
+    let cone_degrees = table.cone_degrees.unwrap_or(30.0);
+    if !(cone_degrees > 0.0 && cone_degrees < 90.0) {
+        let why = format!("{cone_degrees} is not between 0 and 90 (axis to edge)");
+        return Err(Error::value("light.cone_degrees", why));
+    }
+    let cone_softness = table.cone_softness.unwrap_or(0.2);
+    if !(0.0..=1.0).contains(&cone_softness) {
+        let why = format!("{cone_softness} is not between 0 and 1");
+        return Err(Error::value("light.cone_softness", why));
+    }
+    Ok(LightKind::Spot { position, direction, cone_degrees, cone_softness })
+}
+
+fn ground(table: &GroundTable, bounds: &Aabb, choices: &mut Choices) -> Result<Option<Ground>> {
+    if table.enabled == Some(false) {
+        return Ok(None);
+    }
+    let height = match table.height {
+        Some(height) => finite("ground.height", [height; 3])?.x,
+        None => {
+            let height = bounds.min.y - GROUND_GAP * bounds.size().max_element();
+            choices.took("ground height (ground.height)", format!("{height:.4}"));
+            height
+        }
+    };
+    let albedo = table.albedo.unwrap_or(GROUND_ALBEDO);
+    if !(0.0..=1.0).contains(&albedo) {
+        return Err(Error::value("ground.albedo", format!("{albedo} is not between 0 and 1")));
+    }
+    if let Some(extent) = table.half_extent
+        && !(extent > 0.0 && extent.is_finite())
+    {
+        return Err(Error::value("ground.half_extent", format!("{extent} is not above 0")));
+    }
+    Ok(Some(Ground { height, albedo, half_extent: table.half_extent }))
+}
+
+fn medium(
+    file: &SceneFile,
+    volume: &Volume,
+    light: &Light,
+    choices: &mut Choices,
+) -> Result<Medium> {
+    let table = &file.volume;
+    let density_scale = match table.density_scale {
+        Some(scale) if scale >= 0.0 && scale.is_finite() => scale,
+        Some(scale) => {
+            let why = format!("{scale} is not at least 0");
+            return Err(Error::value("volume.density_scale", why));
+        }
+        None => {
+            let columns =
+                volume.column_integrals(light.direction_at(volume.world_bounds().center()));
+            let full = columns.get((columns.len() as f64 * FULL_COLUMN) as usize);
+            let scale = full.map_or(1.0, |integral| OPTICAL_DEPTH / integral);
+            choices.took("density scale (--density-scale)", format!("{scale:.6}"));
+            scale
+        }
+    };
+    let albedo = finite("volume.albedo", table.albedo.unwrap_or([1.0; 3]))?;
+    if albedo.min_element() < 0.0 || albedo.max_element() > 1.0 {
+        return Err(Error::value("volume.albedo", format!("{albedo} is not between 0 and 1")));
+    }
+    let phase_g = table.phase_g.unwrap_or(0.0);
+    if !(phase_g > -1.0 && phase_g < 1.0) {
+        return Err(Error::value("volume.phase_g", format!("{phase_g} is not between -1 and 1")));
+    }
+    Ok(Medium { density_scale, albedo, phase_g })
+}
+
+fn camera(
+    table: &CameraTable,
+    volume: &Volume,
+    light: &Light,
+    ground: Option<Ground>,
+    aspect: f64,
+    choices: &mut Choices,
+) -> Result<Camera> {
+    let kind = table.kind.as_deref().unwrap_or("perspective");
+    if !matches!(kind, "perspective" | "orthographic") {
+        let why = format!("'{kind}' is none of perspective, orthographic");
+        return Err(Error::value("camera.kind", why));
+    }
+    let fov_y_degrees = table.fov_y_degrees.unwrap_or(FOV_Y_DEGREES);
+    if !(fov_y_degrees > 0.0 && fov_y_degrees < 179.0) {
+        let why = format!("{fov_y_degrees} is not between 0 and 179");
+        return Err(Error::value("camera.fov_y_degrees", why));
+    }
+    let up = finite("camera.up", table.up.unwrap_or([0.0, 1.0, 0.0]))?;
+    let shown = shown_points(volume, light, ground);
+    let (mut position, mut target) = (table.position, table.target);
+    let mut extent_y = table.height;
+    let direction = match (position, target) {
+        (Some(from), Some(to)) => DVec3::from(to) - DVec3::from(from),
+        _ => -EYE_DIRECTION,
+    };
+    if position.is_none() || (kind == "orthographic" && extent_y.is_none()) {
+        let framed = frame(&shown, direction.normalize_or(-DVec3::Z), up, fov_y_degrees, aspect);
+        if kind == "orthographic" && extent_y.is_none() {
+            extent_y = Some(framed.height);
+            choices.took("camera height (camera.height)", format!("{:.4}", framed.height));
+        }
+        if position.is_none() {
+            choices.took("camera position (camera.position)", short(framed.position));
+            position = Some(framed.position.to_array());
+            target = target.or(Some(framed.target.to_array()));
+        }
+    }
+    let position = finite("camera.position", position.unwrap_or_default())?;
+    let target = match target {
+        Some(target) => finite("camera.target", target)?,
+        None => volume.world_bounds().center(),
+    };
+    if (target - position).length_squared() == 0.0 {
+        return Err(Error::value("camera.target", format!("{target} is where the camera stands")));
+    }
+    let projection = match (kind, extent_y) {
+        ("orthographic", Some(height)) if height > 0.0 && height.is_finite() => {
+            Projection::Orthographic { height }
+        }
+        ("orthographic", height) => {
+            let why = format!("{} is not above 0", height.unwrap_or_default());
+            return Err(Error::value("camera.height", why));
+        }
+        _ => Projection::Perspective { fov_y_degrees },
+    };
+    Ok(Camera { projection, position, target, up })
+}
+
+/// What a first picture must hold: the volume's corners and their shadows on the ground.
+fn shown_points(volume: &Volume, light: &Light, ground: Option<Ground>) -> Vec<DVec3> {
+    let corners = volume.world_corners();
+    // A low light's shadow runs far away; beyond this it may leave the picture.
+    let longest = 1.2 * volume.world_bounds().size().length();
+    let shadows = corners.iter().filter_map(|&corner| {
+        let direction = light.direction_at(corner);
+        let distance = (ground?.height - corner.y) / direction.y;
+        (distance > 0.0).then(|| corner + direction * distance.min(longest))
+    });
+    corners.iter().copied().chain(shadows).collect()
+}
+
+struct Framed {
+    position: DVec3,
+    target: DVec3,
+    /// World units between the upper and lower edge at the target, for orthographic views.
+    height: f64,
+}
+
+/// The eye that looks along `forward` and sees all of `points`, as close as the margin allows:
+/// along each image axis the points bound where the eye may stand by a wedge, and the apex of the
+/// narrower wedge is the place.
+fn frame(points: &[DVec3], forward: DVec3, up: DVec3, fov_y_degrees: f64, aspect: f64) -> Framed {
+    let (right, up) = frame_of(forward, up);
+    let slope_y = (fov_y_degrees.to_radians() * 0.5).tan() * (1.0 - 2.0 * MARGIN);
+    let wedge = |axis: DVec3, slope: f64| {
+        let edge = |sign: f64| {
+            points.iter().map(|p| sign * p.dot(axis) + slope * p.dot(forward)).fold(f64::MAX, f64::min)
+        };
+        let (low, high) = (edge(1.0), edge(-1.0));
+        // (where the wedge ends along the axis, along the view)
+        ((low - high) * 0.5, (low + high) * 0.5 / slope)
+    };
+    let (x, depth_x) = wedge(right, slope_y * aspect);
+    let (y, depth_y) = wedge(up, slope_y);
+    let position = right * x + up * y + forward * depth_x.min(depth_y);
+    let middle = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+    let target = position + forward * (middle - position).dot(forward);
+    let reach = |axis: DVec3| {
+        points.iter().map(|p| (p - target).dot(axis).abs()).fold(f64::MIN_POSITIVE, f64::max)
+    };
+    let height = 2.0 * reach(up).max(reach(right) / aspect) / (1.0 - 2.0 * MARGIN);
+    Framed { position, target, height }
+}
+
+fn finite(what: &str, given: [f64; 3]) -> Result<DVec3> {
+    let v = DVec3::from_array(given);
+    if v.is_finite() { Ok(v) } else { Err(Error::value(what, format!("{v} is not finite"))) }
+}
+
+fn radiance_of(what: &str, given: [f64; 3]) -> Result<DVec3> {
+    let v = finite(what, given)?;
+    if v.min_element() >= 0.0 { Ok(v) } else { Err(Error::value(what, format!("{v} is below 0"))) }
+}

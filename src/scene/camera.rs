@@ -1,0 +1,94 @@
+//! The camera: from a pixel to a ray.
+
+use glam::DVec3;
+
+use crate::math::frame_of;
+
+/// Where the picture is taken from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// How rays spread.
+    pub projection: Projection,
+    /// World position of the eye.
+    pub position: DVec3,
+    /// World position in the middle of the picture; not the eye's.
+    pub target: DVec3,
+    /// What is up in the picture; need not be perpendicular to the view.
+    pub up: DVec3,
+}
+
+/// How a camera's rays spread.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// From one point.
+    Perspective {
+        /// Angle between the picture's upper and lower edge, degrees, 0 < angle < 180.
+        fov_y_degrees: f64,
+    },
+    /// In parallel, from a plane through the eye.
+    Orthographic {
+        /// World units between the picture's upper and lower edge.
+        height: f64,
+    },
+}
+
+/// The rays of a picture: through `(x, y)`, 0..1 from the upper left corner, goes the ray from
+/// `origin + x origin_x + y origin_y` along `direction + x direction_x + y direction_y`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct ViewRays {
+    pub origin: DVec3,
+    pub origin_x: DVec3,
+    pub origin_y: DVec3,
+    /// Not normalised.
+    pub direction: DVec3,
+    pub direction_x: DVec3,
+    pub direction_y: DVec3,
+}
+
+impl Camera {
+    /// Unit vectors (forward, right, up) of the picture.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let forward = (self.target - self.position).normalize_or_zero();
+        let (right, up) = frame_of(forward, self.up);
+        [forward, right, up]
+    }
+
+    /// The rays of a picture that is `aspect` times as wide as high.
+    pub fn rays(&self, aspect: f64) -> ViewRays {
+        let [forward, right, up] = self.axes();
+        match self.projection {
+            Projection::Perspective { fov_y_degrees } => {
+                let half = (fov_y_degrees.to_radians() * 0.5).tan();
+                let (across, down) = (right * (2.0 * half * aspect), -up * (2.0 * half));
+                ViewRays {
+                    origin: self.position,
+                    origin_x: DVec3::ZERO,
+                    origin_y: DVec3::ZERO,
+                    direction: forward - (across + down) * 0.5,
+                    direction_x: across,
+                    direction_y: down,
+                }
+            }
+            Projection::Orthographic { height } => {
+                let (across, down) = (right * (height * aspect), -up * height);
+                ViewRays {
+                    origin: self.position - (across + down) * 0.5,
+                    origin_x: across,
+                    origin_y: down,
+                    direction: forward,
+                    direction_x: DVec3::ZERO,
+                    direction_y: DVec3::ZERO,
+                }
+            }
+        }
+    }
+}
+
+impl ViewRays {
+    /// Origin and unit direction of the ray through `(x, y)`, 0..1 from the upper left corner.
+    pub fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
+        let direction = self.direction + x * self.direction_x + y * self.direction_y;
+        (self.origin + x * self.origin_x + y * self.origin_y, direction.normalize())
+    }
+}

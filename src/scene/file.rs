@@ -1,0 +1,109 @@
+//! Scene files: what a user wrote, not yet what it means. Every key is optional here; what is left
+//! out is chosen by `automatic`. Reads no volume: paths are only names here.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::error::{Error, Result};
+
+/// Declares tables whose keys are all optional and where an unknown key is an error.
+macro_rules! tables {
+    ($($(#[$doc:meta])* $name:ident { $($(#[$attribute:meta])* $key:ident: $type:ty,)* })*) => {
+        $($(#[$doc])*
+        #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        #[allow(missing_docs)]
+        pub struct $name { $($(#[$attribute])* pub $key: Option<$type>,)* })*
+    };
+}
+
+/// A whole scene file (TOML), or what the command line says of a scene.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct SceneFile {
+    pub volume: VolumeTable,
+    pub light: LightTable,
+    pub ambient: RadianceTable,
+    pub camera: CameraTable,
+    pub image: ImageTable,
+    pub shadow: ShadowTable,
+    pub ground: GroundTable,
+    pub background: RadianceTable,
+}
+
+tables! {
+    /// `[volume]`
+    VolumeTable {
+        path: PathBuf,
+        preset: String,
+        grid: String,
+        density_scale: f64,
+        albedo: [f64; 3],
+        phase_g: f64,
+        bounds: [[f64; 3]; 2],
+        dims: [usize; 3],
+        #[serde(rename = "type")] value_type: String,
+        endian: String,
+        spacing: [f64; 3],
+        window: [f32; 2],
+        up: String,
+    }
+    /// `[light]`
+    LightTable {
+        kind: String,
+        direction: [f64; 3],
+        position: [f64; 3],
+        irradiance: [f64; 3],
+        cone_degrees: f64,
+        cone_softness: f64,
+    }
+    /// `[ambient]` and `[background]`
+    RadianceTable { radiance: [f64; 3], }
+    /// `[camera]`
+    CameraTable {
+        kind: String,
+        height: f64,
+        position: [f64; 3],
+        target: [f64; 3],
+        up: [f64; 3],
+        fov_y_degrees: f64,
+    }
+    /// `[image]`
+    ImageTable { width: u32, height: u32, samples: u32, exposure: f64, }
+    /// `[shadow]`
+    ShadowTable {
+        map: String,
+        size: u32,
+        steps: u32,
+        view_steps: u32,
+        thresholds: [f64; 3],
+        crossing: String,
+        lookup: String,
+        filter: String,
+        shading: String,
+        light_samples: u32,
+    }
+    /// `[ground]`
+    GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
+}
+
+impl SceneFile {
+    /// Parses the text of the scene file `path`; volume paths become relative to its folder.
+    ///
+    /// # Errors
+    /// With the line and the key, if the text is no TOML or has a key that scenes do not have.
+    pub fn parse(text: &str, path: &Path) -> Result<Self> {
+        let mut file: Self = toml::from_str(text).map_err(|error| {
+            let line = error.span().map_or(1, |span| {
+                1 + text.bytes().take(span.start).filter(|&byte| byte == b'\n').count()
+            });
+            Error::contents(path, format!("line {line}: {}", error.message().replace('\n', " ")))
+        })?;
+        if let (Some(volume), Some(folder)) = (&mut file.volume.path, path.parent()) {
+            *volume = folder.join(&*volume);
+        }
+        Ok(file)
+    }
+}

@@ -1,0 +1,88 @@
+//! The light: where it stands, where it shines, how strong it is.
+
+use glam::DVec3;
+
+/// A light that casts a shadow map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Shape and place.
+    pub kind: LightKind,
+    /// Irradiance on a plane that faces the light, per channel, before any shadow; of a point or
+    /// spot light at distance 1, from where it falls with the square of the distance.
+    pub irradiance: DVec3,
+}
+
+/// Where light comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// Parallel light, from infinitely far away.
+    Directional {
+        /// The way the light travels; not zero, any length.
+        direction: DVec3,
+    },
+    /// Light from a point into all directions.
+    Point {
+        /// World position.
+        position: DVec3,
+    },
+    /// Light from a point into a cone.
+    Spot {
+        /// World position.
+        position: DVec3,
+        /// The cone's axis, away from the light; not zero, any length.
+        direction: DVec3,
+        /// Angle between the axis and the edge, 0 < angle < 90.
+        cone_degrees: f64,
+        /// Share of the cone's angle over which the light fades to zero at the edge, 0..1.
+        cone_softness: f64,
+    },
+}
+
+impl Light {
+    /// The irradiance that makes a fully lit, white, opaque, isotropic medium of radiance 1.
+    pub const UNIT_IRRADIANCE: f64 = 4.0 * std::f64::consts::PI;
+
+    /// World position; `None` for a directional light.
+    pub fn position(&self) -> Option<DVec3> {
+        match self.kind {
+            LightKind::Directional { .. } => None,
+            LightKind::Point { position } | LightKind::Spot { position, .. } => Some(position),
+        }
+    }
+
+    /// The way light travels at `point`, unit length.
+    pub fn direction_at(&self, point: DVec3) -> DVec3 {
+        match self.kind {
+            LightKind::Directional { direction } => direction.normalize_or_zero(),
+            LightKind::Point { position } | LightKind::Spot { position, .. } => {
+                (point - position).normalize_or_zero()
+            }
+        }
+    }
+
+    /// Cosines of the angles where a spot's light begins to fade and where it ends; without a cone
+    /// a pair that every direction satisfies.
+    pub fn cone_cosines(&self) -> [f64; 2] {
+        match self.kind {
+            LightKind::Spot { cone_degrees, cone_softness, .. } => {
+                let edge = cone_degrees.to_radians();
+                [(edge * (1.0 - cone_softness)).cos(), edge.cos()]
+            }
+            _ => [-2.0, -3.0],
+        }
+    }
+
+    /// Unshadowed irradiance at `point` on a plane that faces the light, per channel.
+    pub fn irradiance_at(&self, point: DVec3) -> DVec3 {
+        let Some(position) = self.position() else { return self.irradiance };
+        let squared = (point - position).length_squared();
+        let axis = match self.kind {
+            LightKind::Spot { direction, .. } => direction.normalize_or_zero(),
+            _ => DVec3::ZERO,
+        };
+        let [inner, outer] = self.cone_cosines();
+        let x = (self.direction_at(point).dot(axis) - outer) / (inner - outer).max(1e-6);
+        let x = x.clamp(0.0, 1.0);
+        self.irradiance * (x * x * (3.0 - 2.0 * x)) / squared.max(f64::MIN_POSITIVE)
+    }
+}

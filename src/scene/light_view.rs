@@ -1,0 +1,172 @@
+//! The light's view of a volume: which ray belongs to which texel of a shadow map, and back.
+//!
+//! ```text
+//!   light  \ | /            (u, v) in 0..1 over the map, v = 0 is the top row
+//!   near -- +-----+ u       depth: world length along the texel's ray,
+//!           |  /\ |           from the near plane (directional)
+//!           | /  \|           from the light      (point, spot)
+//!           v \  /          the map's edges touch the volume's outline
+//! ```
+
+use glam::{DMat4, DVec3, DVec4};
+
+use super::{Light, LightKind};
+use crate::error::{Error, Result};
+use crate::math::frame_of;
+use crate::volume::Volume;
+
+/// The widest that a point or spot light may see the volume, measured from the axis of its view.
+const WIDEST_DEGREES: f64 = 80.0;
+
+/// Rays through the map's texels and the way back from the world to the map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightView {
+    /// Origin of the ray through (0, 0), and how it moves with u and v.
+    pub origin: DVec3,
+    /// Change of the origin over the map's width.
+    pub origin_u: DVec3,
+    /// Change of the origin over the map's height.
+    pub origin_v: DVec3,
+    /// Direction through (0, 0), not normalised.
+    pub direction: DVec3,
+    /// Change of the direction over the map's width.
+    pub direction_u: DVec3,
+    /// Change of the direction over the map's height.
+    pub direction_v: DVec3,
+    /// From world to (u, v, depth, 1), to be divided by the fourth; column vectors. For point and
+    /// spot lights the third is the distance along the view's axis, times the fourth.
+    pub light_from_world: DMat4,
+    /// Where a point or spot light stands; `None` for a directional light.
+    pub position: Option<DVec3>,
+}
+
+impl LightView {
+    /// The view of `light` that fits tightly around `volume`.
+    ///
+    /// # Errors
+    /// If a point or spot light stands in the volume or so close that the volume fills more than
+    /// 80 degrees to a side of its view, or if a direction is zero.
+    pub fn fit(light: &Light, volume: &Volume) -> Result<Self> {
+        match light.kind {
+            LightKind::Directional { direction } => {
+                let forward = direction.try_normalize().ok_or_else(|| {
+                    Error::value("light", format!("its direction {direction} has no length"))
+                })?;
+                Ok(Self::parallel(forward, volume))
+            }
+            LightKind::Point { position } | LightKind::Spot { position, .. } => {
+                Self::from_point(position, volume)
+            }
+        }
+    }
+
+    /// Of the rectangles around the outline with a side along a projected edge, the smallest: one of
+    /// them is the smallest of all.
+    fn parallel(forward: DVec3, volume: &Volume) -> Self {
+        let corners = volume.world_corners();
+        let fit = |hint: DVec3| -> (f64, Self) {
+            let (across, up) = frame_of(forward, hint);
+            let down = -up;
+            let (u0, u1) = extent(corners.iter().map(|c| c.dot(across)));
+            let (v0, v1) = extent(corners.iter().map(|c| c.dot(down)));
+            let (near, _) = extent(corners.iter().map(|c| c.dot(forward)));
+            let (width, height) = (u1 - u0, v1 - v0);
+            let rows = [
+                (across / width).extend(-u0 / width),
+                (down / height).extend(-v0 / height),
+                forward.extend(-near),
+                DVec4::W,
+            ];
+            let view = Self {
+                origin: across * u0 + down * v0 + forward * near,
+                origin_u: across * width,
+                origin_v: down * height,
+                direction: forward,
+                direction_u: DVec3::ZERO,
+                direction_v: DVec3::ZERO,
+                light_from_world: from_rows(rows),
+                position: None,
+            };
+            (width * height, view)
+        };
+        // An edge along the light projects to a point: there the frame is arbitrary, but right.
+        let edges = [2, 1, 4].map(|i: usize| corners[i] - corners[0]);
+        let smaller = |best: (f64, Self), other: (f64, Self)| {
+            if other.0 < best.0 * (1.0 - 1e-9) { other } else { best }
+        };
+        smaller(smaller(fit(edges[0]), fit(edges[1])), fit(edges[2])).1
+    }
+
+    fn from_point(position: DVec3, volume: &Volume) -> Result<Self> {
+        let index = volume.world_from_index().inverse().transform_point3(position);
+        let domain = volume.domain();
+        if index.cmpge(domain.min).all() && index.cmple(domain.max).all() {
+            let why = format!("its position {position} is inside the volume; move it outside");
+            return Err(Error::value("light", why));
+        }
+        let to_corners = volume.world_corners().map(|c| c - position);
+        let forward = to_corners
+            .iter()
+            .map(|c| c.normalize_or_zero())
+            .sum::<DVec3>()
+            .try_normalize()
+            .unwrap_or(DVec3::NEG_Y);
+        let narrowest = WIDEST_DEGREES.to_radians().cos();
+        if to_corners.iter().any(|c| c.normalize_or_zero().dot(forward) < narrowest) {
+            let why = format!(
+                "from its position {position} the volume spans more than {WIDEST_DEGREES} degrees \
+                 to a side; move it further away"
+            );
+            return Err(Error::value("light", why));
+        }
+        let (right, up) = frame_of(forward, DVec3::Y);
+        let down = -up;
+        let slopes = |axis: DVec3| extent(to_corners.iter().map(|c| c.dot(axis) / c.dot(forward)));
+        let (u0, u1) = slopes(right);
+        let (v0, v1) = slopes(down);
+        let about_light = |row: DVec3| row.extend(-row.dot(position));
+        let rows = [
+            about_light((right - forward * u0) / (u1 - u0)),
+            about_light((down - forward * v0) / (v1 - v0)),
+            about_light(forward),
+            about_light(forward),
+        ];
+        Ok(Self {
+            origin: position,
+            origin_u: DVec3::ZERO,
+            origin_v: DVec3::ZERO,
+            direction: forward + right * u0 + down * v0,
+            direction_u: right * (u1 - u0),
+            direction_v: down * (v1 - v0),
+            light_from_world: from_rows(rows),
+            position: Some(position),
+        })
+    }
+
+    /// Origin and unit direction of the light ray through `(u, v)`.
+    pub fn ray(&self, u: f64, v: f64) -> (DVec3, DVec3) {
+        let direction = self.direction + u * self.direction_u + v * self.direction_v;
+        (self.origin + u * self.origin_u + v * self.origin_v, direction.normalize())
+    }
+
+    /// (u, v, depth) of a world position; `None` behind a point or spot light.
+    pub fn coordinates(&self, world: DVec3) -> Option<DVec3> {
+        let light = self.light_from_world * world.extend(1.0);
+        match self.position {
+            None => Some(light.truncate()),
+            Some(position) if light.w > 0.0 => {
+                let depth = (world - position).length();
+                Some(DVec3::new(light.x / light.w, light.y / light.w, depth))
+            }
+            Some(_) => None,
+        }
+    }
+}
+
+fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
+}
+
+fn from_rows(rows: [DVec4; 4]) -> DMat4 {
+    DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose()
+}

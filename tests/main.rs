@@ -1,0 +1,6 @@
+//! One test binary; each module makes one kind of claim.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
+
+mod accuracy;
+mod analytic;
+mod support;

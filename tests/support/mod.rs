@@ -1,0 +1,23 @@
+//! What many tests need: small scenes, seeded random numbers, error measures.
+
+pub mod scenes;
+
+/// xorshift64*: seeded numbers for tests.
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in 0..1.
+    pub fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// Root mean square.
+pub fn rms(errors: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) =
+        errors.into_iter().fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
+    f64::sqrt(sum / f64::max(count, 1.0))
+}

@@ -1,0 +1,76 @@
+//! Scenes that tests are made of.
+
+use std::sync::Arc;
+
+use deepshadow::math::Aabb;
+use deepshadow::reference::{Cells, TexelProfile};
+use deepshadow::scene::{Camera, Light, LightKind, LightView, Medium, Projection, Scene};
+use deepshadow::settings::Settings;
+use deepshadow::volume::presets::Preset;
+use deepshadow::volume::{Axis, Volume, world_from_index_in_bounds};
+use glam::DVec3;
+use ndarray::Array3;
+use rayon::prelude::*;
+
+/// The light of the published figures, in index axes (z up).
+pub const ANCHOR_LIGHT: DVec3 = DVec3::new(0.5, 0.3, -0.81);
+
+/// A volume in `bounds` with the given density at each voxel (x, y, z).
+pub fn volume(dims: [usize; 3], bounds: Aabb, density: impl Fn([usize; 3]) -> f32) -> Volume {
+    let [nx, ny, nz] = dims;
+    let values = Array3::from_shape_fn((nz, ny, nx), |(z, y, x)| density([x, y, z]));
+    let placement = world_from_index_in_bounds(dims, &bounds, Axis::Y).unwrap();
+    Volume::new("test", values, placement).unwrap()
+}
+
+/// The cube around the origin with edges of length 1.
+pub fn unit_cube() -> Aabb {
+    Aabb { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) }
+}
+
+/// A white medium lit from above, seen from the front, without surroundings.
+pub fn scene(volume: Volume, density_scale: f64) -> Scene {
+    let direction = DVec3::new(0.597_614_3, -0.717_137_2, -0.358_568_6);
+    Scene {
+        volume: Arc::new(volume),
+        medium: Medium { density_scale, albedo: DVec3::ONE, phase_g: 0.0 },
+        light: Light {
+            kind: LightKind::Directional { direction },
+            irradiance: DVec3::splat(Light::UNIT_IRRADIANCE),
+        },
+        ambient: DVec3::ZERO,
+        camera: Camera {
+            projection: Projection::Perspective { fov_y_degrees: 45.0 },
+            position: DVec3::new(0.0, 0.55, 2.0),
+            target: DVec3::new(0.0, -0.1, 0.0),
+            up: DVec3::Y,
+        },
+        ground: None,
+        background: Some(DVec3::ZERO),
+    }
+}
+
+/// A preset under the anchors' light, scaled so that the largest optical depth over a map of
+/// `map_size` squared texels is `largest`.
+pub fn anchor_scene(preset: Preset, largest: f64, map_size: u32) -> Scene {
+    let mut scene = scene(preset.volume(Axis::Z).unwrap(), 1.0);
+    scene.light.kind =
+        LightKind::Directional { direction: Axis::Z.world_from_file() * ANCHOR_LIGHT };
+    let view = LightView::fit(&scene.light, &scene.volume).unwrap();
+    let cells = Cells::of(&scene.volume);
+    let n = map_size as usize;
+    let deepest = (0..n * n)
+        .into_par_iter()
+        .map(|i| {
+            let at = |c: usize| (c as f64 + 0.5) / n as f64;
+            -TexelProfile::trace(&cells, &view, 1.0, [at(i % n), at(i / n)], &[]).last.ln()
+        })
+        .reduce(|| 0.0, f64::max);
+    scene.medium.density_scale = largest / deepest;
+    scene
+}
+
+/// Small maps and pictures.
+pub fn settings(map_size: u32, image_size: [u32; 2]) -> Settings {
+    Settings { map_size, image_size, ..Settings::default() }
+}
