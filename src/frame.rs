@@ -74,7 +74,8 @@ pub struct Frame {
 
     /// Ground: height, albedo, half extent (infinite if endless), 1 if there is one.
     pub ground: Vec4,
-    /// xyz: the world's origin in frame space, below which the ground is centred; w unused.
+    /// xyz: the world's origin in frame space, below which the ground is centred; w: the density that
+    /// a stored value of 1 stands for, 1 where densities are stored as they are.
     pub world_origin: Vec4,
     /// xyz: background radiance; w: 1 if there is one.
     pub background: Vec4,
@@ -130,7 +131,12 @@ impl Frame {
         };
         let ground = scene.ground.map_or(Vec4::ZERO, |ground| {
             let extent = ground.half_extent.map_or(f32::INFINITY, |e| e as f32);
-            Vec4::new((ground.height - center.y) as f32, ground.albedo as f32, extent.min(1e30), 1.0)
+            Vec4::new(
+                (ground.height - center.y) as f32,
+                ground.albedo as f32,
+                extent.min(1e30),
+                1.0,
+            )
         });
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
         let view_most = settings.view_steps.unwrap_or(u32::MAX);
@@ -159,7 +165,7 @@ impl Frame {
             view_direction_x: along(rays.direction_x),
             view_direction_y: along(rays.direction_y),
             ground,
-            world_origin: at(DVec3::ZERO),
+            world_origin: at(DVec3::ZERO).with_w(1.0),
             background: scene.background.map_or(Vec4::ZERO, |b| b.as_vec3().extend(1.0)),
             thresholds: thresholds.extend(0.0),
             threshold_depths: (-(Vec3::ONE - thresholds).map(f32::ln)).extend(0.0),
@@ -193,7 +199,8 @@ impl Frame {
             ],
             counts: [settings.light_samples, 0, 0, 0],
         };
-        let finite = bytemuck::cast_slice::<Vec4, f32>(&frame.vectors()).iter().all(|v| v.is_finite());
+        let finite =
+            bytemuck::cast_slice::<Vec4, f32>(&frame.vectors()).iter().all(|v| v.is_finite());
         if finite { Ok(frame) } else { Err(Error::value("scene", "its lengths do not fit f32")) }
     }
 

@@ -1,10 +1,15 @@
 //! Deep shadow maps for volumes: shadows of things that light passes through.
 
 pub mod backend;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod cpu;
 pub mod error;
 pub mod frame;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod image;
+pub mod io;
 pub mod kernel;
 pub mod math;
 pub mod progress;

@@ -16,10 +16,12 @@ impl Aabb {
     /// The smallest box around `points`; `None` without points.
     pub fn around(points: impl IntoIterator<Item = DVec3>) -> Option<Self> {
         points.into_iter().fold(None, |bounds: Option<Self>, p| {
-            Some(bounds.map_or(Self { min: p, max: p }, |b| Self {
-                min: b.min.min(p),
-                max: b.max.max(p),
-            }))
+            Some(
+                bounds.map_or(Self { min: p, max: p }, |b| Self {
+                    min: b.min.min(p),
+                    max: b.max.max(p),
+                }),
+            )
         })
     }
 

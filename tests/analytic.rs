@@ -25,7 +25,9 @@ fn uniform_box_seen_askew_is_density_times_chord() {
     let uniform = volume([4, 3, 7], bounds, |_| 1.25);
     let cells = Cells::of(&uniform);
     let origin = DVec3::new(-3.0, 2.0, 0.5);
-    for target in [DVec3::new(0.3, 0.2, 3.0), DVec3::new(0.9, 0.01, 4.9), DVec3::new(-0.99, 0.4, 2.1)] {
+    for target in
+        [DVec3::new(0.3, 0.2, 3.0), DVec3::new(0.9, 0.01, 4.9), DVec3::new(-0.99, 0.4, 2.1)]
+    {
         let direction = (target - origin).normalize();
         let (enter, exit) = bounds.intersect(origin, direction).unwrap();
         let tau = optical_depth(&cells, origin, direction, EVERYWHERE);

@@ -3,4 +3,6 @@
 
 mod accuracy;
 mod analytic;
+mod backends;
+mod scene_files;
 mod support;

@@ -34,8 +34,7 @@ pub(super) fn march_view(
             for i in 0..samples {
                 let offset = pixel_offset(i, samples);
                 let at = |c: usize, offset: f32, n: u32| (c as f32 + offset) / n as f32;
-                let ray =
-                    camera_ray(frame, at(x, offset.x, width), at(y, offset.y, height));
+                let ray = camera_ray(frame, at(x, offset.x, width), at(y, offset.y, height));
                 sum += view.march(&ray);
             }
             *pixel = (sum / samples as f32).to_array();

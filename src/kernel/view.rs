@@ -29,17 +29,20 @@ pub fn pixel_offset(i: u32, samples: u32) -> Vec2 {
 /// Distance to the ground along a ray; a negative number where the ray misses it.
 pub fn ground_distance(frame: &Frame, ray: &Ray) -> f32 {
     let [height, _albedo, extent, exists] = frame.ground.to_array();
+    if exists == 0.0 || ray.direction.y.abs() < 1e-20 {
+        return -1.0;
+    }
     let t = (height - ray.origin.y) / ray.direction.y;
     let from_middle = (ray.at(t) - frame.world_origin.truncate()).abs();
-    // Written so that a NaN, from a ray along the plane, is a miss.
-    let hit = exists > 0.0 && t > 0.0 && t < 1e30 && from_middle.x.max(from_middle.z) <= extent;
+    let hit = t > 0.0 && t < 1e30 && from_middle.x.max(from_middle.z) <= extent;
     if hit { t } else { -1.0 }
 }
 
 /// Radiance of the ground at a point that `transmittance` of the light reaches, per channel.
 pub fn ground_radiance(frame: &Frame, point: Vec3, transmittance: f32) -> Vec3 {
     let cosine = (-light_direction_at(frame, point).y).max(0.0);
-    let direct = irradiance_at(frame, point) * (cosine * transmittance * std::f32::consts::FRAC_1_PI);
+    let direct =
+        irradiance_at(frame, point) * (cosine * transmittance * std::f32::consts::FRAC_1_PI);
     frame.ground.y * (direct + frame.ambient.truncate())
 }
 
@@ -60,4 +63,4 @@ pub fn surface_depth(frame: &Frame, light: Vec3) -> f32 {
 }
 
 /// Deeper than every volume.
-pub const FAR: f32 = 1e30;
+pub const FAR: f32 = 1e12;

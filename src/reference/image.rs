@@ -27,10 +27,8 @@ pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) ->
     let mut image = Image::filled(width, height, [0.0; 4]);
     image.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
         let (x, y) = (i as u32 % width, i as u32 / width);
-        let (u, v) = (
-            (f64::from(x) + 0.5) / f64::from(width),
-            (f64::from(y) + 0.5) / f64::from(height),
-        );
+        let (u, v) =
+            ((f64::from(x) + 0.5) / f64::from(width), (f64::from(y) + 0.5) / f64::from(height));
         let (origin, direction) = rays.ray(u, v);
         *pixel = radiance(scene, &cells, origin, direction, cuts);
     });

@@ -65,8 +65,11 @@ impl<'a> Cells<'a> {
         let start = o + t * d;
         for axis in 0..3 {
             if d[axis] != 0.0 {
-                plane[axis] =
-                    if d[axis] > 0.0 { start[axis].floor() + 1.0 } else { start[axis].ceil() - 1.0 };
+                plane[axis] = if d[axis] > 0.0 {
+                    start[axis].floor() + 1.0
+                } else {
+                    start[axis].ceil() - 1.0
+                };
                 next[axis] = (plane[axis] - o[axis]) / d[axis];
             }
         }

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::file::{CameraTable, GroundTable, LightTable, SceneFile};
+use super::framing::{frame, shown_points};
 use super::{Camera, Ground, Light, LightKind, Medium, Projection, Scene};
 use crate::error::{Error, Result};
-use crate::math::{Aabb, frame_of};
+use crate::math::Aabb;
 use crate::settings::Settings;
 use crate::volume::Volume;
 
@@ -17,14 +18,16 @@ const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
 /// From the target to the eye: a three-quarter view.
 const EYE_DIRECTION: DVec3 = DVec3::new(0.36, 0.42, 1.0);
 const FOV_Y_DEGREES: f64 = 32.0;
-/// Share of the picture that stays free at each edge.
-const MARGIN: f64 = 0.06;
 /// Optical depth through the fuller columns of the volume.
 const OPTICAL_DEPTH: f64 = 5.0;
 /// Which column counts as a full one.
 const FULL_COLUMN: f64 = 0.9;
+/// Share of the largest density above which a voxel counts as seen.
+const VISIBLE_SHARE: f32 = 0.04;
 /// The photographer's grey card.
 const GROUND_ALBEDO: f64 = 0.18;
+/// A darker ground, on which a white medium stands out.
+const STUDIO_GROUND_ALBEDO: f64 = 0.07;
 /// Distance between volume and ground, in largest edge lengths of the volume.
 const GROUND_GAP: f64 = 0.04;
 /// Ambient radiance under a bright sky, for pictures that say nothing of it.
@@ -69,13 +72,14 @@ pub fn complete(
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let settings = settings(file)?;
-    let bounds = volume.world_bounds();
+    let visible = volume.visible_corners(VISIBLE_SHARE);
+    let bounds = Aabb::around(visible).unwrap_or_else(|| volume.world_bounds());
     let light = light(&file.light, &bounds, &mut choices)?;
-    let ground = ground(&file.ground, &bounds, &mut choices)?;
+    let ground = ground(&file.ground, &bounds, surroundings, &mut choices)?;
     let medium = medium(file, &volume, &light, &mut choices)?;
     let [width, height] = settings.image_size;
     let aspect = f64::from(width) / f64::from(height);
-    let camera = camera(&file.camera, &volume, &light, ground, aspect, &mut choices)?;
+    let camera = camera(&file.camera, &visible, &light, ground, aspect, &mut choices)?;
     let ambient = match (file.ambient.radiance, surroundings) {
         (Some(radiance), _) => radiance_of("ambient.radiance", radiance)?,
         (None, Surroundings::Void) => DVec3::ZERO,
@@ -137,9 +141,6 @@ fn settings(file: &SceneFile) -> Result<Settings> {
         let why = format!("{low}, {middle}, {high} do not rise between 0 and 1");
         return Err(Error::value("shadow.thresholds", why));
     }
-    fn named<T: std::str::FromStr<Err = Error>>(given: Option<&String>, or: T) -> Result<T> {
-        given.map_or(Ok(or), |name| name.parse())
-    }
     Ok(Settings {
         image_size: [
             count("image.width", image.width, default.image_size[0], 1 << 15)?,
@@ -159,8 +160,17 @@ fn settings(file: &SceneFile) -> Result<Settings> {
         lookup: named(shadow.lookup.as_ref(), default.lookup)?,
         filter: named(shadow.filter.as_ref(), default.filter)?,
         shading: named(shadow.shading.as_ref(), default.shading)?,
-        light_samples: count("shadow.light_samples", shadow.light_samples, default.light_samples, 1 << 16)?,
+        light_samples: count(
+            "shadow.light_samples",
+            shadow.light_samples,
+            default.light_samples,
+            1 << 16,
+        )?,
     })
+}
+
+fn named<T: std::str::FromStr<Err = Error>>(given: Option<&String>, or: T) -> Result<T> {
+    given.map_or(Ok(or), |name| name.parse())
 }
 
 fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Light> {
@@ -234,7 +244,12 @@ fn spot(
     Ok(LightKind::Spot { position, direction, cone_degrees, cone_softness })
 }
 
-fn ground(table: &GroundTable, bounds: &Aabb, choices: &mut Choices) -> Result<Option<Ground>> {
+fn ground(
+    table: &GroundTable,
+    bounds: &Aabb,
+    surroundings: Surroundings,
+    choices: &mut Choices,
+) -> Result<Option<Ground>> {
     if table.enabled == Some(false) {
         return Ok(None);
     }
@@ -246,7 +261,14 @@ fn ground(table: &GroundTable, bounds: &Aabb, choices: &mut Choices) -> Result<O
             height
         }
     };
-    let albedo = table.albedo.unwrap_or(GROUND_ALBEDO);
+    let albedo = match (table.albedo, surroundings) {
+        (Some(albedo), _) => albedo,
+        (None, Surroundings::Void) => GROUND_ALBEDO,
+        (None, Surroundings::Studio) => {
+            choices.took("ground albedo (ground.albedo)", STUDIO_GROUND_ALBEDO.to_string());
+            STUDIO_GROUND_ALBEDO
+        }
+    };
     if !(0.0..=1.0).contains(&albedo) {
         return Err(Error::value("ground.albedo", format!("{albedo} is not between 0 and 1")));
     }
@@ -293,7 +315,7 @@ fn medium(
 
 fn camera(
     table: &CameraTable,
-    volume: &Volume,
+    visible: &[DVec3; 8],
     light: &Light,
     ground: Option<Ground>,
     aspect: f64,
@@ -310,7 +332,7 @@ fn camera(
         return Err(Error::value("camera.fov_y_degrees", why));
     }
     let up = finite("camera.up", table.up.unwrap_or([0.0, 1.0, 0.0]))?;
-    let shown = shown_points(volume, light, ground);
+    let shown = shown_points(visible, light, ground);
     let (mut position, mut target) = (table.position, table.target);
     let mut extent_y = table.height;
     let direction = match (position, target) {
@@ -332,7 +354,7 @@ fn camera(
     let position = finite("camera.position", position.unwrap_or_default())?;
     let target = match target {
         Some(target) => finite("camera.target", target)?,
-        None => volume.world_bounds().center(),
+        None => visible.iter().sum::<DVec3>() / 8.0,
     };
     if (target - position).length_squared() == 0.0 {
         return Err(Error::value("camera.target", format!("{target} is where the camera stands")));
@@ -348,52 +370,6 @@ fn camera(
         _ => Projection::Perspective { fov_y_degrees },
     };
     Ok(Camera { projection, position, target, up })
-}
-
-/// What a first picture must hold: the volume's corners and their shadows on the ground.
-fn shown_points(volume: &Volume, light: &Light, ground: Option<Ground>) -> Vec<DVec3> {
-    let corners = volume.world_corners();
-    // A low light's shadow runs far away; beyond this it may leave the picture.
-    let longest = 1.2 * volume.world_bounds().size().length();
-    let shadows = corners.iter().filter_map(|&corner| {
-        let direction = light.direction_at(corner);
-        let distance = (ground?.height - corner.y) / direction.y;
-        (distance > 0.0).then(|| corner + direction * distance.min(longest))
-    });
-    corners.iter().copied().chain(shadows).collect()
-}
-
-struct Framed {
-    position: DVec3,
-    target: DVec3,
-    /// World units between the upper and lower edge at the target, for orthographic views.
-    height: f64,
-}
-
-/// The eye that looks along `forward` and sees all of `points`, as close as the margin allows:
-/// along each image axis the points bound where the eye may stand by a wedge, and the apex of the
-/// narrower wedge is the place.
-fn frame(points: &[DVec3], forward: DVec3, up: DVec3, fov_y_degrees: f64, aspect: f64) -> Framed {
-    let (right, up) = frame_of(forward, up);
-    let slope_y = (fov_y_degrees.to_radians() * 0.5).tan() * (1.0 - 2.0 * MARGIN);
-    let wedge = |axis: DVec3, slope: f64| {
-        let edge = |sign: f64| {
-            points.iter().map(|p| sign * p.dot(axis) + slope * p.dot(forward)).fold(f64::MAX, f64::min)
-        };
-        let (low, high) = (edge(1.0), edge(-1.0));
-        // (where the wedge ends along the axis, along the view)
-        ((low - high) * 0.5, (low + high) * 0.5 / slope)
-    };
-    let (x, depth_x) = wedge(right, slope_y * aspect);
-    let (y, depth_y) = wedge(up, slope_y);
-    let position = right * x + up * y + forward * depth_x.min(depth_y);
-    let middle = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
-    let target = position + forward * (middle - position).dot(forward);
-    let reach = |axis: DVec3| {
-        points.iter().map(|p| (p - target).dot(axis).abs()).fold(f64::MIN_POSITIVE, f64::max)
-    };
-    let height = 2.0 * reach(up).max(reach(right) / aspect) / (1.0 - 2.0 * MARGIN);
-    Framed { position, target, height }
 }
 
 fn finite(what: &str, given: [f64; 3]) -> Result<DVec3> {

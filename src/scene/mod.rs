@@ -4,7 +4,9 @@
 
 pub mod automatic;
 mod camera;
+mod descriptors;
 pub mod file;
+mod framing;
 mod light;
 mod light_view;
 
@@ -14,6 +16,7 @@ use glam::DVec3;
 
 use crate::volume::Volume;
 pub use camera::{Camera, Projection, ViewRays};
+pub use descriptors::descriptor;
 pub use file::SceneFile;
 pub use light::{Light, LightKind};
 pub use light_view::LightView;

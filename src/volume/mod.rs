@@ -138,6 +138,18 @@ impl Volume {
         self.domain.corners().map(|p| self.world_from_index.transform_point3(p))
     }
 
+    /// The box in world space around what can be seen: all voxels above `share` of the largest
+    /// value, to their neighbours' centres; the whole volume if it is empty.
+    pub fn visible_corners(&self, share: f32) -> [DVec3; 8] {
+        let least = self.statistics().max * share;
+        let visible =
+            statistics::box_above(&self.values, least).map_or(self.domain, |found| Aabb {
+                min: (found.min - 1.0).max(self.domain.min),
+                max: (found.max + 1.0).min(self.domain.max),
+            });
+        visible.corners().map(|p| self.world_from_index.transform_point3(p))
+    }
+
     /// How many stored values were negative, NaN or infinite and render as 0.
     pub fn replaced(&self) -> usize {
         self.replaced
@@ -154,7 +166,11 @@ impl Volume {
         let steps = [DVec3::X, DVec3::Y, DVec3::Z]
             .map(|axis| self.world_from_index.transform_vector3(axis));
         let along = steps.map(|step| (step.normalize_or_zero().dot(direction)).abs());
-        let axis = if along[0] >= along[1].max(along[2]) { 0 } else { 1 + usize::from(along[2] > along[1]) };
+        let axis = if along[0] >= along[1].max(along[2]) {
+            0
+        } else {
+            1 + usize::from(along[2] > along[1])
+        };
         let spacing = steps[axis].length();
         let sums = statistics::nonempty_column_sums(&self.values, axis);
         sums.into_iter().map(|sum| sum * spacing).collect()

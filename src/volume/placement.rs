@@ -46,7 +46,9 @@ impl std::str::FromStr for Axis {
             "-x" => Self::NegativeX,
             "-y" => Self::NegativeY,
             "-z" => Self::NegativeZ,
-            _ => return Err(Error::value("up", format!("'{text}' is none of x, y, z, -x, -y, -z"))),
+            _ => {
+                return Err(Error::value("up", format!("'{text}' is none of x, y, z, -x, -y, -z")));
+            }
         })
     }
 }

@@ -1,6 +1,9 @@
 //! What a volume's values look like as a whole, for automatic choices and for people.
 
+use glam::DVec3;
 use ndarray::{Array3, ArrayView2, Axis};
+
+use crate::math::Aabb;
 
 /// Range, mean and border level of a volume's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,8 +16,9 @@ pub struct Statistics {
     pub mean: f64,
     /// Share of the voxels above 0, in 0..1.
     pub nonempty: f64,
-    /// The value below which 99 % of the voxels on the six faces lie: what the surroundings of a
-    /// scanned object look like. 0 where the medium lies free in empty space.
+    /// The value below which 90 % of the voxels on the six faces lie: what the surroundings of a
+    /// scanned object look like, even where the object itself touches a face. 0 where the medium
+    /// lies free in empty space.
     pub border: f32,
 }
 
@@ -29,7 +33,13 @@ impl Statistics {
             nonempty += usize::from(v > 0.0);
         }
         let count = values.len().max(1) as f64;
-        Self { min, max, mean: sum / count, nonempty: nonempty as f64 / count, border: border(values) }
+        Self {
+            min,
+            max,
+            mean: sum / count,
+            nonempty: nonempty as f64 / count,
+            border: border(values),
+        }
     }
 }
 
@@ -46,7 +56,7 @@ fn border(values: &Array3<f32>) -> f32 {
     if shell.is_empty() {
         return 0.0;
     }
-    let rank = (shell.len() - 1) * 99 / 100;
+    let rank = (shell.len() - 1) * 9 / 10;
     *shell.select_nth_unstable_by(rank, f32::total_cmp).1
 }
 
@@ -61,4 +71,22 @@ pub(super) fn nonempty_column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64
         .collect();
     sums.sort_unstable_by(f64::total_cmp);
     sums
+}
+
+/// The box of voxel indices (x, y, z), inclusive, around all voxels above `least`.
+pub(super) fn box_above(values: &Array3<f32>, least: f32) -> Option<Aabb> {
+    let mut found: Option<Aabb> = None;
+    for ((z, y), row) in values
+        .rows()
+        .into_iter()
+        .enumerate()
+        .map(|(i, row)| ((i / values.dim().1, i % values.dim().1), row))
+    {
+        let Some(first) = row.iter().position(|&v| v > least) else { continue };
+        let last = row.iter().rposition(|&v| v > least).unwrap_or(first);
+        let ends = [first, last].map(|x| DVec3::new(x as f64, y as f64, z as f64));
+        let known = found.map_or([ends[0]; 2], |b| [b.min, b.max]);
+        found = Aabb::around(ends.into_iter().chain(known));
+    }
+    found
 }

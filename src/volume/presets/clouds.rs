@@ -38,7 +38,8 @@ pub(super) fn voxels(n: usize, nz: usize, seed: u32) -> Array3<f32> {
 fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
     let depth = nz * 4;
     let mut normals = StandardNormal::seeded(seed);
-    let mut noise: Vec<f32> = std::iter::repeat_with(|| normals.next()).take(n * n * depth).collect();
+    let mut noise: Vec<f32> =
+        std::iter::repeat_with(|| normals.next()).take(n * n * depth).collect();
 
     let mut planner = RealFftPlanner::<f32>::new();
     let (along_z, back_z) = (planner.plan_fft_forward(depth), planner.plan_fft_inverse(depth));

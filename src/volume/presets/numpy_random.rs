@@ -35,12 +35,8 @@ impl StandardNormal {
     pub(super) fn seeded(seed: u32) -> Self {
         let words = seed_words(seed);
         let wide = |i: usize| u128::from(words[i]) << 64 | u128::from(words[i + 1]);
-        let mut stream = Self {
-            state: 0,
-            increment: wide(2) << 1 | 1,
-            spare: None,
-            strips: Box::new(strips()),
-        };
+        let mut stream =
+            Self { state: 0, increment: wide(2) << 1 | 1, spare: None, strips: Box::new(strips()) };
         stream.step();
         stream.state = stream.state.wrapping_add(wide(0));
         stream.step();

@@ -1,0 +1,40 @@
+// One picture's parameters: the same fields at the same places as `Frame` in src/frame.rs.
+
+struct Frame {
+    index_from_frame: array<vec4<f32>, 3>,
+    domain_min: vec4<f32>,
+    domain_max: vec4<f32>,
+    albedo: vec4<f32>,
+    light_origin: vec4<f32>,
+    light_origin_u: vec4<f32>,
+    light_origin_v: vec4<f32>,
+    light_direction: vec4<f32>,
+    light_direction_u: vec4<f32>,
+    light_direction_v: vec4<f32>,
+    light_from_frame: array<vec4<f32>, 4>,
+    light_position: vec4<f32>,
+    light_axis: vec4<f32>,
+    irradiance: vec4<f32>,
+    ambient: vec4<f32>,
+    view_origin: vec4<f32>,
+    view_origin_x: vec4<f32>,
+    view_origin_y: vec4<f32>,
+    view_direction: vec4<f32>,
+    view_direction_x: vec4<f32>,
+    view_direction_y: vec4<f32>,
+    ground: vec4<f32>,
+    world_origin: vec4<f32>,
+    background: vec4<f32>,
+    thresholds: vec4<f32>,
+    threshold_depths: vec4<f32>,
+    sizes: vec4<u32>,
+    steps: vec4<u32>,
+    methods: vec4<u32>,
+    counts: vec4<u32>,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
+const VIEW_STEPS_PER_VOXEL: f32 = 2.0;
+const OPAQUE_TRANSMITTANCE: f32 = 0.0009765625;

@@ -1,0 +1,40 @@
+// Rays against boxes, and how many steps a ray takes.
+#import kernel/frame
+
+struct Ray {
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+}
+
+fn ray_at(ray: Ray, t: f32) -> vec3<f32> {
+    return ray.origin + t * ray.direction;
+}
+
+// The same ray in voxel indices; t still counts frame-space lengths.
+fn index_ray_of(ray: Ray) -> Ray {
+    let o = vec4<f32>(ray.origin, 1.0);
+    let d = vec4<f32>(ray.direction, 0.0);
+    let x = frame.index_from_frame[0];
+    let y = frame.index_from_frame[1];
+    let z = frame.index_from_frame[2];
+    return Ray(
+        vec3<f32>(dot(x, o), dot(y, o), dot(z, o)),
+        vec3<f32>(dot(x, d), dot(y, d), dot(z, d)),
+    );
+}
+
+// The part of a ray inside a box, as distances (enter, exit); empty if exit <= enter.
+fn intersect_box(ray: Ray, lowest: vec3<f32>, highest: vec3<f32>) -> vec2<f32> {
+    let tiny = vec3<f32>(1e-30);
+    let d = select(ray.direction, tiny, abs(ray.direction) < tiny);
+    let a = (lowest - ray.origin) / d;
+    let b = (highest - ray.origin) / d;
+    let near = min(a, b);
+    let far = max(a, b);
+    let enter = max(max(near.x, max(near.y, near.z)), 0.0);
+    return vec2<f32>(enter, min(far.x, min(far.y, far.z)));
+}
+
+fn step_count(voxels: f32, per_voxel: f32, least: u32, most: u32) -> u32 {
+    return clamp(u32(min(ceil(voxels * per_voxel), 16777216.0)), least, most);
+}

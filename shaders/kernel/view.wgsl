@@ -1,0 +1,36 @@
+// The camera's rays, where in a pixel they go, and the ground that they meet.
+#import kernel/light
+
+// The camera ray through picture position (x, y), 0..1 from the upper left corner.
+fn camera_ray(x: f32, y: f32) -> Ray {
+    let o = frame.view_origin + x * frame.view_origin_x + y * frame.view_origin_y;
+    let d = frame.view_direction + x * frame.view_direction_x + y * frame.view_direction_y;
+    return Ray(o.xyz, normalize(d.xyz));
+}
+
+// Where a sample lies in its pixel, 0..1.
+fn pixel_offset(i: u32, samples: u32) -> vec2<f32> {
+    if (samples == 1u) {
+        return vec2<f32>(0.5);
+    }
+    let golden = fract(f32(i) * 0.618034 + 0.5);
+    return vec2<f32>((f32(i) + 0.5) / f32(samples), golden);
+}
+
+// Distance to the ground along a ray; a negative number where the ray misses it.
+fn ground_distance(ray: Ray) -> f32 {
+    if (frame.ground.w == 0.0 || abs(ray.direction.y) < 1e-20) {
+        return -1.0;
+    }
+    let t = (frame.ground.x - ray.origin.y) / ray.direction.y;
+    let from_middle = abs(ray_at(ray, t) - frame.world_origin.xyz);
+    let hit = t > 0.0 && t < 1e30 && max(from_middle.x, from_middle.z) <= frame.ground.z;
+    return select(-1.0, t, hit);
+}
+
+// Radiance of the ground at a point that a share of the light reaches, per channel.
+fn ground_radiance(point: vec3<f32>, transmittance: f32) -> vec3<f32> {
+    let cosine = max(-light_direction_at(point).y, 0.0);
+    let direct = irradiance_at(point) * (cosine * transmittance * 0.31830987);
+    return frame.ground.y * (direct + frame.ambient.xyz);
+}

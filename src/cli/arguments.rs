@@ -1,0 +1,192 @@
+//! What was typed: options shared by the commands that work on a scene, and their values.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::Args;
+
+use super::backend::BackendChoice;
+use crate::scene::SceneFile;
+
+/// A scene and how to compute it, as options.
+#[derive(Debug, Args)]
+pub(super) struct SceneArguments {
+    /// Preset (box, bucky, rods, clouds), volume file or scene file (.toml).
+    pub input: String,
+    /// What computes: a hardware GPU if there is one and else the CPU (auto), gpu or cpu.
+    #[arg(long, default_value = "auto", value_parser = parse::<BackendChoice>)]
+    pub backend: BackendChoice,
+    /// Threads of the CPU backend; all cores by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Say nothing but errors.
+    #[arg(long)]
+    pub quiet: bool,
+
+    /// Kind of shadow map: threshold.
+    #[arg(long, value_name = "KIND", help_heading = "Shadow map")]
+    pub map: Option<String>,
+    /// How transmittance is read from the map: default or paper.
+    #[arg(long, value_name = "HOW", help_heading = "Shadow map")]
+    pub lookup: Option<String>,
+    /// How texels are combined: bilinear or nearest.
+    #[arg(long, value_name = "HOW", help_heading = "Shadow map")]
+    pub filter: Option<String>,
+    /// Where in a step a threshold is crossed: exact, smoothstep (the paper's) or bucket.
+    #[arg(long, value_name = "HOW", help_heading = "Shadow map")]
+    pub crossing: Option<String>,
+    /// Opacities whose depths the map keeps [0.1,0.5,0.9].
+    #[arg(long, value_name = "T1,T2,T3", value_parser = numbers::<f64, 3>, help_heading = "Shadow map")]
+    pub thresholds: Option<Numbers<f64, 3>>,
+    /// Texels along each edge of the map [512].
+    #[arg(long, value_name = "N", help_heading = "Shadow map")]
+    pub map_size: Option<u32>,
+    /// Steps along a light ray at most [512].
+    #[arg(long, value_name = "N", help_heading = "Shadow map")]
+    pub steps: Option<u32>,
+
+    /// Grid of a file that holds several.
+    #[arg(long, value_name = "NAME", help_heading = "Volume")]
+    pub grid: Option<String>,
+    /// Voxels of raw data along x, y, z.
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<usize, 3>, help_heading = "Volume")]
+    pub dims: Option<Numbers<usize, 3>>,
+    /// Number type of raw data: u8, i8, u16, i16, u32, i32, f16, f32, f64.
+    #[arg(long = "type", value_name = "TYPE", help_heading = "Volume")]
+    pub value_type: Option<String>,
+    /// Byte order of raw data: little or big [little].
+    #[arg(long, value_name = "ORDER", help_heading = "Volume")]
+    pub endian: Option<String>,
+    /// Distance between voxels along x, y, z.
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, help_heading = "Volume")]
+    pub spacing: Option<Numbers<f64, 3>>,
+    /// Values to map to 0..1, clamped, for scans.
+    #[arg(long, value_name = "LO,HI", value_parser = numbers::<f32, 2>, allow_hyphen_values = true, help_heading = "Volume")]
+    pub window: Option<Numbers<f32, 2>>,
+    /// Index axis that points up: x, y, z, -x, -y, -z.
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true, help_heading = "Volume")]
+    pub up: Option<String>,
+    /// Extinction per unit of density, 1 / world length.
+    #[arg(long, value_name = "X", help_heading = "Volume")]
+    pub density_scale: Option<f64>,
+
+    /// The way the light travels.
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
+    pub light: Option<Numbers<f64, 3>>,
+    /// No ground and no background: alpha in the file.
+    #[arg(long, help_heading = "Scene")]
+    pub transparent: bool,
+}
+
+/// A picture, as options.
+#[derive(Debug, Args)]
+pub(super) struct PictureArguments {
+    /// Picture size in pixels [512x512].
+    #[arg(long, value_name = "WxH", value_parser = size, help_heading = "Picture")]
+    pub size: Option<[u32; 2]>,
+    /// Camera rays a pixel; 1 is its centre [1].
+    #[arg(long, value_name = "N", help_heading = "Picture")]
+    pub samples: Option<u32>,
+    /// Steps along a camera ray at most; by the voxels it crosses by default.
+    #[arg(long, value_name = "N", help_heading = "Picture")]
+    pub view_steps: Option<u32>,
+    /// Factor on radiance before encoding for screens [1].
+    #[arg(long, value_name = "X", help_heading = "Picture")]
+    pub exposure: Option<f64>,
+    /// How shadow becomes colour: physical or paper [physical].
+    #[arg(long, value_name = "HOW", help_heading = "Picture")]
+    pub shading: Option<String>,
+    /// Lookups along a camera ray with --shading paper [128].
+    #[arg(long, value_name = "N", help_heading = "Picture")]
+    pub light_samples: Option<u32>,
+}
+
+/// Where a result goes.
+#[derive(Debug, Args)]
+pub(super) struct OutputArguments {
+    /// File to write; the input's name in the current folder by default.
+    #[arg(short, long, value_name = "OUT")]
+    pub out: Option<PathBuf>,
+}
+
+/// Puts what was given over what a scene file says.
+macro_rules! overlay {
+    ($($target:expr => $given:expr,)*) => {
+        $(if let Some(given) = $given { $target = Some(given); })*
+    };
+}
+
+impl SceneArguments {
+    /// Puts the options over `file`.
+    pub(super) fn overlay(&self, file: &mut SceneFile) {
+        let (volume, shadow) = (&mut file.volume, &mut file.shadow);
+        overlay! {
+            shadow.map => self.map.clone(),
+            shadow.lookup => self.lookup.clone(),
+            shadow.filter => self.filter.clone(),
+            shadow.crossing => self.crossing.clone(),
+            shadow.thresholds => self.thresholds.map(|t| t.0),
+            shadow.size => self.map_size,
+            shadow.steps => self.steps,
+            volume.grid => self.grid.clone(),
+            volume.dims => self.dims.map(|d| d.0),
+            volume.value_type => self.value_type.clone(),
+            volume.endian => self.endian.clone(),
+            volume.spacing => self.spacing.map(|s| s.0),
+            volume.window => self.window.map(|w| w.0),
+            volume.up => self.up.clone(),
+            volume.density_scale => self.density_scale,
+        }
+        if let Some(Numbers(direction)) = self.light {
+            file.light.direction = Some(direction);
+            file.light.kind = Some("directional".to_owned());
+        }
+        if self.transparent {
+            file.ground.enabled = Some(false);
+        }
+    }
+}
+
+impl PictureArguments {
+    /// Puts the options over `file`.
+    pub(super) fn overlay(&self, file: &mut SceneFile) {
+        overlay! {
+            file.image.width => self.size.map(|[width, _]| width),
+            file.image.height => self.size.map(|[_, height]| height),
+            file.image.samples => self.samples,
+            file.image.exposure => self.exposure,
+            file.shadow.view_steps => self.view_steps,
+            file.shadow.shading => self.shading.clone(),
+            file.shadow.light_samples => self.light_samples,
+        }
+    }
+}
+
+/// `N` numbers with commas between them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Numbers<T, const N: usize>(pub [T; N]);
+
+fn numbers<T: FromStr + Copy + Default, const N: usize>(
+    text: &str,
+) -> Result<Numbers<T, N>, String> {
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    if parts.len() != N {
+        return Err(format!("{N} numbers with commas between them are needed"));
+    }
+    let mut values = [T::default(); N];
+    for (value, part) in values.iter_mut().zip(parts) {
+        *value = part.parse().map_err(|_| format!("'{part}' is not such a number"))?;
+    }
+    Ok(Numbers(values))
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    parsed
+        .filter(|&[w, h]| w > 0 && h > 0)
+        .ok_or_else(|| "WIDTHxHEIGHT is needed, as 640x480".to_owned())
+}
+
+fn parse<T: FromStr<Err = crate::Error>>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|error: crate::Error| error.to_string())
+}

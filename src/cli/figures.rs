@@ -1,0 +1,209 @@
+//! `figures`: the paper's figures 2, 3 and 4 from the presets, as labelled contact sheets.
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+
+use super::backend::{self, BackendChoice};
+use super::progress::Bars;
+use super::say;
+use super::sheet::Sheet;
+use crate::backend::Backend;
+use crate::error::{Error, Result};
+use crate::image::Image;
+use crate::io::{PendingFile, load_volume, png};
+use crate::progress::{Progress, Silent};
+use crate::scene::automatic::{Surroundings, complete};
+use crate::scene::{Scene, descriptor};
+use crate::settings::{Crossing, Lookup, Settings, Shading};
+use crate::shadow::{ShadowMap, ThresholdMap};
+use crate::volume::presets::Preset;
+
+/// Pixels along the edge of each picture on a sheet.
+const CELL: u32 = 320;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Folder to write figure-2.png, figure-3.png and figure-4.png to; made if missing.
+    #[arg(short, long, value_name = "DIR")]
+    out: PathBuf,
+    /// What computes: auto, gpu or cpu.
+    #[arg(long, default_value = "auto", value_parser = |text: &str| text.parse::<BackendChoice>().map_err(|e| e.to_string()))]
+    backend: BackendChoice,
+    /// Say nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let folder = &arguments.out;
+    fs::create_dir_all(folder).map_err(|error| Error::file(folder, error))?;
+    let progress: Box<dyn Progress> =
+        if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
+    let painter = Painter { backend: backend::open(arguments.backend)?, progress };
+    let [cube, bucky, rods, clouds] = Preset::ALL.map(|preset| preset_scene(preset, true));
+    let (cube, bucky, rods, clouds) = (cube?, bucky?, rods?, clouds?);
+    let floating_cube = preset_scene(Preset::Box, false)?;
+
+    let all = [&cube, &bucky, &rods, &clouds];
+    let figures: [(&str, Draw<'_>); 3] = [
+        ("figure-2.png", &|| painter.maps(&all)),
+        ("figure-3.png", &|| painter.shading(&floating_cube)),
+        ("figure-4.png", &|| painter.ground_shadows(&[&rods, &bucky, &cube])),
+    ];
+    for (name, draw) in figures {
+        let path = folder.join(name);
+        let file = PendingFile::create(&path)?;
+        let (width, height, rgb) = draw()?.into_rgb();
+        file.finish_with(&png::encode_rgb(width, height, rgb)?)?;
+        if !arguments.quiet {
+            say(&format!("wrote {}, {}", path.display(), painter.backend.description()));
+        }
+    }
+    Ok(())
+}
+
+/// A preset as the paper shows it: in the dark, on its ground.
+struct PresetScene {
+    name: &'static str,
+    scene: Scene,
+    settings: Settings,
+}
+
+fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
+    let mut file = descriptor(preset)?;
+    file.ground.enabled = Some(ground);
+    file.image.width = Some(CELL);
+    file.image.height = Some(CELL);
+    let volume = Arc::new(load_volume(&file.volume)?);
+    let (scene, settings, _) = complete(&file, volume, Surroundings::Void)?;
+    let settings = Settings {
+        lookup: Lookup::Paper,
+        crossing: Crossing::Smoothstep,
+        shading: Shading::Paper,
+        ..settings
+    };
+    Ok(PresetScene { name: preset.name(), scene, settings })
+}
+
+type Draw<'a> = &'a dyn Fn() -> Result<Sheet>;
+
+struct Painter {
+    backend: Box<dyn Backend>,
+    progress: Box<dyn Progress>,
+}
+
+impl Painter {
+    /// Figure 2: a row a volume: the whole map, then its four channels.
+    fn maps(&self, scenes: &[&PresetScene]) -> Result<Sheet> {
+        let mut sheet = Sheet::new(5, scenes.len() as u32, [CELL; 2]);
+        for (row, preset) in scenes.iter().enumerate() {
+            let row = row as u32;
+            let map = self.backend.map(&preset.scene, &preset.settings, &*self.progress)?;
+            let scaled = scaled_channels(&map, &preset.scene);
+            sheet.put(0, row, &shrunk(&scaled, map.size(), |t| [t[0], t[1], t[2]]), preset.name);
+            let labels = ["depth at 10 %", "depth at 50 %", "depth at 90 %", "maximum opacity"];
+            for (c, label) in labels.into_iter().enumerate() {
+                let channel = shrunk(&scaled, map.size(), |t| [t[c]; 3]);
+                sheet.put(c as u32 + 1, row, &channel, label);
+            }
+        }
+        Ok(sheet)
+    }
+
+    /// Figure 3: the volume unshadowed, shadowed, and the opacity looked up.
+    fn shading(&self, preset: &PresetScene) -> Result<Sheet> {
+        let scene = &preset.scene;
+        let shadowed = self.picture(scene, &preset.settings)?;
+        // A map of a medium without extinction shadows nothing.
+        let map = self.backend.map(scene, &preset.settings, &*self.progress)?;
+        let clear =
+            ThresholdMap::new(vec![[0.0; 4]; map.texels().len()], &preset.settings, *map.view());
+        let unshadowed = self.picture_through(scene, &preset.settings, &clear)?;
+        let mut opacity = unshadowed.clone();
+        for (pixel, dark) in opacity.pixels.iter_mut().zip(&shadowed.pixels) {
+            let average = if pixel[0] > 0.0 { 1.0 - dark[0] / pixel[0] } else { 0.0 };
+            *pixel = [average, average, average, 1.0];
+        }
+        let mut sheet = Sheet::new(3, 1, [CELL; 2]);
+        sheet.put(0, 0, &unshadowed.to_srgb8(1.0), "unshadowed");
+        sheet.put(1, 0, &shadowed.to_srgb8(1.0), "shadowed");
+        sheet.put(2, 0, &opacity.to_srgb8(1.0), "opacity from the map");
+        Ok(sheet)
+    }
+
+    /// Figure 4: shadows on the ground from the maximum opacity.
+    fn ground_shadows(&self, scenes: &[&PresetScene]) -> Result<Sheet> {
+        let mut sheet = Sheet::new(scenes.len() as u32, 1, [CELL; 2]);
+        for (column, preset) in scenes.iter().enumerate() {
+            let picture = self.picture(&preset.scene, &preset.settings)?;
+            sheet.put(column as u32, 0, &picture.to_srgb8(1.0), preset.name);
+        }
+        Ok(sheet)
+    }
+
+    fn picture(&self, scene: &Scene, settings: &Settings) -> Result<Image> {
+        Ok(self.backend.render(scene, settings, &*self.progress)?.0)
+    }
+
+    fn picture_through(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        map: &ThresholdMap,
+    ) -> Result<Image> {
+        let frame = crate::frame::Frame::with_light_view(scene, settings, map.view())?;
+        self.backend.march_view(&scene.volume, &frame, map, &*self.progress)
+    }
+}
+
+/// The map's channels for the eye, as the paper draws them: depths from where the volume begins,
+/// brighter is deeper; unset channels and empty texels black; opacity as it is.
+fn scaled_channels(map: &ThresholdMap, scene: &Scene) -> Vec<[f32; 4]> {
+    let [near, far] = depth_range(map, scene);
+    let thresholds = map.thresholds().map(|t| t as f32);
+    let scaled = |texel: &[f32; 4]| {
+        let depth = |c: usize| {
+            let set = texel[3] >= thresholds[c];
+            if set { ((texel[c] - near) / (far - near)).clamp(0.0, 1.0) } else { 0.0 }
+        };
+        [depth(0), depth(1), depth(2), texel[3]]
+    };
+    map.texels().iter().map(scaled).collect()
+}
+
+fn depth_range(map: &ThresholdMap, scene: &Scene) -> [f32; 2] {
+    let corners = scene.volume.world_corners();
+    let depths = corners.iter().filter_map(|&c| map.view().coordinates(c)).map(|c| c.z as f32);
+    depths.fold([f32::MAX, f32::MIN], |[near, far], depth| [near.min(depth), far.max(depth)])
+}
+
+/// `CELL` x `CELL` pixels of RGBA from a square map, each the mean of the texels that it covers;
+/// values are shown as they are, not as light.
+fn shrunk(texels: &[[f32; 4]], size: u32, colour: impl Fn(&[f32; 4]) -> [f32; 3]) -> Vec<u8> {
+    let span = |i: u32| {
+        let (from, to) = (i * size / CELL, ((i + 1) * size).div_ceil(CELL));
+        from..to.clamp(from + 1, size)
+    };
+    let mut rgba = Vec::with_capacity(4 * (CELL * CELL) as usize);
+    for y in 0..CELL {
+        for x in 0..CELL {
+            let mut sum = [0.0; 3];
+            let mut count = 0.0;
+            for row in span(y) {
+                for column in span(x) {
+                    let texel = &texels[(row * size + column) as usize];
+                    for (sum, c) in sum.iter_mut().zip(colour(texel)) {
+                        *sum += c;
+                    }
+                    count += 1.0;
+                }
+            }
+            rgba.extend(sum.map(|c| (c / count * 255.0).round() as u8));
+            rgba.push(255);
+        }
+    }
+    rgba
+}

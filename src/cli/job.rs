@@ -1,0 +1,110 @@
+//! What the arguments mean: the scene, how to compute it, and what does so.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use super::arguments::{PictureArguments, SceneArguments};
+use super::progress::Bars;
+use super::{backend, say};
+use crate::backend::Backend;
+use crate::error::{Error, Result};
+use crate::io::load_volume;
+use crate::progress::{Progress, Silent};
+use crate::scene::automatic::{Choice, Surroundings, complete, window};
+use crate::scene::{Scene, SceneFile, descriptor};
+use crate::settings::Settings;
+use crate::volume::presets::Preset;
+
+/// A scene ready to be computed.
+pub(super) struct Job {
+    pub scene: Scene,
+    pub settings: Settings,
+    pub backend: Box<dyn Backend>,
+    pub progress: Box<dyn Progress>,
+    quiet: bool,
+}
+
+impl Job {
+    /// Loads what the arguments name, chooses what they leave open, and says so.
+    pub(super) fn new(
+        arguments: &SceneArguments,
+        picture: Option<&PictureArguments>,
+    ) -> Result<Self> {
+        if let Some(threads) = arguments.threads {
+            // Only a second pool in one process fails, and the program makes one.
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize);
+            pool.build_global().map_err(|error| Error::value("threads", error.to_string()))?;
+        }
+        let (mut file, surroundings) = described(&arguments.input)?;
+        arguments.overlay(&mut file);
+        if let Some(picture) = picture {
+            picture.overlay(&mut file);
+        }
+        let mut volume = load_volume(&file.volume)?;
+        let mut notes = Vec::new();
+        if volume.replaced() > 0 {
+            let count = volume.replaced();
+            notes.push(format!("{count} negative or non-finite voxels count as 0"));
+        }
+        let scan = file.volume.preset.is_none() && file.volume.density_scale.is_none();
+        if let (true, None, Some([low, high])) = (scan, file.volume.window, window(&volume)) {
+            volume = volume.windowed([low, high])?;
+            notes.push(format!("window {low},{high} (chosen; --window sets it)"));
+        }
+        let (mut scene, settings, choices) = complete(&file, Arc::new(volume), surroundings)?;
+        if arguments.transparent {
+            scene.background = None;
+        }
+        let backend = backend::open(arguments.backend)?;
+        let progress: Box<dyn Progress> =
+            if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
+        let job = Self { scene, settings, backend, progress, quiet: arguments.quiet };
+        for note in &notes {
+            job.note(note);
+        }
+        for Choice { what, value } in choices {
+            job.note(&format!("{what} {value} (chosen)"));
+        }
+        Ok(job)
+    }
+
+    /// Puts a line for people on stderr, unless they asked for quiet.
+    pub(super) fn note(&self, line: &str) {
+        if !self.quiet {
+            say(line);
+        }
+    }
+}
+
+/// The scene file that `input` is or stands for.
+fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
+    if let Ok(preset) = Preset::from_str(input)
+        && !Path::new(input).exists()
+    {
+        return Ok((descriptor(preset)?, Surroundings::Studio));
+    }
+    let path = Path::new(input);
+    if path.extension().is_some_and(|ending| ending == "toml") {
+        let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
+        return Ok((SceneFile::parse(&text, path)?, Surroundings::Void));
+    }
+    if !path.exists() {
+        let presets = Preset::ALL.map(Preset::name).join(", ");
+        let why = format!("no such file, and none of the presets ({presets})");
+        return Err(Error::contents(path, why));
+    }
+    let mut file = SceneFile::default();
+    file.volume.path = Some(path.to_owned());
+    Ok((file, Surroundings::Studio))
+}
+
+/// The input's name with another ending, in the current folder.
+pub(super) fn default_output(input: &str, ending: &str) -> PathBuf {
+    let stem = Path::new(input).file_stem().unwrap_or_default();
+    let mut name = stem.to_owned();
+    name.push(".");
+    name.push(ending);
+    PathBuf::from(name)
+}

@@ -1,0 +1,84 @@
+//! The command line: one module a command. What was typed is `arguments`; what it means is `job`.
+
+mod adapters;
+mod arguments;
+mod backend;
+mod figures;
+mod job;
+mod map;
+mod progress;
+mod render;
+mod sheet;
+
+use std::ffi::OsString;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::Result;
+
+/// How a run of the program ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Exit code 0.
+    Done,
+    /// Exit code 1: bad input or failed work; the reason stands on stderr.
+    Failed,
+    /// Exit code 2: wrong usage of the command line; the reason stands on stderr.
+    Misused,
+}
+
+/// Shadows of things that light passes through: renders volumes that shadow themselves and the
+/// ground.
+#[derive(Debug, Parser)]
+#[command(name = "deepshadow", version)]
+struct Program {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a picture of a volume, with its shadows.
+    Render(render::Arguments),
+    /// Build a volume's shadow map and write it as OpenEXR.
+    Map(map::Arguments),
+    /// Draw the figures of the paper "Volumetric Deep Shadow Maps" from the presets.
+    Figures(figures::Arguments),
+    /// List the graphics adapters.
+    Adapters,
+}
+
+/// Runs the program with `arguments`, of which the first is its own name.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
+    let program = match Program::try_parse_from(arguments) {
+        Ok(program) => program,
+        Err(error) => {
+            let misused = error.use_stderr();
+            // A closed stdout or stderr leaves nobody to tell.
+            let _ = error.print();
+            return if misused { Outcome::Misused } else { Outcome::Done };
+        }
+    };
+    match dispatch(program.command) {
+        Ok(()) => Outcome::Done,
+        Err(error) => {
+            say(&error.to_string());
+            Outcome::Failed
+        }
+    }
+}
+
+fn dispatch(command: Command) -> Result<()> {
+    match command {
+        Command::Render(arguments) => render::run(arguments),
+        Command::Map(arguments) => map::run(arguments),
+        Command::Figures(arguments) => figures::run(&arguments),
+        Command::Adapters => adapters::run(),
+    }
+}
+
+/// Puts one line on stderr, for people.
+#[expect(clippy::print_stderr, reason = "the one place that talks to people")]
+fn say(line: &str) {
+    eprintln!("deepshadow: {}", line.replace('\n', " "));
+}

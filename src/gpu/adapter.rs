@@ -1,0 +1,92 @@
+//! Which graphics adapters there are, and a device on one of them.
+
+use std::sync::Arc;
+
+use wgpu::{Adapter, Device, DeviceType, Queue};
+
+use crate::error::{Error, Result};
+
+/// Which adapters will do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// Graphics hardware only.
+    Hardware,
+    /// Hardware if there is some, else software.
+    Any,
+}
+
+/// One line an adapter: name, kind, driver, limits that matter here.
+pub fn adapters() -> Vec<String> {
+    found().iter().map(described).collect()
+}
+
+/// A device on the best adapter that `choice` allows, and what it is.
+pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String)> {
+    let adapter = found().into_iter().next().filter(|adapter| {
+        choice == AdapterChoice::Any || is_hardware(adapter.get_info().device_type)
+    });
+    let Some(adapter) = adapter else {
+        let why = match choice {
+            AdapterChoice::Hardware => "no hardware adapter",
+            AdapterChoice::Any => "no graphics adapter (is a Vulkan driver installed?)",
+        };
+        return Err(Error::gpu(why));
+    };
+    let descriptor = wgpu::DeviceDescriptor {
+        label: Some("deepshadow"),
+        required_features: adapter.features() & wanted_features(),
+        required_limits: adapter.limits(),
+        ..Default::default()
+    };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+        .map_err(|error| Error::gpu(error.to_string()))?;
+    // Errors are asked for where work is submitted; what comes between them must not abort.
+    device.on_uncaptured_error(Arc::new(|_| {}));
+    let info = adapter.get_info();
+    Ok((device, queue, format!("gpu, {} ({})", info.name, info.backend)))
+}
+
+/// Features that the renderer uses where they exist: exact voxels in f32, and time measurement.
+fn wanted_features() -> wgpu::Features {
+    wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY
+}
+
+/// Adapters that can run the passes, the best first.
+fn found() -> Vec<Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    adapters.retain(|adapter| {
+        adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+    });
+    let rank = |adapter: &Adapter| match adapter.get_info().device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    };
+    adapters.sort_by_key(rank);
+    adapters
+}
+
+fn is_hardware(kind: DeviceType) -> bool {
+    matches!(kind, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu)
+}
+
+fn described(adapter: &Adapter) -> String {
+    let info = adapter.get_info();
+    let limits = adapter.limits();
+    let kind = if is_hardware(info.device_type) { "hardware" } else { "software" };
+    format!(
+        "{} ({}, {kind}; {} {}): 3D textures to {}, storage bindings to {} MiB, f32 filtering {}",
+        info.name,
+        info.backend,
+        info.driver,
+        info.driver_info,
+        limits.max_texture_dimension_3d,
+        limits.max_storage_buffer_binding_size >> 20,
+        if adapter.features().contains(wgpu::Features::FLOAT32_FILTERABLE) { "yes" } else { "no" },
+    )
+}

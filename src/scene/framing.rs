@@ -1,0 +1,70 @@
+//! Where a camera must stand to see a volume and its shadow.
+
+use glam::DVec3;
+
+use super::{Ground, Light};
+use crate::math::frame_of;
+
+/// Share of the picture that stays free at each edge.
+const MARGIN: f64 = 0.06;
+
+/// What a first picture must hold: the volume's corners and their shadows on the ground.
+pub(super) fn shown_points(
+    visible: &[DVec3; 8],
+    light: &Light,
+    ground: Option<Ground>,
+) -> Vec<DVec3> {
+    // A low light's shadow runs far away; beyond this it may leave the picture.
+    let longest = 1.2 * visible[0].distance(visible[7]);
+    let shadows = visible.iter().filter_map(|&corner| {
+        let direction = light.direction_at(corner);
+        let distance = (ground?.height - corner.y) / direction.y;
+        (distance > 0.0).then(|| corner + direction * distance.min(longest))
+    });
+    visible.iter().copied().chain(shadows).collect()
+}
+
+/// Where a camera stands so that it sees everything.
+pub(super) struct Framed {
+    /// World position of the eye.
+    pub position: DVec3,
+    /// World position in the middle of the picture.
+    pub target: DVec3,
+    /// World units between the upper and lower edge at the target, for orthographic views.
+    pub height: f64,
+}
+
+/// The eye that looks along `forward` and sees all of `points`, as close as the margin allows:
+/// along each image axis the points bound where the eye may stand by a wedge, and the apex of the
+/// narrower wedge is the place.
+pub(super) fn frame(
+    points: &[DVec3],
+    forward: DVec3,
+    up: DVec3,
+    fov_y_degrees: f64,
+    aspect: f64,
+) -> Framed {
+    let (right, up) = frame_of(forward, up);
+    let slope_y = (fov_y_degrees.to_radians() * 0.5).tan() * (1.0 - 2.0 * MARGIN);
+    let wedge = |axis: DVec3, slope: f64| {
+        let edge = |sign: f64| {
+            points
+                .iter()
+                .map(|p| sign * p.dot(axis) + slope * p.dot(forward))
+                .fold(f64::MAX, f64::min)
+        };
+        let (low, high) = (edge(1.0), edge(-1.0));
+        // (where the wedge ends along the axis, along the view)
+        ((low - high) * 0.5, (low + high) * 0.5 / slope)
+    };
+    let (x, depth_x) = wedge(right, slope_y * aspect);
+    let (y, depth_y) = wedge(up, slope_y);
+    let position = right * x + up * y + forward * depth_x.min(depth_y);
+    let middle = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+    let target = position + forward * (middle - position).dot(forward);
+    let reach = |axis: DVec3| {
+        points.iter().map(|p| (p - target).dot(axis).abs()).fold(f64::MIN_POSITIVE, f64::max)
+    };
+    let height = 2.0 * reach(up).max(reach(right) / aspect) / (1.0 - 2.0 * MARGIN);
+    Framed { position, target, height }
+}

@@ -1,0 +1,244 @@
+//! One answer from every backend: the same bodies on CPU and GPU, against the reference and against
+//! each other. A missing adapter fails, unless DEEPSHADOW_TEST_GPU=skip says aloud that there is
+//! none.
+
+use deepshadow::backend::Backend;
+use deepshadow::cpu::CpuBackend;
+use deepshadow::error::Result;
+use deepshadow::frame::Frame;
+use deepshadow::image::Image;
+use deepshadow::progress::{Progress, Silent};
+use deepshadow::reference::brute_force_image;
+use deepshadow::scene::{Ground, LightKind, Projection, Scene};
+use deepshadow::settings::{Crossing, Filter, Lookup, Settings, Shading};
+use deepshadow::shadow::{ShadowMap, ThresholdMap};
+use deepshadow::volume::Volume;
+use deepshadow::volume::presets::Preset;
+use glam::DVec3;
+
+use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
+use crate::support::{Random, rms};
+
+/// Largest difference of transmittance between backends at any depth of a texel: positions are f32
+/// and texture units weigh with 8 bits, which moves a sample by up to 1/512 voxel.
+const MAP_TOLERANCE: f32 = 4e-3;
+/// Root mean square of the same: such errors have both signs and average out along a ray.
+const MAP_RMS: f64 = 4e-4;
+/// Largest difference of radiance between backends in a pixel: as for maps.
+const IMAGE_TOLERANCE: f32 = 4e-3;
+/// Root mean square of the same.
+const IMAGE_RMS: f64 = 4e-4;
+/// Steps, texels and the four numbers stand between a picture and brute force.
+const TRUTH_RMS: f64 = 6e-3;
+
+/// The GPU backend, where tests want one.
+#[cfg(feature = "gpu")]
+fn gpu() -> Option<Box<dyn Backend>> {
+    use deepshadow::gpu::{AdapterChoice, GpuBackend};
+    if std::env::var("DEEPSHADOW_TEST_GPU").is_ok_and(|value| value == "skip") {
+        eprintln!("SKIPPED: DEEPSHADOW_TEST_GPU=skip, nothing is tested on a GPU");
+        return None;
+    }
+    let backend = GpuBackend::open(AdapterChoice::Any).expect(
+        "a Vulkan, Metal or DX12 driver (Debian: mesa-vulkan-drivers), or DEEPSHADOW_TEST_GPU=skip",
+    );
+    Some(Box::new(backend))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu() -> Option<Box<dyn Backend>> {
+    None
+}
+
+fn every_backend() -> Vec<Box<dyn Backend>> {
+    std::iter::once(Box::new(CpuBackend) as Box<dyn Backend>).chain(gpu()).collect()
+}
+
+/// A backend whose every density is a little off: what the suite must notice.
+struct Bent(f32);
+
+impl Bent {
+    fn bend(&self, frame: &Frame) -> Frame {
+        let mut frame = *frame;
+        frame.domain_min.w *= self.0;
+        frame
+    }
+}
+
+impl Backend for Bent {
+    fn description(&self) -> String {
+        format!("bent by {}", self.0)
+    }
+
+    fn trace_threshold(&self, volume: &Volume, frame: &Frame, progress: &dyn Progress) -> Result<Vec<[f32; 4]>> {
+        CpuBackend.trace_threshold(volume, &self.bend(frame), progress)
+    }
+
+    fn march_view(&self, volume: &Volume, frame: &Frame, map: &ThresholdMap, progress: &dyn Progress) -> Result<Image> {
+        CpuBackend.march_view(volume, &self.bend(frame), map, progress)
+    }
+}
+
+/// Scenes that between them use every branch of the passes.
+fn scenes() -> Vec<(&'static str, Scene, Settings)> {
+    let base = settings(48, [40, 32]);
+    let ground = Ground { height: -0.6, albedo: 0.3, half_extent: Some(1.5) };
+    let mut lit = anchor_scene(Preset::Bucky, 6.0, 32);
+    lit.ground = Some(ground);
+    lit.ambient = DVec3::new(0.1, 0.2, 0.3);
+    let mut endless = anchor_scene(Preset::Rods, 12.0, 32);
+    endless.ground = Some(Ground { half_extent: None, ..ground });
+    endless.medium.phase_g = 0.6;
+    endless.medium.albedo = DVec3::new(1.0, 0.6, 0.2);
+    let mut point = anchor_scene(Preset::Box, 5.0, 32);
+    point.light.kind = LightKind::Point { position: DVec3::new(0.9, 1.6, 0.7) };
+    point.ground = Some(ground);
+    let mut spot = point.clone();
+    spot.light.kind = LightKind::Spot {
+        position: DVec3::new(-0.9, 1.6, 0.7),
+        direction: DVec3::new(0.45, -0.8, -0.3),
+        cone_degrees: 20.0,
+        cone_softness: 0.5,
+    };
+    spot.camera.projection = Projection::Orthographic { height: 2.0 };
+    spot.background = None;
+    let floats = volume([9, 17, 5], unit_cube(), |[x, y, z]| ((x * y + 3 * z) % 7) as f32 * 0.317);
+    let floats = scene(floats, 2.0);
+    let paper = Settings {
+        lookup: Lookup::Paper,
+        crossing: Crossing::Smoothstep,
+        shading: Shading::Paper,
+        ..base.clone()
+    };
+    let coarse = Settings {
+        crossing: Crossing::Bucket,
+        filter: Filter::Nearest,
+        samples: 3,
+        view_steps: Some(40),
+        steps: 100,
+        thresholds: [0.2, 0.4, 0.7],
+        ..base.clone()
+    };
+    vec![
+        ("bucky, ground, ambient", lit.clone(), base.clone()),
+        ("rods, endless ground, phase", endless, base.clone()),
+        ("box, point light", point, base.clone()),
+        ("box, spot light, orthographic", spot, base.clone()),
+        ("f32 voxels", floats, base),
+        ("bucky, the paper's ways", lit.clone(), paper),
+        ("bucky, coarse ways", lit, coarse),
+    ]
+}
+
+/// Differences of two maps' transmittances at random depths of random texels.
+fn map_differences(a: &ThresholdMap, b: &ThresholdMap, farthest: f32) -> Vec<f64> {
+    let mut random = Random(7);
+    let n = f64::from(a.size());
+    (0..20_000)
+        .map(|_| {
+            let (x, y) = ((random.unit() * n) as u32, (random.unit() * n) as u32);
+            let depth = random.unit() as f32 * farthest;
+            f64::from(a.texel_transmittance(x, y, depth) - b.texel_transmittance(x, y, depth))
+        })
+        .collect()
+}
+
+fn image_differences(a: &Image, b: &Image) -> Vec<f64> {
+    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+    pairs.map(|(a, b)| f64::from(a - b)).collect()
+}
+
+fn largest(differences: &[f64]) -> f32 {
+    differences.iter().fold(0.0, |most, d| most.max(d.abs() as f32))
+}
+
+/// Whether a backend's maps and pictures are the CPU's, within the tolerances; says what is not.
+fn agrees_with_the_cpu(backend: &dyn Backend) -> Vec<String> {
+    let mut complaints = Vec::new();
+    for (name, scene, settings) in scenes() {
+        let (image, map) = backend.render(&scene, &settings, &Silent).unwrap();
+        let (cpu_image, cpu_map) = CpuBackend.render(&scene, &settings, &Silent).unwrap();
+        let farthest = map.view().position.map_or(2.0, |_| 4.0);
+        let maps = map_differences(&map, &cpu_map, farthest);
+        let images = image_differences(&image, &cpu_image);
+        // The paper's lookup jumps by up to 0.4 where a depth moves by one bit; bucket depths move
+        // by whole steps. Their single worst values say nothing.
+        let jumps = settings.lookup == Lookup::Paper || settings.crossing == Crossing::Bucket;
+        let (worst, mean) = (largest(&maps), rms(maps.iter().copied()));
+        eprintln!("{name}: map {worst:.1e}, rms {mean:.1e}; picture {:.1e}, rms {:.1e}", largest(&images), rms(images.iter().copied()));
+        if !jumps && worst > MAP_TOLERANCE || mean > if jumps { 4e-3 } else { MAP_RMS } {
+            complaints.push(format!("{name}: map differs by {worst:.1e}, rms {mean:.1e}"));
+        }
+        let (worst, mean) = (largest(&images), rms(images.iter().copied()));
+        if worst > if jumps { 4e-2 } else { IMAGE_TOLERANCE } || mean > IMAGE_RMS * if jumps { 4.0 } else { 1.0 } {
+            complaints.push(format!("{name}: picture differs by {worst:.1e}, rms {mean:.1e}"));
+        }
+    }
+    complaints
+}
+
+#[test]
+fn the_gpu_gives_the_cpus_answers() {
+    if let Some(gpu) = gpu() {
+        let complaints = agrees_with_the_cpu(&*gpu);
+        assert!(complaints.is_empty(), "{complaints:#?}");
+    }
+}
+
+#[test]
+fn a_backend_bent_by_one_percent_is_noticed_in_every_scene() {
+    let complaints = agrees_with_the_cpu(&Bent(1.01));
+    for (name, ..) in scenes() {
+        assert!(complaints.iter().any(|c| c.starts_with(name)), "nobody noticed in {name}");
+    }
+    assert!(agrees_with_the_cpu(&Bent(1.0)).is_empty(), "an unbent one is the CPU itself");
+}
+
+#[test]
+fn pictures_converge_to_brute_force() {
+    for preset in [Preset::Box, Preset::Bucky, Preset::Rods] {
+        let mut scene = anchor_scene(preset, 8.0, 64);
+        scene.ground = Some(Ground { height: -0.55, albedo: 0.3, half_extent: None });
+        let truth = brute_force_image(&scene, [40, 32], 2);
+        for backend in every_backend() {
+            let (image, _) = backend.render(&scene, &settings(128, [40, 32]), &Silent).unwrap();
+            let error = rms(image_differences(&image, &truth));
+            eprintln!("{} on {}: RMSE {error:.1e}", preset.name(), backend.description());
+            assert!(error < TRUTH_RMS, "{} on {}: {error}", preset.name(), backend.description());
+        }
+    }
+}
+
+#[test]
+fn nothing_lies_in_the_shadow_of_an_empty_volume() {
+    let mut empty = scene(volume([4; 3], unit_cube(), |_| 0.0), 3.0);
+    empty.ground = Some(Ground { height: -0.55, albedo: 0.5, half_extent: None });
+    for backend in every_backend() {
+        let (image, map) = backend.render(&empty, &settings(16, [16, 16]), &Silent).unwrap();
+        assert!(map.texels().iter().all(|texel| texel[3] == 0.0));
+        let lit = 0.5 / std::f32::consts::PI * 4.0 * std::f32::consts::PI * 0.717_137_2 / 1.000_000_1;
+        let lowest_row = &image.pixels[16 * 15..];
+        for pixel in lowest_row {
+            assert!((pixel[0] - lit).abs() < 1e-3, "{}: {pixel:?}, not {lit}", backend.description());
+        }
+    }
+}
+
+/// Behind a wholly opaque volume nothing is left; beside it, everything.
+#[test]
+fn an_opaque_volume_casts_a_full_shadow_and_nothing_beside_it() {
+    let mut opaque = scene(volume([4; 3], unit_cube(), |_| 1.0), 1e4);
+    opaque.light.kind = LightKind::Directional { direction: DVec3::NEG_Y };
+    for backend in every_backend() {
+        let map = backend.map(&opaque, &settings(32, [8, 8]), &Silent).unwrap();
+        let shadow = |p: DVec3| {
+            let light = map.view().coordinates(p).unwrap().as_vec3();
+            map.bilinear(light.x, light.y, light.z)
+        };
+        for x in [-0.49, 0.0, 0.3, 0.49] {
+            assert!(shadow(DVec3::new(x, -2.0, 0.1)) < 1e-5, "behind, at {x}");
+            assert!(shadow(DVec3::new(x, 0.6, 0.1)) > 1.0 - 1e-5, "in front, at {x}");
+        }
+        assert_eq!(shadow(DVec3::new(0.51, -2.0, 0.1)), 1.0, "beside");
+    }
+}
