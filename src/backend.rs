@@ -51,7 +51,7 @@ pub trait Backend {
         let view = LightView::fit(&scene.light, &scene.volume)?;
         let frame = Frame::with_light_view(scene, settings, &view)?;
         let texels = self.trace_threshold(&scene.volume, &frame, progress)?;
-        Ok(ThresholdMap::new(texels, settings, view))
+        Ok(ThresholdMap::new(texels, settings, view, &frame))
     }
 
     /// A picture of `scene`: its map, then the camera march.

@@ -70,11 +70,22 @@ impl Backend for Bent {
         format!("bent by {}", self.0)
     }
 
-    fn trace_threshold(&self, volume: &Volume, frame: &Frame, progress: &dyn Progress) -> Result<Vec<[f32; 4]>> {
+    fn trace_threshold(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        progress: &dyn Progress,
+    ) -> Result<Vec<[f32; 4]>> {
         CpuBackend.trace_threshold(volume, &self.bend(frame), progress)
     }
 
-    fn march_view(&self, volume: &Volume, frame: &Frame, map: &ThresholdMap, progress: &dyn Progress) -> Result<Image> {
+    fn march_view(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        map: &ThresholdMap,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
         CpuBackend.march_view(volume, &self.bend(frame), map, progress)
     }
 }
@@ -165,12 +176,18 @@ fn agrees_with_the_cpu(backend: &dyn Backend) -> Vec<String> {
         // by whole steps. Their single worst values say nothing.
         let jumps = settings.lookup == Lookup::Paper || settings.crossing == Crossing::Bucket;
         let (worst, mean) = (largest(&maps), rms(maps.iter().copied()));
-        eprintln!("{name}: map {worst:.1e}, rms {mean:.1e}; picture {:.1e}, rms {:.1e}", largest(&images), rms(images.iter().copied()));
+        eprintln!(
+            "{name}: map {worst:.1e}, rms {mean:.1e}; picture {:.1e}, rms {:.1e}",
+            largest(&images),
+            rms(images.iter().copied())
+        );
         if !jumps && worst > MAP_TOLERANCE || mean > if jumps { 4e-3 } else { MAP_RMS } {
             complaints.push(format!("{name}: map differs by {worst:.1e}, rms {mean:.1e}"));
         }
         let (worst, mean) = (largest(&images), rms(images.iter().copied()));
-        if worst > if jumps { 4e-2 } else { IMAGE_TOLERANCE } || mean > IMAGE_RMS * if jumps { 4.0 } else { 1.0 } {
+        if worst > if jumps { 4e-2 } else { IMAGE_TOLERANCE }
+            || mean > IMAGE_RMS * if jumps { 4.0 } else { 1.0 }
+        {
             complaints.push(format!("{name}: picture differs by {worst:.1e}, rms {mean:.1e}"));
         }
     }
@@ -216,10 +233,15 @@ fn nothing_lies_in_the_shadow_of_an_empty_volume() {
     for backend in every_backend() {
         let (image, map) = backend.render(&empty, &settings(16, [16, 16]), &Silent).unwrap();
         assert!(map.texels().iter().all(|texel| texel[3] == 0.0));
-        let lit = 0.5 / std::f32::consts::PI * 4.0 * std::f32::consts::PI * 0.717_137_2 / 1.000_000_1;
+        let lit =
+            0.5 / std::f32::consts::PI * 4.0 * std::f32::consts::PI * 0.717_137_2 / 1.000_000_1;
         let lowest_row = &image.pixels[16 * 15..];
         for pixel in lowest_row {
-            assert!((pixel[0] - lit).abs() < 1e-3, "{}: {pixel:?}, not {lit}", backend.description());
+            assert!(
+                (pixel[0] - lit).abs() < 1e-3,
+                "{}: {pixel:?}, not {lit}",
+                backend.description()
+            );
         }
     }
 }

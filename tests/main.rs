@@ -3,6 +3,10 @@
 
 mod accuracy;
 mod analytic;
+mod architecture;
 mod backends;
+mod cli;
+mod embedding;
 mod scene_files;
+mod shaders;
 mod support;

@@ -8,6 +8,12 @@ fn light_ray(u: f32, v: f32) -> Ray {
     return Ray(o.xyz, normalize(d.xyz));
 }
 
+// Depths where the light ray through (u, v) enters and leaves the volume.
+fn light_extent(u: f32, v: f32) -> vec2<f32> {
+    let ray = index_ray_of(light_ray(u, v));
+    return intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
+}
+
 // (u, v, depth) of a point; u = -1 (outside of every map) behind a point or spot light.
 fn light_coordinates(point: vec3<f32>) -> vec3<f32> {
     let p = vec4<f32>(point, 1.0);

@@ -12,7 +12,8 @@ fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     if (frame.methods.y == 1u) {
         return transmittance_paper(numbers, depth);
     }
-    return transmittance_default(numbers, depth);
+    let at = (vec2<f32>(texel) + 0.5) / f32(frame.sizes.w);
+    return transmittance_default(numbers, light_extent(at.x, at.y), depth);
 }
 
 // Transmittance at (u, v, depth): 1 outside of the map; nearest, or bilinear between the
@@ -48,8 +49,7 @@ const FAR: f32 = 1e12;
 
 // The depth at which to look up the shadow of a point that need not lie in the volume.
 fn surface_depth(light: vec3<f32>) -> f32 {
-    let ray = index_ray_of(light_ray(light.x, light.y));
-    let inside = intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
+    let inside = light_extent(light.x, light.y);
     if (light.z >= inside.y) {
         return FAR;
     }

@@ -59,6 +59,8 @@ struct Nodes {
     z: vec3<f32>,
     tau: vec3<f32>,
     total: f32,
+    enter: f32,
+    exit: f32,
 }
 
 fn sorted(v: vec3<f32>) -> vec3<f32> {
@@ -67,55 +69,78 @@ fn sorted(v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(min(low, v.z), max(low, min(high, v.z)), max(high, v.z));
 }
 
-// The points that a texel's four numbers say.
-fn nodes(texel: vec4<f32>) -> Nodes {
+// The points that a texel's four numbers say; extent is where its ray enters and leaves the volume.
+fn nodes(texel: vec4<f32>, extent: vec2<f32>) -> Nodes {
     let a = texel.w;
     if (a < SMALLEST_OPACITY) {
-        return Nodes(vec3<f32>(0.0), vec3<f32>(0.0), 0.0);
+        return Nodes(vec3<f32>(0.0), vec3<f32>(0.0), 0.0, extent.x, extent.y);
     }
     if (a >= frame.thresholds.z) {
-        return Nodes(texel.xyz, frame.threshold_depths.xyz, optical_depth_of(a));
+        let tau = frame.threshold_depths.xyz;
+        return Nodes(texel.xyz, tau, optical_depth_of(a), extent.x, extent.y);
     }
-    let held = sorted(levels(a, frame.thresholds.xyz));
-    return Nodes(sorted(texel.xyz), -log(1.0 - held), optical_depth_of(a));
+    let tau = -log(1.0 - sorted(levels(a, frame.thresholds.xyz)));
+    return Nodes(sorted(texel.xyz), tau, optical_depth_of(a), extent.x, extent.y);
+}
+
+// Cubic from (0, p) to (1, q) at u, with slopes mp and mq per unit of u.
+fn hermite(u: f32, p: f32, q: f32, mp: f32, mq: f32) -> f32 {
+    let v = 1.0 - u;
+    return p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + u * v * (mp * v - mq * u);
+}
+
+// A slope between neighbouring secants that keeps a cubic monotone on both sides.
+fn slope_between(a: f32, b: f32) -> f32 {
+    return min(0.5 * (a + b), 2.5 * min(a, b));
+}
+
+// How the curve runs out beyond an outermost point: length, slope at the point, slope at the far end.
+fn run_out(rest: f32, secant: f32, slope: f32, border: f32) -> vec3<f32> {
+    let free = 2.0 * rest / slope;
+    let room = max(border, 1e-6 * free);
+    if (free <= room) {
+        return vec3<f32>(free, slope, 0.0);
+    }
+    let mean = rest / room;
+    let bent = 0.5 * slope / secant;
+    let straight = clamp((mean / secant - bent) / max(1.0 - bent, 0.1), 0.0, 1.0);
+    let near = min(2.0 * mean, 3.0 * secant) * (1.0 - straight)
+        + slope_between(mean, secant) * straight;
+    return vec3<f32>(room, near, mean * straight);
 }
 
 // Optical depth from the light to a depth: monotone, continuous.
 fn optical_depth_at(points: Nodes, depth: f32) -> f32 {
     let z = points.z;
     let tau = points.tau;
-    let nearest = 1e-6 * z.z + 1e-30;
+    let nearest = 1e-6 * abs(z.z) + 1e-30;
     let h1 = max(z.y - z.x, nearest);
     let h2 = max(z.z - z.y, nearest);
     let d1 = max((tau.y - tau.x) / h1, 1e-12);
     let d2 = max((tau.z - tau.y) / h2, 1e-12);
-    let m1 = 0.6 * d1;
-    let m3 = min(max(1.25 * sqrt(d1 * d2), 0.5 * d2), 3.0 * d2);
-    if (depth < z.x) {
-        let u = max(1.0 - (z.x - depth) * m1 / max(2.0 * tau.x, 1e-12), 0.0);
-        return tau.x * u * u;
+    if (depth < z.y) {
+        let onset = run_out(tau.x, d1, 0.6 * d1, z.x - points.enter);
+        if (depth < z.x) {
+            let u = max(1.0 - (z.x - depth) / max(onset.x, 1e-30), 0.0);
+            return hermite(u, 0.0, tau.x, onset.z * onset.x, onset.y * onset.x);
+        }
+        let u = min((depth - z.x) / h1, 1.0);
+        return hermite(u, tau.x, tau.y, onset.y * h1, slope_between(d1, d2) * h1);
     }
-    if (depth >= z.z) {
-        let rest = max(points.total - tau.z, 0.0);
-        let u = max(1.0 - (depth - z.z) * m3 / max(2.0 * rest, 1e-12), 0.0);
-        return tau.z + rest * (1.0 - u * u);
+    let rest = max(points.total - tau.z, 0.0);
+    let last = min(max(1.25 * sqrt(d1 * d2), 0.5 * d2), 3.0 * d2);
+    let end = run_out(rest, d2, last, points.exit - z.z);
+    if (depth < z.z) {
+        let u = min((depth - z.y) / h2, 1.0);
+        return hermite(u, tau.y, tau.z, slope_between(d1, d2) * h2, end.y * h2);
     }
-    let m2 = min(0.5 * (d1 + d2), 2.5 * min(d1, d2));
-    let first = depth < z.y;
-    let z0 = select(z.y, z.x, first);
-    let width = select(h2, h1, first);
-    let p = select(tau.y, tau.x, first);
-    let q = select(tau.z, tau.y, first);
-    let mp = select(m2, m1, first);
-    let mq = select(m3, m2, first);
-    let u = min((depth - z0) / width, 1.0);
-    let v = 1.0 - u;
-    return p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u)
-        + width * u * v * (mp * v - mq * u);
+    let u = min((depth - z.z) / max(end.x, 1e-30), 1.0);
+    return tau.z + hermite(u, 0.0, rest, end.y * end.x, end.z * end.x);
 }
 
-fn transmittance_default(texel: vec4<f32>, depth: f32) -> f32 {
-    return exp(-optical_depth_at(nodes(texel), depth));
+// Transmittance at a depth by the default reconstruction of a texel's four numbers.
+fn transmittance_default(texel: vec4<f32>, extent: vec2<f32>, depth: f32) -> f32 {
+    return exp(-optical_depth_at(nodes(texel, extent), depth));
 }
 
 // The paper's lookup; see src/kernel/threshold.rs for what it leaves open.

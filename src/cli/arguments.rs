@@ -67,7 +67,7 @@ pub(super) struct SceneArguments {
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true, help_heading = "Volume")]
     pub up: Option<String>,
     /// Extinction per unit of density, 1 / world length.
-    #[arg(long, value_name = "X", help_heading = "Volume")]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Volume")]
     pub density_scale: Option<f64>,
 
     /// The way the light travels.
@@ -91,7 +91,7 @@ pub(super) struct PictureArguments {
     #[arg(long, value_name = "N", help_heading = "Picture")]
     pub view_steps: Option<u32>,
     /// Factor on radiance before encoding for screens [1].
-    #[arg(long, value_name = "X", help_heading = "Picture")]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Picture")]
     pub exposure: Option<f64>,
     /// How shadow becomes colour: physical or paper [physical].
     #[arg(long, value_name = "HOW", help_heading = "Picture")]

@@ -12,6 +12,7 @@ use super::say;
 use super::sheet::Sheet;
 use crate::backend::Backend;
 use crate::error::{Error, Result};
+use crate::frame::Frame;
 use crate::image::Image;
 use crate::io::{PendingFile, load_volume, png};
 use crate::progress::{Progress, Silent};
@@ -119,8 +120,9 @@ impl Painter {
         let shadowed = self.picture(scene, &preset.settings)?;
         // A map of a medium without extinction shadows nothing.
         let map = self.backend.map(scene, &preset.settings, &*self.progress)?;
-        let clear =
-            ThresholdMap::new(vec![[0.0; 4]; map.texels().len()], &preset.settings, *map.view());
+        let frame = Frame::with_light_view(scene, &preset.settings, map.view())?;
+        let empty = vec![[0.0; 4]; map.texels().len()];
+        let clear = ThresholdMap::new(empty, &preset.settings, *map.view(), &frame);
         let unshadowed = self.picture_through(scene, &preset.settings, &clear)?;
         let mut opacity = unshadowed.clone();
         for (pixel, dark) in opacity.pixels.iter_mut().zip(&shadowed.pixels) {
@@ -154,7 +156,7 @@ impl Painter {
         settings: &Settings,
         map: &ThresholdMap,
     ) -> Result<Image> {
-        let frame = crate::frame::Frame::with_light_view(scene, settings, map.view())?;
+        let frame = Frame::with_light_view(scene, settings, map.view())?;
         self.backend.march_view(&scene.volume, &frame, map, &*self.progress)
     }
 }

@@ -86,18 +86,19 @@ struct Texels {
 }
 
 impl Texels {
-    /// Eight bits where all values are k / 255 of a common scale (data stored as u8), else f32 if
-    /// the device filters it, else f16 relative to the largest value.
+    /// f32 as they are if the device filters it; else eight bits where all values are k / 255 of a
+    /// common scale (data stored as u8), else f16 relative to the largest value. (Some drivers filter
+    /// eight-bit textures in eight-bit arithmetic.)
     fn of(volume: &Volume, features: wgpu::Features) -> Self {
         let values = volume.values().as_slice().unwrap_or_default();
+        if features.contains(wgpu::Features::FLOAT32_FILTERABLE) {
+            let bytes = bytemuck::cast_slice(values).to_vec();
+            return Self { format: TextureFormat::R32Float, bytes, scale: 1.0 };
+        }
         for scale in [1.0, 255.0] {
             if let Some(bytes) = as_eight_bits(values, scale) {
                 return Self { format: TextureFormat::R8Unorm, bytes, scale };
             }
-        }
-        if features.contains(wgpu::Features::FLOAT32_FILTERABLE) {
-            let bytes = bytemuck::cast_slice(values).to_vec();
-            return Self { format: TextureFormat::R32Float, bytes, scale: 1.0 };
         }
         let scale = volume.statistics().max.max(f32::MIN_POSITIVE);
         let halves: Vec<f16> = values.iter().map(|&v| f16::from_f32(v / scale)).collect();

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 
-use super::ray::Ray;
+use super::ray::{Ray, intersect_box};
 use crate::frame::Frame;
 
 /// The light ray through map position `(u, v)`, 0..1. Distances along it are the map's depths.
@@ -13,6 +13,13 @@ pub fn light_ray(frame: &Frame, u: f32, v: f32) -> Ray {
         direction: at(frame.light_direction, frame.light_direction_u, frame.light_direction_v)
             .normalize(),
     }
+}
+
+/// Depths where the light ray through `(u, v)` enters and leaves the volume; it misses if the second
+/// is not greater.
+pub fn light_extent(frame: &Frame, u: f32, v: f32) -> (f32, f32) {
+    let ray = light_ray(frame, u, v).transformed(&frame.index_from_frame);
+    intersect_box(&ray, frame.domain_min.truncate(), frame.domain_max.truncate())
 }
 
 /// (u, v, depth) of a point; u = -1 (outside of every map) behind a point or spot light.

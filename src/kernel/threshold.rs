@@ -17,8 +17,6 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::frame::Frame;
-
 /// Shares of A whose depths unset channels hold.
 pub const UNSET_SHARES: Vec3 = Vec3::new(0.1, 0.5, 0.85);
 /// How far above the last reached threshold the largest share must lie to be worth keeping.
@@ -79,7 +77,7 @@ pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Three points of optical depth over depth, both rising, and the optical depth behind them.
+/// Three points of optical depth over depth, both rising, and what bounds them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nodes {
     /// Depths.
@@ -88,13 +86,24 @@ pub struct Nodes {
     pub tau: Vec3,
     /// Optical depth behind the volume; 0 marks an empty texel.
     pub total: f32,
+    /// Depth where the texel's ray enters the volume.
+    pub enter: f32,
+    /// Depth where it leaves the volume.
+    pub exit: f32,
 }
 
-/// The points that a texel's four numbers say.
-pub fn nodes(texel: Vec4, thresholds: Vec3, threshold_depths: Vec3) -> Nodes {
+/// The points that a texel's four numbers say; `enter` and `exit` are the depths where its ray enters
+/// and leaves the volume.
+pub fn nodes(
+    texel: Vec4,
+    thresholds: Vec3,
+    threshold_depths: Vec3,
+    enter: f32,
+    exit: f32,
+) -> Nodes {
     let a = texel.w;
     if a < SMALLEST_OPACITY {
-        return Nodes { z: Vec3::ZERO, tau: Vec3::ZERO, total: 0.0 };
+        return Nodes { z: Vec3::ZERO, tau: Vec3::ZERO, total: 0.0, enter, exit };
     }
     let (z, tau) = if a >= thresholds.z {
         (texel.truncate(), threshold_depths)
@@ -102,7 +111,7 @@ pub fn nodes(texel: Vec4, thresholds: Vec3, threshold_depths: Vec3) -> Nodes {
         let levels = sorted(levels(a, thresholds));
         (sorted(texel.truncate()), -(Vec3::ONE - levels).map(f32::ln))
     };
-    Nodes { z, tau, total: optical_depth_of(a) }
+    Nodes { z, tau, total: optical_depth_of(a), enter, exit }
 }
 
 fn sorted(v: Vec3) -> Vec3 {
@@ -110,40 +119,66 @@ fn sorted(v: Vec3) -> Vec3 {
     Vec3::new(low.min(v.z), low.max(high.min(v.z)), high.max(v.z))
 }
 
+/// Cubic from (0, `p`) to (1, `q`) at `u`, with slopes `mp` and `mq` per unit of `u`.
+fn hermite(u: f32, p: f32, q: f32, mp: f32, mq: f32) -> f32 {
+    let v = 1.0 - u;
+    p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + u * v * (mp * v - mq * u)
+}
+
+/// A slope between neighbouring secants that keeps a cubic monotone on both sides.
+fn slope_between(a: f32, b: f32) -> f32 {
+    (0.5 * (a + b)).min(2.5 * a.min(b))
+}
+
+/// How the curve runs out beyond an outermost point: over which length, with which slopes at the
+/// point and at the far end. `rest` is the optical depth to go, `secant` the slope on the point's
+/// other side, `slope` the wanted slope at the point, `room` the length to the volume's border.
+///
+/// A free end is a parabola that flattens out. Where the border comes first, the curve ends there;
+/// the nearer it is, the straighter the curve, up to a straight line where the medium goes on with
+/// the same density: a uniform medium is reproduced exactly.
+fn run_out(rest: f32, secant: f32, slope: f32, room: f32) -> Vec3 {
+    let free = 2.0 * rest / slope;
+    let room = room.max(1e-6 * free);
+    if free <= room {
+        return Vec3::new(free, slope, 0.0);
+    }
+    let mean = rest / room;
+    let bent = 0.5 * slope / secant;
+    let straight = ((mean / secant - bent) / (1.0 - bent).max(0.1)).clamp(0.0, 1.0);
+    let near =
+        (2.0 * mean).min(3.0 * secant) * (1.0 - straight) + slope_between(mean, secant) * straight;
+    Vec3::new(room, near, mean * straight)
+}
+
 /// Optical depth from the light to `depth`: monotone, continuous, 0 far in front of the points,
 /// `total` far behind.
 pub fn optical_depth_at(nodes: &Nodes, depth: f32) -> f32 {
-    let (z, tau, total) = (nodes.z, nodes.tau, nodes.total);
+    let (z, tau) = (nodes.z, nodes.tau);
     // Depths closer than f32 can tell are one depth.
-    let nearest = 1e-6 * z.z + 1e-30;
-    let h = Vec3::new((z.y - z.x).max(nearest), (z.z - z.y).max(nearest), 0.0);
-    let d1 = ((tau.y - tau.x) / h.x).max(1e-12);
-    let d2 = ((tau.z - tau.y) / h.y).max(1e-12);
-    let m1 = 0.6 * d1;
-    let m3 = (1.25 * (d1 * d2).sqrt()).max(0.5 * d2).min(3.0 * d2);
-    if depth < z.x {
-        let u = (1.0 - (z.x - depth) * m1 / (2.0 * tau.x).max(1e-12)).max(0.0);
-        return tau.x * u * u;
+    let nearest = 1e-6 * z.z.abs() + 1e-30;
+    let (h1, h2) = ((z.y - z.x).max(nearest), (z.z - z.y).max(nearest));
+    let d1 = ((tau.y - tau.x) / h1).max(1e-12);
+    let d2 = ((tau.z - tau.y) / h2).max(1e-12);
+    if depth < z.y {
+        // (length, slope at the first point, slope at the far end)
+        let onset = run_out(tau.x, d1, 0.6 * d1, z.x - nodes.enter);
+        if depth < z.x {
+            let u = (1.0 - (z.x - depth) / onset.x.max(1e-30)).max(0.0);
+            return hermite(u, 0.0, tau.x, onset.z * onset.x, onset.y * onset.x);
+        }
+        let u = ((depth - z.x) / h1).min(1.0);
+        return hermite(u, tau.x, tau.y, onset.y * h1, slope_between(d1, d2) * h1);
     }
-    if depth >= z.z {
-        let rest = (total - tau.z).max(0.0);
-        let u = (1.0 - (depth - z.z) * m3 / (2.0 * rest).max(1e-12)).max(0.0);
-        return tau.z + rest * (1.0 - u * u);
+    let rest = (nodes.total - tau.z).max(0.0);
+    let last = (1.25 * (d1 * d2).sqrt()).max(0.5 * d2).min(3.0 * d2);
+    let end = run_out(rest, d2, last, nodes.exit - z.z);
+    if depth < z.z {
+        let u = ((depth - z.y) / h2).min(1.0);
+        return hermite(u, tau.y, tau.z, slope_between(d1, d2) * h2, end.y * h2);
     }
-    let m2 = (0.5 * (d1 + d2)).min(2.5 * d1.min(d2));
-    let first = depth < z.y;
-    let (z0, width) = if first { (z.x, h.x) } else { (z.y, h.y) };
-    let (p, q) = if first { (tau.x, tau.y) } else { (tau.y, tau.z) };
-    let (mp, mq) = if first { (m1, m2) } else { (m2, m3) };
-    let u = ((depth - z0) / width).min(1.0);
-    let v = 1.0 - u;
-    p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + width * u * v * (mp * v - mq * u)
-}
-
-/// Transmittance at `depth` by the default reconstruction of a texel's four numbers.
-pub fn transmittance_default(texel: Vec4, frame: &Frame, depth: f32) -> f32 {
-    let points = nodes(texel, frame.thresholds.truncate(), frame.threshold_depths.truncate());
-    (-optical_depth_at(&points, depth)).exp()
+    let u = ((depth - z.z) / end.x.max(1e-30)).min(1.0);
+    tau.z + hermite(u, 0.0, rest, end.y * end.x, end.z * end.x)
 }
 
 /// Transmittance at `depth` by the paper's lookup: opacity 0 in front of the first reached
@@ -178,13 +213,18 @@ mod tests {
 
     fn transmittance(texel: [f32; 4], depth: f32) -> f32 {
         let depths = -(Vec3::ONE - THRESHOLDS).map(f32::ln);
-        (-optical_depth_at(&nodes(Vec4::from(texel), THRESHOLDS, depths), depth)).exp()
+        // No border in the way: the free curve.
+        let points = nodes(Vec4::from(texel), THRESHOLDS, depths, -10.0, 20.0);
+        (-optical_depth_at(&points, depth)).exp()
     }
+
+    /// A texel, and transmittances at depths.
+    type Case = ([f32; 4], &'static [(f32, f32)]);
 
     /// Values of an independent implementation in f64.
     #[test]
     fn the_default_reconstruction_has_its_known_values() {
-        let cases: [([f32; 4], &[(f32, f32)]); 9] = [
+        let cases: [Case; 9] = [
             (
                 [0.3, 0.5, 0.8, 0.95],
                 &[
@@ -208,7 +248,7 @@ mod tests {
             (
                 [0.3, 0.5, 0.4, 0.6],
                 &[
-                    (0.2, 0.991_513_36),
+                    (0.2, 0.991_513_4),
                     (0.35, 0.808_051_4),
                     (0.45, 0.596_777_2),
                     (0.55, 0.432_624_27),

@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::light::{irradiance_at, light_direction_at, light_ray};
-use super::ray::{Ray, intersect_box};
+use super::light::{irradiance_at, light_direction_at, light_extent};
+use super::ray::Ray;
 use crate::frame::Frame;
 
 /// The camera ray through picture position `(x, y)`, 0..1 from the upper left corner.
@@ -50,9 +50,7 @@ pub fn ground_radiance(frame: &Frame, point: Vec3, transmittance: f32) -> Vec3 {
 /// or far behind where the point's light ray has not met or has left the medium, so that the ground
 /// gets all of the shadow and nothing in front of the volume gets any.
 pub fn surface_depth(frame: &Frame, light: Vec3) -> f32 {
-    let ray = light_ray(frame, light.x, light.y).transformed(&frame.index_from_frame);
-    let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
-    let (enter, exit) = intersect_box(&ray, min, max);
+    let (enter, exit) = light_extent(frame, light.x, light.y);
     if light.z >= exit {
         FAR
     } else if light.z <= enter {

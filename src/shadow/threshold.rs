@@ -1,8 +1,11 @@
 //! The threshold map as data: four numbers a texel.
 
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 use super::ShadowMap;
+use crate::frame::Frame;
+use crate::kernel::light::light_extent;
 use crate::kernel::threshold::{Nodes, nodes, optical_depth_at, transmittance_paper};
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
@@ -23,19 +26,21 @@ pub struct ThresholdMap {
 }
 
 impl ThresholdMap {
-    /// A map of `settings.map_size` squared `texels`, built with `settings` from `view`.
+    /// A map of `settings.map_size` squared `texels`, built with `settings` from `view` for `frame`.
     ///
     /// # Panics
     /// If the number of texels is another one.
-    pub fn new(texels: Vec<[f32; 4]>, settings: &Settings, view: LightView) -> Self {
+    pub fn new(texels: Vec<[f32; 4]>, settings: &Settings, view: LightView, frame: &Frame) -> Self {
         let size = settings.map_size;
         assert_eq!(texels.len(), size as usize * size as usize, "texels of a {size}^2 map");
-        let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
-        let depths = -(Vec3::ONE - thresholds).map(f32::ln);
+        let nodes_of = |i: usize| {
+            let at = |c: usize| (c as f32 + 0.5) / size as f32;
+            let (enter, exit) = light_extent(frame, at(i % size as usize), at(i / size as usize));
+            let depths = frame.threshold_depths.truncate();
+            nodes(Vec4::from(texels[i]), frame.thresholds.truncate(), depths, enter, exit)
+        };
         let nodes = match settings.lookup {
-            Lookup::Default => {
-                texels.iter().map(|&t| nodes(Vec4::from(t), thresholds, depths)).collect()
-            }
+            Lookup::Default => (0..texels.len()).into_par_iter().map(nodes_of).collect(),
             Lookup::Paper => Vec::new(),
         };
         let lookup = settings.lookup;

@@ -1,0 +1,109 @@
+//! The layers of ARCHITECTURE.md, read from the sources: a module imports only from layers below it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Lowest first.
+const LAYERS: [&[&str]; 9] = [
+    &["error", "math", "progress"],
+    &["image", "settings", "volume"],
+    &["scene"],
+    &["frame"],
+    &["kernel", "reference"],
+    &["shadow"],
+    &["backend"],
+    &["cpu", "gpu", "io"],
+    &["cli"],
+];
+
+fn layer(module: &str) -> Option<usize> {
+    LAYERS.iter().position(|modules| modules.contains(&module))
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// The module right below the crate that a file belongs to.
+fn module_of(path: &Path, root: &Path) -> String {
+    let first = path.strip_prefix(root).unwrap().components().next().unwrap();
+    Path::new(first.as_os_str()).file_stem().unwrap().to_string_lossy().into_owned()
+}
+
+/// Names after each `crate::` (and those in braces right after it), with `Error` and `Result`, which
+/// the crate's root re-exports, as what they are.
+fn imports(text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices("crate::") {
+        let rest = &text[at + "crate::".len()..];
+        let names = match rest.strip_prefix('{') {
+            Some(list) => list.split('}').next().unwrap_or_default(),
+            None => rest,
+        };
+        let whole = rest.starts_with('{');
+        for part in names.split(',').take(if whole { usize::MAX } else { 1 }) {
+            let is_name = |c: char| c.is_alphanumeric() || c == '_';
+            let name: String = part.trim().chars().take_while(|&c| is_name(c)).collect();
+            found.push(if name == "Error" || name == "Result" { "error".to_owned() } else { name });
+        }
+    }
+    found
+}
+
+#[test]
+fn modules_import_only_from_layers_below() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut wrong = Vec::new();
+    for path in sources(&root) {
+        let module = module_of(&path, &root);
+        if module == "lib" || module == "main" {
+            continue;
+        }
+        let own = layer(&module).unwrap_or_else(|| panic!("'{module}' stands in no layer"));
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(!text.contains("super::super::"), "{} climbs two modules", path.display());
+        for import in imports(&text).into_iter().filter(|import| *import != module) {
+            if layer(&import).is_none_or(|other| other >= own) {
+                wrong.push(format!("{} imports crate::{import}", path.display()));
+            }
+        }
+        // The GPU's answers cannot come from the CPU.
+        if module == "gpu" && imports(&text).iter().any(|import| import == "kernel") {
+            wrong.push(format!("{} imports crate::kernel", path.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn files_stay_small_enough_to_hold_in_the_head() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for folder in ["src", "tests"] {
+        for path in sources(&root.join(folder)) {
+            let lines = fs::read_to_string(&path).unwrap().lines().count();
+            assert!(lines <= 400, "{} has {lines} lines", path.display());
+        }
+    }
+}
+
+/// A pass has one name: its shader, its entry point, its CPU file.
+#[cfg(feature = "gpu")]
+#[test]
+fn every_pass_has_one_name() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (name, source) in deepshadow::gpu::PASSES {
+        assert!(source.contains(&format!("fn {name}(")), "{name}.wgsl has no such entry point");
+        assert!(root.join(format!("src/cpu/{name}.rs")).exists(), "no src/cpu/{name}.rs");
+        let page = fs::read_to_string(root.join("ARCHITECTURE.md")).unwrap();
+        assert!(page.contains(name), "ARCHITECTURE.md does not name {name}");
+    }
+}

@@ -1,0 +1,263 @@
+//! The program as others call it: the real binary in a fresh folder. Exit codes, one-line errors,
+//! files whole or not at all.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use exr::prelude::{AttributeValue, read_first_flat_layer_from_file};
+use tempfile::TempDir;
+
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    fn run(&self, arguments: &str) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_deepshadow"))
+            .args(arguments.split_whitespace())
+            .current_dir(self.path())
+            .output()
+            .unwrap()
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.path()).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn must_succeed(output: &Output) {
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(output));
+}
+
+const SMALL: &str = "--backend cpu --size 40x30 --map-size 32";
+
+#[test]
+fn render_writes_a_picture_named_after_the_input() {
+    let folder = Folder::new();
+    let output = folder.run(&format!("render bucky {SMALL}"));
+    must_succeed(&output);
+    assert_eq!(folder.names(), ["bucky.png"]);
+    assert!(output.stdout.is_empty(), "stdout is for results that are asked for");
+    let said = stderr(&output);
+    for what in ["light direction", "ground height", "camera position", "wrote bucky.png", "cpu"] {
+        assert!(said.contains(what), "'{what}' is missing in: {said}");
+    }
+    let picture = image::open(folder.path().join("bucky.png")).unwrap().to_rgb8();
+    assert_eq!(picture.dimensions(), (40, 30));
+    let [darkest, brightest] =
+        picture.pixels().fold([255, 0], |[lo, hi], p| [lo.min(p[0]), hi.max(p[0])]);
+    assert!(
+        darkest < 80 && brightest > 170,
+        "shadow and light are both seen: {darkest}..{brightest}"
+    );
+}
+
+#[test]
+fn quiet_says_nothing_and_transparent_writes_alpha() {
+    let folder = Folder::new();
+    let output = folder.run(&format!("render rods {SMALL} --quiet --transparent -o t.png"));
+    must_succeed(&output);
+    assert!(stderr(&output).is_empty(), "{}", stderr(&output));
+    let picture = image::open(folder.path().join("t.png")).unwrap().to_rgba8();
+    assert_eq!(picture.get_pixel(0, 0)[3], 0, "nothing in the corner");
+    assert!(picture.pixels().any(|p| p[3] > 250), "an opaque rod");
+}
+
+#[test]
+fn raw_data_renders_from_options_and_from_its_sidecar_alike() {
+    let folder = Folder::new();
+    let voxels: Vec<u8> =
+        (0..6_u32 * 5 * 4).flat_map(|i| ((i * 977 % 4001) as u16).to_be_bytes()).collect();
+    fs::write(folder.path().join("scan.raw"), voxels).unwrap();
+    must_succeed(&folder.run(&format!(
+        "render scan.raw --dims 6,5,4 --type u16 --endian big --spacing 1,1,2 --window 100,3000 --up z {SMALL} -o a.exr"
+    )));
+    fs::write(
+        folder.path().join("scan.toml"),
+        "dims = [6, 5, 4]\ntype = \"u16\"\nendian = \"big\"\nspacing = [1, 1, 2]\nup = \"z\"\n",
+    )
+    .unwrap();
+    must_succeed(&folder.run(&format!("render scan.raw --window 100,3000 {SMALL} -o b.exr")));
+    let [a, b] = ["a.exr", "b.exr"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(a == b, "the same picture, byte for byte");
+}
+
+/// Everything that another program needs to look up shadows stands in the file.
+#[test]
+fn map_writes_its_channels_and_attributes() {
+    let folder = Folder::new();
+    must_succeed(&folder.run("map box --backend cpu --map-size 24 -o box.exr"));
+    let image = read_first_flat_layer_from_file(folder.path().join("box.exr")).unwrap();
+    let layer = &image.layer_data;
+    assert_eq!((layer.size.0, layer.size.1), (24, 24));
+    let names: Vec<String> = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
+    assert_eq!(names, ["A", "B", "G", "R"]);
+    let attribute = |name: &str| {
+        layer
+            .attributes
+            .other
+            .iter()
+            .find(|(key, _)| key.to_string() == name)
+            .map(|(_, v)| v.clone())
+    };
+    assert_eq!(attribute("kind"), Some(AttributeValue::Text("threshold".into())));
+    assert_eq!(attribute("depth_unit"), Some(AttributeValue::Text("world".into())));
+    assert_eq!(attribute("thresholds"), Some(AttributeValue::FloatVec3((0.1, 0.5, 0.9))));
+    let Some(AttributeValue::Matrix4x4(m)) = attribute("light_from_world") else {
+        panic!("no light_from_world");
+    };
+    // The cube's centre lies in the middle of the map, half of the cube's depth extent deep.
+    let [u, v, depth, w] = [0, 1, 2, 3].map(|row| m[4 * row + 3]);
+    assert!((u - 0.5).abs() < 1e-5 && (v - 0.5).abs() < 1e-5 && w == 1.0, "{u}, {v}, {w}");
+    let samples =
+        |c: usize| layer.channel_data.list[c].sample_data.values_as_f32().collect::<Vec<_>>();
+    let (opacity, middle) = (samples(0), samples(2));
+    let at = 12 * 24 + 12;
+    assert!(opacity[at] > 0.9, "the box is opaque in the middle: {}", opacity[at]);
+    assert!(
+        middle[at] > 0.2 * depth && middle[at] < depth,
+        "half of the light is lost before the centre"
+    );
+}
+
+#[test]
+fn wrong_usage_exits_with_2_and_writes_nothing() {
+    let folder = Folder::new();
+    for arguments in [
+        "",
+        "paint bucky",
+        "render",
+        "render bucky --no-such-option",
+        "render bucky --size 40",
+        "render bucky --size 0x30",
+        "render bucky --dims 1,2",
+        "render bucky --dims 1,2,x",
+        "render bucky --light 1,2",
+        "render bucky --backend tpu",
+        "render bucky --threads 0",
+        "map bucky --exposure 2",
+    ] {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "'{arguments}': {}", stderr(&output));
+        assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
+    }
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn bad_input_exits_with_1_and_one_line_that_names_it() {
+    let folder = Folder::new();
+    fs::write(folder.path().join("v.raw"), [1_u8; 27]).unwrap();
+    fs::write(folder.path().join("bad.toml"), "[volume]\npreset = \"box\"\n[camera]\nzoom = 3\n")
+        .unwrap();
+    fs::write(folder.path().join("no.toml"), "[volume\n").unwrap();
+    let before = folder.names();
+    let cases = [
+        ("render missing.vdb", "missing.vdb"),
+        ("render missing.toml", "missing.toml"),
+        ("render v.raw", "--dims"),
+        ("render v.raw --dims 3,3,3", "--type"),
+        ("render v.raw --dims 3,3,4 --type u8", "27 bytes"),
+        ("render v.raw --dims 3,3,3 --type u16", "54"),
+        ("render v.raw --dims 0,3,3 --type u8", "0,3,3"),
+        ("render v.raw --dims 4000000000,4000000000,4000000000 --type f64", "4000000000"),
+        ("render v.raw --dims 1048576,1048576,1048576 --type f64", "27 bytes"),
+        ("render v.raw --dims 3,3,3 --type u7", "u7"),
+        ("render v.raw --dims 3,3,3 --type u8 --window 5,5", "window"),
+        ("render v.raw --dims 3,3,3 --type u8 --spacing 1,0,1", "spacing"),
+        ("render v.raw --dims 3,3,3 --type u8 --up w", "up"),
+        ("render bad.toml", "zoom"),
+        ("render no.toml", "no.toml"),
+        ("render box --density-scale -1", "density_scale"),
+        ("render box --light 0,0,0", "direction"),
+        ("render box --map shadow", "shadow"),
+        ("render box --map-size 0", "shadow.size"),
+        ("render box --steps 0", "shadow.steps"),
+        ("render box --samples 0", "image.samples"),
+        ("render box --exposure 0", "exposure"),
+        ("render box --thresholds 0.5,0.1,0.9", "thresholds"),
+        ("render box -o picture.bmp", "picture.bmp"),
+        ("render box -o nowhere/picture.png", "nowhere"),
+        ("map box -o map.png", "map.png"),
+    ];
+    for (arguments, named) in cases {
+        let output = folder.run(&format!("{arguments} --backend cpu"));
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "'{arguments}': {said}");
+        assert!(said.contains(named), "'{arguments}' does not name '{named}': {said}");
+        let errors: Vec<&str> = said.lines().filter(|line| !line.contains("(chosen)")).collect();
+        assert!(
+            errors.len() == 1 && errors[0].starts_with("deepshadow: "),
+            "'{arguments}': {said}"
+        );
+    }
+    assert_eq!(folder.names(), before, "nothing was left behind");
+}
+
+#[test]
+fn a_failed_run_leaves_the_older_picture() {
+    let folder = Folder::new();
+    fs::write(folder.path().join("box.png"), "older").unwrap();
+    let output = folder.run(&format!("render box --lookup none {SMALL}"));
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_eq!(fs::read_to_string(folder.path().join("box.png")).unwrap(), "older");
+    must_succeed(&folder.run(&format!("render box {SMALL}")));
+    assert!(fs::read(folder.path().join("box.png")).unwrap().starts_with(b"\x89PNG"));
+    assert_eq!(folder.names(), ["box.png"]);
+}
+
+#[test]
+fn negative_and_nan_densities_count_as_empty_and_are_mentioned() {
+    let folder = Folder::new();
+    let mut values = vec![1.0_f32; 64];
+    values[..4].copy_from_slice(&[f32::NAN, -1.0, f32::INFINITY, f32::NEG_INFINITY]);
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    fs::write(folder.path().join("odd.raw"), bytes).unwrap();
+    let output = folder.run(&format!("render odd.raw --dims 4,4,4 --type f32 {SMALL}"));
+    must_succeed(&output);
+    assert!(stderr(&output).contains("4 negative or non-finite voxels"), "{}", stderr(&output));
+}
+
+#[test]
+fn figures_draws_all_three_sheets() {
+    let folder = Folder::new();
+    must_succeed(&folder.run("figures -o sheets --backend cpu"));
+    for (name, width) in [("figure-2.png", 5), ("figure-3.png", 3), ("figure-4.png", 3)] {
+        let sheet = image::open(folder.path().join("sheets").join(name)).unwrap().to_rgb8();
+        assert_eq!(sheet.width(), 8 + width * 328, "{name}");
+        let bright = sheet.pixels().filter(|p| p[0] > 200).count();
+        assert!(bright > 500, "{name} shows something: {bright} bright pixels");
+    }
+}
+
+#[test]
+fn help_tells_every_command_and_adapters_answers() {
+    let folder = Folder::new();
+    let help = folder.run("--help");
+    must_succeed(&help);
+    let text = String::from_utf8_lossy(&help.stdout).into_owned();
+    for command in ["render", "map", "figures", "adapters"] {
+        assert!(text.contains(command), "{text}");
+    }
+    if cfg!(feature = "gpu") {
+        let output = folder.run("adapters");
+        must_succeed(&output);
+        assert!(!output.stdout.is_empty());
+    }
+}

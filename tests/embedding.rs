@@ -1,0 +1,130 @@
+//! Another wgpu program: its own device and queue, our passes, our lookup in its shader.
+#![cfg(feature = "gpu")]
+
+use deepshadow::backend::Backend;
+use deepshadow::cpu::CpuBackend;
+use deepshadow::frame::Frame;
+use deepshadow::gpu::{Renderer, shadow_wgsl};
+use deepshadow::progress::Silent;
+use deepshadow::scene::LightView;
+use deepshadow::shadow::ShadowMap;
+use deepshadow::volume::presets::Preset;
+use glam::Vec3;
+use wgpu::util::DeviceExt;
+
+use crate::support::scenes::{anchor_scene, settings};
+
+const POINTS: usize = 64;
+
+/// The other program's shader: how much light reaches each of its points.
+const THEIR_SHADER: &str = "
+@group(0) @binding(0) var<storage, read> points: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read_write> light: array<f32>;
+
+@compute @workgroup_size(64)
+fn their_pass(@builtin(global_invocation_id) id: vec3<u32>) {
+    light[id.x] = shadow_at(points[id.x].xyz);
+}
+";
+
+#[test]
+fn another_program_shades_its_points_with_our_shadow() {
+    if std::env::var("DEEPSHADOW_TEST_GPU").is_ok_and(|value| value == "skip") {
+        eprintln!("SKIPPED: DEEPSHADOW_TEST_GPU=skip, nothing is tested on a GPU");
+        return;
+    }
+    // Their device, with the limits that every device has.
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapter = pollster::block_on(instance.request_adapter(&Default::default())).unwrap();
+    let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
+
+    // Our map, made on it.
+    let scene = anchor_scene(Preset::Bucky, 4.0, 32);
+    let settings = settings(64, [1, 1]);
+    let view = LightView::fit(&scene.light, &scene.volume).unwrap();
+    let frame = Frame::with_light_view(&scene, &settings, &view).unwrap();
+    let renderer = Renderer::new(&device, &queue).unwrap();
+    let volume = renderer.upload(&scene.volume).unwrap();
+    let parameters = renderer.frame(&frame, &volume).unwrap();
+    let map = renderer.map(settings.map_size).unwrap();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    renderer.trace_threshold(&mut encoder, &volume, &parameters, &map);
+
+    // Their points: a column through the volume, from above it to below it.
+    let points: Vec<[f32; 4]> = (0..POINTS)
+        .map(|i| {
+            let t = i as f32 / POINTS as f32 * 2.0 - 1.0;
+            [0.13 * t, -1.2 * t, 0.21, 0.0]
+        })
+        .collect();
+    let buffer = |contents: &[u8], usage| {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: None,
+            contents,
+            usage,
+        })
+    };
+    let input = buffer(bytemuck::cast_slice(&points), wgpu::BufferUsages::STORAGE);
+    let output =
+        buffer(&[0; 4 * POINTS], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+    let readback =
+        buffer(&[0; 4 * POINTS], wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+
+    // Their pipeline: our lookup in bind group 1, their things in group 0.
+    let source = shadow_wgsl(1).unwrap() + THEIR_SHADER;
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: Some("their_pass"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let theirs = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+        ],
+    });
+    let ours = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(1),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: parameters.buffer().as_entire_binding() },
+            wgpu::BindGroupEntry {
+                binding: 3,
+                resource: wgpu::BindingResource::TextureView(map.view()),
+            },
+        ],
+    });
+    {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &theirs, &[]);
+        pass.set_bind_group(1, &ours, &[]);
+        pass.dispatch_workgroups(1, 1, 1);
+    }
+    encoder.copy_buffer_to_buffer(&output, 0, &readback, 0, 4 * POINTS as u64);
+    queue.submit([encoder.finish()]);
+    readback.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let bytes = readback.get_mapped_range(..).unwrap();
+    let found: &[f32] = bytemuck::cast_slice(&bytes);
+
+    // The CPU says the same.
+    let cpu = CpuBackend.map(&scene, &settings, &Silent).unwrap();
+    for (point, found) in points.iter().zip(found) {
+        let world = Vec3::from_slice(point);
+        let light = view.coordinates(world.as_dvec3()).unwrap().as_vec3();
+        let expected = cpu.bilinear(light.x, light.y, light.z);
+        assert!((found - expected).abs() < 0.02, "at {world}: {found}, not {expected}");
+    }
+    let darkest = found.iter().copied().fold(1.0, f32::min);
+    assert!(found[0] == 1.0 && darkest < 0.1, "light above, shadow inside: {found:?}");
+}
