@@ -113,7 +113,7 @@ fn map_writes_its_channels_and_attributes() {
             .attributes
             .other
             .iter()
-            .find(|(key, _)| key.to_string() == name)
+            .find(|(key, _)| **key == *name)
             .map(|(_, v)| v.clone())
     };
     assert_eq!(attribute("kind"), Some(AttributeValue::Text("threshold".into())));
