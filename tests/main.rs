@@ -9,4 +9,5 @@ mod cli;
 mod embedding;
 mod scene_files;
 mod shaders;
+mod formats;
 mod support;

@@ -5,6 +5,7 @@ pub mod exr;
 mod load;
 pub mod png;
 pub mod raw;
+pub mod vdb;
 
 pub use atomic::PendingFile;
 pub use load::load_volume;

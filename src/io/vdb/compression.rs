@@ -1,0 +1,127 @@
+//! How a grid's values are compressed, and the frame around every compressed run of bytes. It
+//! knows nothing of masks or trees.
+
+use std::fmt;
+
+use miniz_oxide::inflate::TINFLStatus;
+use miniz_oxide::inflate::core::{DecompressorOxide, decompress, inflate_flags};
+
+use super::blosc;
+use super::fault::{Fault, Parsed};
+use super::source::Bytes;
+
+/// The compression of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Compression {
+    /// Values are deflated; ignored where `blosc` is set.
+    pub zip: bool,
+    /// Only active values are stored.
+    pub active_mask: bool,
+    /// Values are Blosc chunks with LZ4.
+    pub blosc: bool,
+}
+
+impl Compression {
+    /// Takes the file's flags; `None` if there are unknown ones.
+    pub(super) fn from_flags(flags: u32) -> Option<Self> {
+        let has = |flag: u32| flags & flag != 0;
+        (flags < 8).then_some(Self { zip: has(1), active_mask: has(2), blosc: has(4) })
+    }
+}
+
+/// The words that OpenVDB uses: "none", "zip", "blosc + active values", ...
+impl fmt::Display for Compression {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let parts = [(self.zip, "zip"), (self.blosc, "blosc"), (self.active_mask, "active values")];
+        let words: Vec<_> = parts.iter().filter(|(set, _)| *set).map(|(_, word)| *word).collect();
+        if words.is_empty() { f.write_str("none") } else { f.write_str(&words.join(" + ")) }
+    }
+}
+
+/// A run of bytes as it lies in the file.
+#[derive(Clone, Copy)]
+pub(super) enum Run<'a> {
+    Bare(&'a [u8]),
+    Zip(&'a [u8], u64),
+    Blosc(&'a [u8], u64),
+}
+
+/// Takes the run that holds `size` bytes once decompressed.
+pub(super) fn take_run<'a>(
+    bytes: &mut Bytes<'a>,
+    compression: Compression,
+    size: usize,
+) -> Parsed<Run<'a>> {
+    if !compression.zip && !compression.blosc {
+        return bytes.take(size).map(Run::Bare);
+    }
+    let at = bytes.position();
+    let length = bytes.i64()?;
+    let start = bytes.position();
+    if length <= 0 {
+        if length.unsigned_abs() != size as u64 {
+            let stored = length.unsigned_abs();
+            let why = format!("{stored} bytes stored where {size} are due");
+            return Err(Fault::bad(at, why));
+        }
+        return bytes.take(size).map(Run::Bare);
+    }
+    let Ok(length) = usize::try_from(length) else {
+        return Err(Fault::Short { at: start, needed: length as u64 });
+    };
+    let data = bytes.take(length)?;
+    Ok(if compression.blosc { Run::Blosc(data, start) } else { Run::Zip(data, start) })
+}
+
+/// Memory to decompress in, for use again and again by one thread.
+#[derive(Default)]
+pub(super) struct Workspace {
+    bytes: Vec<u8>,
+    shuffled: Vec<u8>,
+    inflate: Option<Box<DecompressorOxide>>,
+}
+
+impl Workspace {
+    /// The `size` bytes of the run.
+    pub(super) fn unpack<'a>(&'a mut self, run: Run<'a>, size: usize) -> Parsed<&'a [u8]> {
+        match run {
+            Run::Bare(bytes) => return Ok(bytes),
+            Run::Zip(data, start) => {
+                self.bytes.resize(size, 0);
+                self.inflate(data, start)?;
+            }
+            Run::Blosc(data, start) => {
+                self.bytes.resize(size, 0);
+                blosc::decompress(data, start, &mut self.bytes, &mut self.shuffled)
+                    .map_err(complete)?;
+            }
+        }
+        Ok(&self.bytes)
+    }
+
+    /// Fills all of `self.bytes`; the output cannot grow, so a bomb ends there.
+    fn inflate(&mut self, data: &[u8], start: u64) -> Parsed<()> {
+        let flags = inflate_flags::TINFL_FLAG_PARSE_ZLIB_HEADER
+            | inflate_flags::TINFL_FLAG_USING_NON_WRAPPING_OUTPUT_BUF;
+        let inflate = self.inflate.get_or_insert_default();
+        inflate.init();
+        let (status, _, written) = decompress(inflate, data, &mut self.bytes, 0, flags);
+        if status != TINFLStatus::Done || written != self.bytes.len() {
+            let due = self.bytes.len();
+            let why = format!("zip: {status:?} after {written} of {due} bytes");
+            return Err(Fault::bad(start, why));
+        }
+        Ok(())
+    }
+}
+
+/// A chunk is whole when it is decompressed: what it lacks then is an error of its contents, not a
+/// wish for more of the file.
+fn complete(fault: Fault) -> Fault {
+    match fault {
+        Fault::Short { at, needed } => {
+            Fault::bad(at, format!("a blosc chunk ends before {needed} bytes that it needs"))
+        }
+        other => other,
+    }
+}

@@ -1,0 +1,46 @@
+//! What can be wrong with the bytes of a file, before the file's name is known. It knows nothing of
+//! the format: the parsers say what they were reading.
+
+use std::io;
+use std::path::Path;
+
+use crate::error::Error;
+
+/// A failure inside the reader; [`Fault::in_file`] makes it the crate's error.
+#[derive(Debug)]
+pub(super) enum Fault {
+    /// The operating system failed.
+    Io(io::Error),
+    /// `needed` bytes were to be read at byte `at`, and the data at hand ends before.
+    Short { at: u64, needed: u64 },
+    /// The bytes at `at` contradict the format.
+    Bad { at: u64, why: String },
+}
+
+impl Fault {
+    /// The bytes at `at` contradict the format.
+    pub(super) fn bad(at: u64, why: impl Into<String>) -> Self {
+        Self::Bad { at, why: why.into() }
+    }
+
+    /// The crate's error, with the file and what was being read ("header", `grid "density"`).
+    pub(super) fn in_file(self, path: &Path, what: &str) -> Error {
+        match self {
+            Self::Io(source) => Error::file(path, source),
+            Self::Short { at, needed } => Error::contents(
+                path,
+                format!("{what}: the file ends early: {needed} bytes needed at byte {at}"),
+            ),
+            Self::Bad { at, why } => Error::contents(path, format!("{what}: {why} (byte {at})")),
+        }
+    }
+}
+
+impl From<io::Error> for Fault {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// Short for results inside the reader.
+pub(super) type Parsed<T> = Result<T, Fault>;

@@ -1,0 +1,102 @@
+//! A loaded grid of any value type, for callers that need not know which. It knows nothing of
+//! files.
+
+use glam::IVec3;
+use half::f16;
+
+use super::dense::Dense;
+use super::index_box::IndexBox;
+use super::statistics::Statistics;
+use super::tree::Tree;
+use super::value::{AnyValue, Value};
+use crate::error::Result;
+
+/// A loaded grid: a tree of one of the value types. Numbers saved as half floats are widened to the
+/// grid's own type; mask grids are trees of booleans.
+#[non_exhaustive]
+#[allow(missing_docs)] // The variants are the file's own type names.
+pub enum Grid {
+    Float(Tree<f32>),
+    Double(Tree<f64>),
+    Half(Tree<f16>),
+    Int32(Tree<i32>),
+    Int64(Tree<i64>),
+    Bool(Tree<bool>),
+    Vec3s(Tree<[f32; 3]>),
+    Vec3d(Tree<[f64; 3]>),
+    Vec3i(Tree<[i32; 3]>),
+}
+
+/// Runs the expression on the grid's tree, whatever its type.
+macro_rules! with_tree {
+    ($grid:expr, $tree:ident => $result:expr) => {
+        match $grid {
+            Grid::Float($tree) => $result,
+            Grid::Double($tree) => $result,
+            Grid::Half($tree) => $result,
+            Grid::Int32($tree) => $result,
+            Grid::Int64($tree) => $result,
+            Grid::Bool($tree) => $result,
+            Grid::Vec3s($tree) => $result,
+            Grid::Vec3d($tree) => $result,
+            Grid::Vec3i($tree) => $result,
+        }
+    };
+}
+
+impl Grid {
+    /// The value of every voxel that the tree does not hold.
+    pub fn background(&self) -> AnyValue {
+        with_tree!(self, tree => tree.background().any())
+    }
+
+    /// The value at a voxel, and whether it is active.
+    pub fn get(&self, index: IVec3) -> (AnyValue, bool) {
+        with_tree!(self, tree => {
+            let (value, active) = tree.get(index);
+            (value.any(), active)
+        })
+    }
+
+    /// Number of active voxels; `u64::MAX` where there are more.
+    pub fn active_voxel_count(&self) -> u64 {
+        with_tree!(self, tree => tree.active_voxel_count())
+    }
+
+    /// The smallest box around all active voxels; `None` if there are none.
+    pub fn active_bounds(&self) -> Option<IndexBox> {
+        with_tree!(self, tree => tree.active_bounds())
+    }
+
+    /// Statistics of the active values, one for each component; none without active voxels.
+    pub fn statistics(&self) -> Vec<Statistics> {
+        with_tree!(self, tree => tree.statistics())
+    }
+
+    /// Bytes of memory held.
+    pub fn memory_bytes(&self) -> u64 {
+        with_tree!(self, tree => tree.memory_bytes())
+    }
+
+    /// All voxels of `bounds`, active or not, as numbers for rendering: vectors by their length,
+    /// booleans as 0 and 1 (see [`Value::to_f32`]).
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] if the array takes more than `limit_bytes`.
+    pub fn densify(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Dense<f32>> {
+        with_tree!(self, tree => tree.densify(bounds, limit_bytes, Value::to_f32))
+    }
+}
+
+macro_rules! from_tree {
+    ($($variant:ident: $type:ty),*) => {
+        $(impl From<Tree<$type>> for Grid {
+            fn from(tree: Tree<$type>) -> Self {
+                Self::$variant(tree)
+            }
+        })*
+    };
+}
+
+from_tree!(Float: f32, Double: f64, Half: f16, Int32: i32, Int64: i64, Bool: bool);
+from_tree!(Vec3s: [f32; 3], Vec3d: [f64; 3], Vec3i: [i32; 3]);

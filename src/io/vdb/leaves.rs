@@ -1,0 +1,213 @@
+//! The leaf buffers: what the file stores at a grid's `block_pos`, in the leaves' order of the
+//! topology. They are read in batches, and a batch is decoded by all threads. It knows nothing of
+//! what is done with the values.
+
+use rayon::prelude::*;
+
+use super::compression::Workspace;
+use super::fault::{Fault, Parsed};
+use super::grid_type::{TreeShape, ValueType};
+use super::mask;
+use super::source::{Bytes, Reader};
+use super::topology::Topology;
+use super::value::Value;
+use super::value_block::{Encoding, ValueBlock};
+
+/// Bytes of leaf buffers in memory at once, unless a single leaf has more.
+const BATCH_BYTES: u64 = 4 << 20;
+/// Leaves that a thread takes at least.
+const MIN_LEAVES: usize = 32;
+
+/// How a leaf buffer is laid out.
+#[derive(Clone, Copy)]
+enum Layout {
+    /// Active mask and values.
+    Values,
+    /// Active mask, origin, and the values as a mask.
+    Bits,
+    /// Active mask and origin: a voxel is true where it is active.
+    Mask,
+}
+
+/// How to read the leaf buffers of a grid.
+pub(super) struct LeafFormat<T> {
+    pub(super) shape: TreeShape,
+    pub(super) encoding: Encoding<T>,
+    layout: Layout,
+}
+
+enum Content<'a, T> {
+    Block(ValueBlock<'a, T>),
+    Bits(&'a [u8]),
+    Mask,
+}
+
+/// A leaf as it lies in the file.
+pub(super) struct PackedLeaf<'a, T> {
+    mask: &'a [u8],
+    content: Content<'a, T>,
+}
+
+/// Leaves that follow one another.
+struct Batch<'a, T> {
+    leaves: Vec<PackedLeaf<'a, T>>,
+    /// Bytes that they take.
+    taken: usize,
+    /// Where the next leaf was cut, and how many bytes it needs from there.
+    lacking: Option<(u64, u64)>,
+}
+
+/// What a thread needs to decode leaves.
+#[derive(Default)]
+pub(super) struct LeafWorkspace<T> {
+    bytes: Workspace,
+    packed: Vec<T>,
+}
+
+impl<T: Value> LeafFormat<T> {
+    pub(super) fn new(value_type: &ValueType, shape: TreeShape, encoding: Encoding<T>) -> Self {
+        let layout = match value_type {
+            ValueType::Bool => Layout::Bits,
+            ValueType::Mask => Layout::Mask,
+            _ => Layout::Values,
+        };
+        Self { shape, encoding, layout }
+    }
+
+    /// Refuses a topology of more leaves than the bytes left can hold, before memory for them is
+    /// asked for.
+    pub(super) fn check_room(&self, leaves: usize, reader: &Reader) -> Parsed<()> {
+        let mask_bytes = self.shape.leaf_voxels() / 8;
+        let least = match self.layout {
+            Layout::Values => mask_bytes + 1,
+            Layout::Bits => 2 * mask_bytes + 12,
+            Layout::Mask => mask_bytes + 12,
+        };
+        let needed = least as u64 * leaves as u64;
+        if needed > reader.left() {
+            return Err(Fault::Short { at: reader.position(), needed });
+        }
+        Ok(())
+    }
+
+    fn take<'a>(&self, bytes: &mut Bytes<'a>) -> Parsed<PackedLeaf<'a, T>> {
+        let voxels = self.shape.leaf_voxels();
+        let mask = bytes.take(voxels / 8)?;
+        let content = match self.layout {
+            Layout::Values => {
+                let active = mask::words(mask).map(u64::count_ones).sum::<u32>() as usize;
+                Content::Block(ValueBlock::take(bytes, &self.encoding, voxels, active)?)
+            }
+            // The origin is known from the topology.
+            Layout::Bits => {
+                bytes.take(12)?;
+                Content::Bits(bytes.take(voxels / 8)?)
+            }
+            Layout::Mask => {
+                bytes.take(12)?;
+                Content::Mask
+            }
+        };
+        Ok(PackedLeaf { mask, content })
+    }
+
+    /// Runs `visit` on batches of all `count` leaves, with the number of leaves before the batch.
+    pub(super) fn for_each_batch(
+        &self,
+        reader: &mut Reader,
+        count: usize,
+        mut visit: impl FnMut(usize, &[PackedLeaf<T>]) -> Parsed<()>,
+    ) -> Parsed<()> {
+        let mut done = 0;
+        let mut wanted = BATCH_BYTES;
+        while done < count {
+            let (start, left) = (reader.position(), reader.left());
+            let window = reader.look_ahead(wanted)?;
+            let batch = self.take_batch(window, start, count - done)?;
+            if let (true, Some((at, needed))) = (batch.leaves.is_empty(), batch.lacking) {
+                let due = (at - start).saturating_add(needed);
+                if due > left || window.len() as u64 == left {
+                    return Err(Fault::Short { at, needed });
+                }
+                wanted = due.max(2 * wanted);
+                continue;
+            }
+            visit(done, &batch.leaves)?;
+            done += batch.leaves.len();
+            let taken = batch.taken;
+            reader.step(taken);
+        }
+        Ok(())
+    }
+
+    /// The leaves that are whole in the window, `limit` at most.
+    fn take_batch<'a>(&self, window: &'a [u8], start: u64, limit: usize) -> Parsed<Batch<'a, T>> {
+        let mut bytes = Bytes::new(window, start);
+        let mut batch = Batch { leaves: Vec::new(), taken: 0, lacking: None };
+        while batch.leaves.len() < limit {
+            match self.take(&mut bytes) {
+                Ok(leaf) => batch.leaves.push(leaf),
+                Err(Fault::Short { at, needed }) => {
+                    batch.lacking = Some((at, needed));
+                    break;
+                }
+                Err(other) => return Err(other),
+            }
+            batch.taken = bytes.taken();
+        }
+        Ok(batch)
+    }
+
+    /// Decodes one leaf: its mask into `active`, its values into `values`.
+    pub(super) fn decode(
+        &self,
+        leaf: &PackedLeaf<T>,
+        workspace: &mut LeafWorkspace<T>,
+        active: &mut [u64],
+        values: &mut [T],
+    ) -> Parsed<()> {
+        for (word, stored) in active.iter_mut().zip(mask::words(leaf.mask)) {
+            *word = stored;
+        }
+        let bits = match &leaf.content {
+            Content::Block(block) => {
+                let LeafWorkspace { bytes, packed } = workspace;
+                return block.decode(&self.encoding, active, bytes, packed, values);
+            }
+            Content::Bits(bits) => bits,
+            Content::Mask => leaf.mask,
+        };
+        // Both layouts are of booleans only, for which a byte is a value.
+        for (byte, values) in bits.iter().zip(values.chunks_exact_mut(8)) {
+            let bytes: [u8; 8] = std::array::from_fn(|bit| byte >> bit & 1);
+            T::decode(&bytes, values);
+        }
+        Ok(())
+    }
+
+    /// Decodes all leaves: replaces the topology's masks by the buffers' own and returns all
+    /// values, leaf after leaf.
+    pub(super) fn read_all(
+        &self,
+        reader: &mut Reader,
+        topology: &mut Topology<T>,
+    ) -> Parsed<Vec<T>> {
+        let count = topology.leaf_origins.len();
+        self.check_room(count, reader)?;
+        let (voxels, words) = (self.shape.leaf_voxels(), self.shape.leaf_words());
+        let mut values = vec![T::default(); count * voxels];
+        let masks = &mut topology.leaf_active;
+        self.for_each_batch(reader, count, |first, batch| {
+            let range = first..first + batch.len();
+            values[range.start * voxels..range.end * voxels]
+                .par_chunks_exact_mut(voxels)
+                .zip(masks[range.start * words..range.end * words].par_chunks_exact_mut(words))
+                .zip(batch)
+                .with_min_len(MIN_LEAVES)
+                .try_for_each_init(LeafWorkspace::default, |workspace, ((values, active), leaf)| {
+                    self.decode(leaf, workspace, active, values)
+                })
+        })?;
+        Ok(values)
+    }
+}

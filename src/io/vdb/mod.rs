@@ -1,0 +1,69 @@
+//! Reading OpenVDB files (`.vdb`, format 222 to 225): sparse grids of numbers, vectors and
+//! booleans, as a tree in memory. It knows nothing of rendering: values, transform and metadata
+//! come out as the file has them.
+//!
+//! ```no_run
+//! use deepshadow::io::vdb::{SurveyDepth, VdbFile};
+//!
+//! let file = VdbFile::open("smoke.vdb")?;
+//! for grid in file.grids() {
+//!     println!("{} is a {}", grid.name, grid.type_name);
+//! }
+//! if let Some(index) = file.find("density") {
+//!     let survey = file.survey(index, SurveyDepth::Values)?;
+//!     if let Some(bounds) = survey.active_bounds {
+//!         let dense = file.load(index)?.densify(bounds.padded(1), 1 << 30)?;
+//!         println!("{:?} voxels (z, y, x) from {}", dense.values.dim(), dense.origin);
+//!     }
+//! }
+//! # Ok::<(), deepshadow::Error>(())
+//! ```
+//!
+//! In practice: [`VdbFile::open`] reads headers only. [`VdbFile::load`] gives a [`Grid`], which is
+//! a [`Tree`] of one of the value types: ask it for single voxels, leaves, tiles or a dense box.
+//! [`VdbFile::survey`] counts and measures without keeping voxels. Leaves are decoded by all
+//! threads of rayon's current pool.
+//!
+//! Every length and count of a file is held against the bytes that are left before memory is asked
+//! for, and every decompressed size is known beforehand, so that a broken or hostile file ends in
+//! an error and not in a panic or in more memory than a fixed multiple of the file's size. What a
+//! small file may rightly claim, a huge constant region, stays a tile until [`Grid::densify`] is
+//! asked for it, which has a limit.
+//!
+//! Deliberately absent: points and strings (listed, with the reason in [`GridHeader::refused`]),
+//! frustum transforms ([`Transform::Refused`]; the voxels load), files before format 222.
+
+mod blosc;
+mod compression;
+mod dense;
+mod fault;
+mod file;
+mod grid;
+mod grid_type;
+mod header;
+mod index_box;
+mod leaves;
+mod mask;
+mod metadata;
+mod source;
+mod statistics;
+mod topology;
+mod transform;
+mod tree;
+mod value;
+mod value_block;
+mod voxels;
+
+pub use compression::Compression;
+pub use dense::Dense;
+pub use file::VdbFile;
+pub use grid::Grid;
+pub use grid_type::ValueType;
+pub use header::GridHeader;
+pub use index_box::IndexBox;
+pub use metadata::{MetaValue, Metadata};
+pub use statistics::Statistics;
+pub use transform::Transform;
+pub use tree::{Leaf, Tile, Tree};
+pub use value::{AnyValue, Value};
+pub use voxels::{Survey, SurveyDepth};

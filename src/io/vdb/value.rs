@@ -1,0 +1,208 @@
+//! The types that a voxel may have, how they lie in the file and how they read as numbers. It
+//! knows nothing of trees or compression.
+
+use std::fmt::Debug;
+
+use half::f16;
+
+/// A voxel's type. Implemented for `f32`, `f64`, `f16`, `i32`, `i64`, `bool` and arrays of three
+/// `f32`, `f64` or `i32`; closed to others.
+pub trait Value: Stored + Copy + Default + Debug + PartialEq + Send + Sync + 'static {
+    /// Numbers in a value: 1 or 3.
+    const COMPONENTS: usize;
+
+    /// The number at `component` (below [`Value::COMPONENTS`]; the last one beyond it); exact but
+    /// for `i64` beyond 2^53. Booleans are 0 and 1.
+    fn component(self, component: usize) -> f64;
+
+    /// One number for rendering: the value itself, the length of a vector, 0 or 1 for a boolean.
+    fn to_f32(self) -> f32;
+
+    /// The value with its type.
+    fn any(self) -> AnyValue;
+}
+
+/// How a value lies in the file.
+pub trait Stored: Sized {
+    /// Bytes of a value at full width.
+    #[doc(hidden)]
+    const BYTES: usize;
+    /// Bytes of a value stored as half floats; `None` for types that are never stored so.
+    #[doc(hidden)]
+    const HALF_BYTES: Option<usize>;
+    /// Fills `values` from as many full-width values.
+    #[doc(hidden)]
+    fn decode(bytes: &[u8], values: &mut [Self]);
+    /// Fills `values` from as many values stored as half floats.
+    #[doc(hidden)]
+    fn decode_half(bytes: &[u8], values: &mut [Self]);
+    /// The value with the opposite sign; a boolean's opposite.
+    #[doc(hidden)]
+    fn negated(self) -> Self;
+    /// Whether both have the same bits (so that -0 differs from 0, and NaN equals itself).
+    #[doc(hidden)]
+    fn same_bits(self, other: Self) -> bool;
+}
+
+/// One value of any type that a grid may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+#[allow(missing_docs)] // The variants are the file's own type names.
+pub enum AnyValue {
+    Float(f32),
+    Double(f64),
+    Half(f16),
+    Int32(i32),
+    Int64(i64),
+    Bool(bool),
+    Vec3s([f32; 3]),
+    Vec3d([f64; 3]),
+    Vec3i([i32; 3]),
+}
+
+macro_rules! number {
+    ($type:ty, $variant:ident, $half:expr, $from_half:expr, $negated:expr) => {
+        impl Value for $type {
+            const COMPONENTS: usize = 1;
+            fn component(self, _: usize) -> f64 {
+                self as f64
+            }
+            fn to_f32(self) -> f32 {
+                self as f32
+            }
+            fn any(self) -> AnyValue {
+                AnyValue::$variant(self)
+            }
+        }
+
+        impl Stored for $type {
+            const BYTES: usize = size_of::<$type>();
+            const HALF_BYTES: Option<usize> = $half;
+            fn decode(bytes: &[u8], values: &mut [Self]) {
+                for (value, bytes) in values.iter_mut().zip(bytes.as_chunks().0) {
+                    *value = Self::from_le_bytes(*bytes);
+                }
+            }
+            fn decode_half(bytes: &[u8], values: &mut [Self]) {
+                for (value, bytes) in values.iter_mut().zip(bytes.as_chunks().0) {
+                    *value = $from_half(f16::from_le_bytes(*bytes));
+                }
+            }
+            fn negated(self) -> Self {
+                $negated(self)
+            }
+            fn same_bits(self, other: Self) -> bool {
+                self.to_le_bytes() == other.to_le_bytes()
+            }
+        }
+    };
+}
+
+number!(f32, Float, Some(2), f16::to_f32, |value: f32| -value);
+number!(f64, Double, Some(2), f16::to_f64, |value: f64| -value);
+// Integers are never stored as half floats.
+number!(i32, Int32, None, |half: f16| half.to_f32() as i32, i32::wrapping_neg);
+number!(i64, Int64, None, |half: f16| half.to_f32() as i64, i64::wrapping_neg);
+
+macro_rules! vector {
+    ($type:ty, $variant:ident) => {
+        impl Value for [$type; 3] {
+            const COMPONENTS: usize = 3;
+            fn component(self, component: usize) -> f64 {
+                self[component.min(2)] as f64
+            }
+            fn to_f32(self) -> f32 {
+                self.map(|part| part as f64 * part as f64).iter().sum::<f64>().sqrt() as f32
+            }
+            fn any(self) -> AnyValue {
+                AnyValue::$variant(self)
+            }
+        }
+
+        impl Stored for [$type; 3] {
+            const BYTES: usize = 3 * <$type>::BYTES;
+            const HALF_BYTES: Option<usize> = match <$type>::HALF_BYTES {
+                Some(bytes) => Some(3 * bytes),
+                None => None,
+            };
+            fn decode(bytes: &[u8], values: &mut [Self]) {
+                <$type>::decode(bytes, values.as_flattened_mut());
+            }
+            fn decode_half(bytes: &[u8], values: &mut [Self]) {
+                <$type>::decode_half(bytes, values.as_flattened_mut());
+            }
+            fn negated(self) -> Self {
+                self.map(Stored::negated)
+            }
+            fn same_bits(self, other: Self) -> bool {
+                (0..3).all(|part| self[part].same_bits(other[part]))
+            }
+        }
+    };
+}
+
+vector!(f32, Vec3s);
+vector!(f64, Vec3d);
+vector!(i32, Vec3i);
+
+impl Value for f16 {
+    const COMPONENTS: usize = 1;
+    fn component(self, _: usize) -> f64 {
+        self.to_f64()
+    }
+    fn to_f32(self) -> f32 {
+        self.to_f32()
+    }
+    fn any(self) -> AnyValue {
+        AnyValue::Half(self)
+    }
+}
+
+impl Stored for f16 {
+    const BYTES: usize = 2;
+    const HALF_BYTES: Option<usize> = Some(2);
+    fn decode(bytes: &[u8], values: &mut [Self]) {
+        for (value, bytes) in values.iter_mut().zip(bytes.as_chunks().0) {
+            *value = Self::from_le_bytes(*bytes);
+        }
+    }
+    fn decode_half(bytes: &[u8], values: &mut [Self]) {
+        Self::decode(bytes, values);
+    }
+    fn negated(self) -> Self {
+        -self
+    }
+    fn same_bits(self, other: Self) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+}
+
+impl Value for bool {
+    const COMPONENTS: usize = 1;
+    fn component(self, _: usize) -> f64 {
+        f64::from(u8::from(self))
+    }
+    fn to_f32(self) -> f32 {
+        f32::from(u8::from(self))
+    }
+    fn any(self) -> AnyValue {
+        AnyValue::Bool(self)
+    }
+}
+
+impl Stored for bool {
+    const BYTES: usize = 1;
+    const HALF_BYTES: Option<usize> = None;
+    fn decode(bytes: &[u8], values: &mut [Self]) {
+        for (value, &byte) in values.iter_mut().zip(bytes) {
+            *value = byte != 0;
+        }
+    }
+    fn decode_half(_: &[u8], _: &mut [Self]) {}
+    fn negated(self) -> Self {
+        !self
+    }
+    fn same_bits(self, other: Self) -> bool {
+        self == other
+    }
+}

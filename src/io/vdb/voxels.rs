@@ -1,0 +1,206 @@
+//! Reading a grid's voxels, keeping them or only looking at them, for every value type. It knows
+//! nothing of headers.
+
+use half::f16;
+use rayon::prelude::*;
+
+use super::fault::{Fault, Parsed};
+use super::grid::Grid;
+use super::grid_type::ValueType;
+use super::header::GridHeader;
+use super::index_box::IndexBox;
+use super::leaves::{LeafFormat, LeafWorkspace};
+use super::source::{Reader, Source};
+use super::statistics::{self, Statistics, Tallies};
+use super::topology::{self, Topology};
+use super::tree::Tree;
+use super::value::{AnyValue, Value};
+use super::value_block::Encoding;
+
+/// Bytes to read at once.
+const CHUNK: usize = 256 << 10;
+
+/// How much of a grid [`super::VdbFile::survey`] reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurveyDepth {
+    /// The tree, but no voxel's value: counts and bounds.
+    Topology,
+    /// All values, without keeping them: statistics too.
+    Values,
+}
+
+/// What a grid holds, found without keeping its voxels.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Survey {
+    /// Number of active voxels; `u64::MAX` where there are more.
+    pub active_voxels: u64,
+    /// The smallest box around all active voxels; `None` if there are none.
+    pub active_bounds: Option<IndexBox>,
+    /// Statistics of the active values, one for each component; none without active voxels and
+    /// none with [`SurveyDepth::Topology`].
+    pub statistics: Vec<Statistics>,
+    /// Number of leaves.
+    pub leaf_count: u64,
+    /// Number of active tiles.
+    pub active_tile_count: u64,
+    /// Bytes of memory that the grid takes once loaded.
+    pub memory_bytes: u64,
+}
+
+/// Runs the expression with `$type` standing for the type of the grid's values.
+macro_rules! for_value_type {
+    ($header:expr, $type:ident => $result:expr) => {
+        match &$header.value_type {
+            ValueType::Float => {
+                type $type = f32;
+                $result
+            }
+            ValueType::Double => {
+                type $type = f64;
+                $result
+            }
+            ValueType::Half => {
+                type $type = f16;
+                $result
+            }
+            ValueType::Int32 => {
+                type $type = i32;
+                $result
+            }
+            ValueType::Int64 => {
+                type $type = i64;
+                $result
+            }
+            ValueType::Bool | ValueType::Mask => {
+                type $type = bool;
+                $result
+            }
+            ValueType::Vec3s => {
+                type $type = [f32; 3];
+                $result
+            }
+            ValueType::Vec3d => {
+                type $type = [f64; 3];
+                $result
+            }
+            ValueType::Vec3i => {
+                type $type = [i32; 3];
+                $result
+            }
+            ValueType::Unsupported(name) => {
+                let why = format!("voxels of type {name:?} are not read");
+                Err(Fault::bad($header.place.topology, why))
+            }
+        }
+    };
+}
+
+/// Reads the background; the reader stands at the topology.
+pub(super) fn background(reader: &mut Reader, header: &GridHeader) -> Parsed<AnyValue> {
+    for_value_type!(header, T => reader.parse(topology::read_background::<T>).map(Value::any))
+}
+
+/// Loads the grid.
+pub(super) fn load(source: &Source, header: &GridHeader) -> Parsed<Grid> {
+    for_value_type!(header, T => {
+        let (mut topology, format) = read_topology::<T>(source, header)?;
+        let values = format.read_all(&mut block_reader(source, header), &mut topology)?;
+        Ok(Tree::new(topology, values).into())
+    })
+}
+
+/// Surveys the grid.
+pub(super) fn survey(source: &Source, header: &GridHeader, depth: SurveyDepth) -> Parsed<Survey> {
+    for_value_type!(header, T => {
+        let (mut topology, format) = read_topology::<T>(source, header)?;
+        let mut leaves = Vec::new();
+        if depth == SurveyDepth::Values {
+            leaves = tally_leaves(&format, &mut block_reader(source, header), &mut topology)?;
+        }
+        let mut survey = Survey {
+            active_voxels: topology.active_voxel_count(),
+            active_bounds: topology.active_bounds(),
+            statistics: Vec::new(),
+            leaf_count: topology.leaf_origins.len() as u64,
+            active_tile_count: topology.tiles().filter(|tile| tile.active).count() as u64,
+            memory_bytes: topology.memory_bytes() as u64,
+        };
+        let voxels = survey.leaf_count * format.shape.leaf_voxels() as u64;
+        survey.memory_bytes += voxels * size_of::<T>() as u64;
+        if depth == SurveyDepth::Values {
+            survey.statistics = statistics::combine(&topology, leaves);
+        }
+        Ok(survey)
+    })
+}
+
+/// Steps over the voxels of a grid in a stream, whose offsets are found in this way only: the
+/// reader goes from the topology to the grid's end. Returns where the leaf buffers start, and the
+/// background.
+pub(super) fn step_over(reader: &mut Reader, header: &GridHeader) -> Parsed<(u64, AnyValue)> {
+    for_value_type!(header, T => {
+        let (topology, format) = read_topology_at::<T>(reader, header)?;
+        let blocks = reader.position();
+        format.for_each_batch(reader, topology.leaf_origins.len(), |_, _| Ok(()))?;
+        Ok((blocks, topology.background.any()))
+    })
+}
+
+fn read_topology<T: Value>(
+    source: &Source,
+    header: &GridHeader,
+) -> Parsed<(Topology<T>, LeafFormat<T>)> {
+    let place = &header.place;
+    read_topology_at(&mut Reader::new(source, place.topology, place.blocks, CHUNK), header)
+}
+
+fn read_topology_at<T: Value>(
+    reader: &mut Reader,
+    header: &GridHeader,
+) -> Parsed<(Topology<T>, LeafFormat<T>)> {
+    let Some(shape) = header.place.shape else {
+        let why = format!("unknown tree {:?}", header.type_name);
+        return Err(Fault::bad(header.place.topology, why));
+    };
+    let mut encoding = Encoding {
+        compression: header.compression,
+        half: header.saved_as_half,
+        background: T::default(),
+    };
+    let topology = topology::read(reader, shape, &mut encoding)?;
+    Ok((topology, LeafFormat::new(&header.value_type, shape, encoding)))
+}
+
+fn block_reader<'a>(source: &'a Source, header: &GridHeader) -> Reader<'a> {
+    Reader::new(source, header.place.blocks, header.place.end, CHUNK)
+}
+
+/// The tallies of all leaves in their order; replaces the topology's masks by the buffers' own.
+fn tally_leaves<T: Value>(
+    format: &LeafFormat<T>,
+    reader: &mut Reader,
+    topology: &mut Topology<T>,
+) -> Parsed<Vec<Tallies>> {
+    let count = topology.leaf_origins.len();
+    format.check_room(count, reader)?;
+    let (voxels, words) = (format.shape.leaf_voxels(), format.shape.leaf_words());
+    let mut tallies = Vec::new();
+    format.for_each_batch(reader, count, |first, batch| {
+        let range = first * words..(first + batch.len()) * words;
+        let of_batch: Result<Vec<_>, Fault> = topology.leaf_active[range]
+            .par_chunks_exact_mut(words)
+            .zip(batch)
+            .map_init(
+                || (LeafWorkspace::default(), vec![T::default(); voxels]),
+                |(workspace, values), (active, leaf)| {
+                    format.decode(leaf, workspace, active, values)?;
+                    Ok(statistics::of_leaf(values, active))
+                },
+            )
+            .collect();
+        tallies.extend(of_batch?);
+        Ok(())
+    })?;
+    Ok(tallies)
+}
