@@ -1,4 +1,10 @@
 //! Claims about volume files. Each format has files of its own.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
+mod vdb_blocks;
+mod vdb_bytes;
+mod vdb_dense;
+mod vdb_fixtures;
+mod vdb_headers;
+mod vdb_hostile;
 mod vdb_truth;
