@@ -116,29 +116,18 @@ fn zip_and_raw_frames_hold_the_same_values() {
 }
 
 #[test]
-fn a_blosc_chunk_with_split_shuffled_streams_reads() {
-    // 512 bytes of 128 numbers in one block: four streams, of which LZ4 packs three.
+fn a_blosc_chunk_gives_the_values_of_a_leaf() {
     let numbers: Vec<f32> = (0..64).map(|slot| slot as f32).collect();
     let bytes = floats(&numbers);
-    let mut chunk = vec![2, 1, 0x21, 4];
-    let mut data = Vec::new();
-    for byte in 0..4 {
-        let stream: Vec<u8> = bytes.chunks_exact(4).map(|number| number[byte]).collect();
-        // An LZ4 block of literals only: a token with length 15 and the rest of the length.
-        let packed = [&[0xf0, 64 - 15][..], &stream].concat();
-        let stored = if byte == 0 { stream } else { packed };
-        data.extend((stored.len() as u32).to_le_bytes());
-        data.extend(stored);
-    }
-    // 64 numbers are too few to split, so that the flag alone decides nothing.
-    let joined: Vec<u8> =
+    // Too few numbers to split: one stream of all shuffled bytes, as an LZ4 block of literals.
+    let shuffled: Vec<u8> =
         (0..4).flat_map(|byte| bytes.iter().skip(byte).step_by(4)).copied().collect();
-    let packed = [&[0xf0, 241][..], &joined].concat();
-    let data = [&(packed.len() as u32).to_le_bytes()[..], &packed].concat();
-    for size in [256_u32, 256, 20 + data.len() as u32, 20] {
+    let packed = [&[0xf0, 241][..], &shuffled].concat();
+    let mut chunk = vec![2, 1, 0x21, 4];
+    for size in [256, 256, 20 + 4 + packed.len() as u32, 20, packed.len() as u32] {
         chunk.extend(size.to_le_bytes());
     }
-    chunk.extend(data);
+    chunk.extend(packed);
     let frame = [&(chunk.len() as i64).to_le_bytes()[..], &chunk].concat();
     let mut file = OneGrid::float(u64::MAX, [vec![0], frame].concat());
     file.flags = 6;

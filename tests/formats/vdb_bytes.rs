@@ -19,13 +19,6 @@ impl Bytes {
         self.put(&value.to_le_bytes())
     }
 
-    pub fn f64s(&mut self, values: &[f64]) -> &mut Self {
-        values.iter().for_each(|value| {
-            self.put(&value.to_le_bytes());
-        });
-        self
-    }
-
     pub fn text(&mut self, text: &str) -> &mut Self {
         self.u32(text.len() as u32).put(text.as_bytes())
     }
@@ -48,8 +41,8 @@ pub struct OneGrid {
     pub leaf_mask: u64,
     /// What follows the mask in the leaf's buffer.
     pub leaf_rest: Vec<u8>,
-    /// Name of the map and its numbers.
-    pub map: (&'static str, Vec<f64>),
+    /// Name of the map and what follows it.
+    pub map: (&'static str, Vec<u8>),
 }
 
 impl OneGrid {
@@ -57,7 +50,7 @@ impl OneGrid {
     /// tile at slot 1 is 7.
     pub fn float(leaf_mask: u64, leaf_rest: Vec<u8>) -> Self {
         let block = [&[0][..], &7.0_f32.to_le_bytes()].concat();
-        let scale = vec![1.0; 15];
+        let scale = numbers(&[1.0; 15]);
         Self {
             version: 224,
             flags: 2,
@@ -78,13 +71,13 @@ impl OneGrid {
         file.i64(0).i64(0).i64(0);
         let grid = file.0.len();
         file.u32(self.flags).u32(0);
-        file.text(self.map.0).f64s(&self.map.1);
+        file.text(self.map.0).put(&self.map.1);
         file.u32(1).put(&self.background);
         file.u32(self.root_tiles.len() as u32).u32(u32::from(self.branch_blocks.is_some()));
         for (origin, value, active) in &self.root_tiles {
-            origin.iter().for_each(|index| {
+            for index in origin {
                 file.put(&index.to_le_bytes());
-            });
+            }
             file.put(value).put(&[u8::from(*active)]);
         }
         if let Some(blocks) = &self.branch_blocks {
@@ -118,9 +111,9 @@ pub fn file_header(version: u32, has_offsets: bool, grids: u32) -> Bytes {
 /// A descriptor.
 pub fn descriptor(file: &mut Bytes, name: &str, type_name: &str, parent: &str, offsets: [i64; 3]) {
     file.text(name).text(type_name).text(parent);
-    offsets.iter().for_each(|&offset| {
+    for offset in offsets {
         file.i64(offset);
-    });
+    }
 }
 
 /// A zlib stream in its frame.
@@ -132,4 +125,9 @@ pub fn zip_frame(bytes: &[u8]) -> Vec<u8> {
 /// A raw run in the frame of a compressed one.
 pub fn raw_frame(bytes: &[u8]) -> Vec<u8> {
     [&(-(bytes.len() as i64)).to_le_bytes()[..], bytes].concat()
+}
+
+/// Numbers as the file has them.
+pub fn numbers(values: &[f64]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }

@@ -3,7 +3,7 @@
 use deepshadow::io::vdb::{Transform, VdbFile};
 use glam::{DVec3, IVec3};
 
-use super::vdb_bytes::{Bytes, OneGrid, descriptor, file_header};
+use super::vdb_bytes::{Bytes, OneGrid, descriptor, file_header, numbers};
 
 fn one_grid() -> OneGrid {
     let values = [vec![0], 3.0_f32.to_le_bytes().to_vec()].concat();
@@ -26,7 +26,7 @@ fn versions_outside_of_222_to_225_are_refused() {
     for version in 222..=225 {
         let mut file = one_grid();
         file.version = version;
-        assert_eq!(open(file.bytes()).load(0).unwrap().get(IVec3::ZERO).1, true);
+        assert!(open(file.bytes()).load(0).unwrap().get(IVec3::ZERO).1);
     }
     for version in [0, 221, 226, u32::MAX] {
         let mut file = one_grid();
@@ -34,6 +34,8 @@ fn versions_outside_of_222_to_225_are_refused() {
         let error = refusal(file.bytes());
         assert!(error.contains(&format!("version {version}")), "{error}");
     }
+    assert!(VdbFile::recognizes(&one_grid().bytes()));
+    assert!(!VdbFile::recognizes(b"PNG and nothing else"));
     assert!(refusal(b"PNG and nothing else".to_vec()).contains("not an OpenVDB file"));
     assert!(refusal(Vec::new()).contains("ends early"));
 }
@@ -42,8 +44,8 @@ fn versions_outside_of_222_to_225_are_refused() {
 fn a_translation_and_a_mirroring_scale_place_the_grid() {
     let mut file = one_grid();
     let scale = [[-2.0, 3.0, 4.0], [2.0, 3.0, 4.0]].concat();
-    let numbers = [vec![10.0, 20.0, 30.0], scale, vec![0.0; 9]].concat();
-    file.map = ("ScaleTranslateMap", numbers);
+    let all = [vec![10.0, 20.0, 30.0], scale, vec![0.0; 9]].concat();
+    file.map = ("ScaleTranslateMap", numbers(&all));
     let Transform::Affine(world_from_index) = open(file.bytes()).grids()[0].transform else {
         panic!("refused")
     };
@@ -56,7 +58,7 @@ fn an_affine_map_is_transposed_to_column_vectors() {
     let mut file = one_grid();
     // Row vectors: x goes to y, y to z, z to x, then the translation (1, 2, 3).
     let rows = [[0., 1., 0., 0.], [0., 0., 1., 0.], [1., 0., 0., 0.], [1., 2., 3., 1.]].concat();
-    file.map = ("AffineMap", rows);
+    file.map = ("AffineMap", numbers(&rows));
     let Transform::Affine(world_from_index) = open(file.bytes()).grids()[0].transform else {
         panic!("refused")
     };
@@ -70,13 +72,16 @@ fn a_transform_that_cannot_be_used_is_refused_and_the_voxels_load() {
     nan[1] = f64::NAN;
     let mut flat = vec![1.0; 15];
     flat[2] = 0.0;
-    for (map, numbers, word) in [
-        ("ScaleMap", nan, "not an affine matrix"),
-        ("ScaleMap", flat, "no inverse"),
-        ("AffineMap", vec![1.0; 16], "not an affine matrix"),
+    let mut frustum = Bytes(numbers(&[0.0; 8]));
+    frustum.text("AffineMap").put(&numbers(&[1.0; 16]));
+    for (map, rest, word) in [
+        ("ScaleMap", numbers(&nan), "not an affine matrix"),
+        ("ScaleMap", numbers(&flat), "no inverse"),
+        ("AffineMap", numbers(&[1.0; 16]), "not an affine matrix"),
+        ("NonlinearFrustumMap", frustum.0, "frustum"),
     ] {
         let mut file = one_grid();
-        file.map = (map, numbers);
+        file.map = (map, rest);
         let file = open(file.bytes());
         let Transform::Refused(why) = &file.grids()[0].transform else { panic!("not refused") };
         assert!(why.contains(word), "{why}");
@@ -112,7 +117,7 @@ fn instances(first: &str, second: &str) -> VdbFile {
         descriptor(&mut file, name, "Tree_float_2_2_2", parent, [0; 3]);
         let grid = file.0.len();
         let mut body = Bytes::default();
-        body.u32(2).u32(0).text("TranslationMap").f64s(&[1.0, 2.0, 3.0]);
+        body.u32(2).u32(0).text("TranslationMap").put(&numbers(&[1.0, 2.0, 3.0]));
         let end = (grid + body.0.len()) as i64;
         file.0.truncate(start);
         descriptor(&mut file, name, "Tree_float_2_2_2", parent, [grid as i64, 0, end]);

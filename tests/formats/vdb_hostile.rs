@@ -56,7 +56,8 @@ fn exercise(bytes: Vec<u8>, what: &str) -> usize {
     loaded
 }
 
-/// One to four changes: cut, flip, overwrite with a telling number, copy a piece elsewhere.
+/// One to three changes: cut, flip, overwrite with a telling number, copy a piece elsewhere,
+/// insert.
 fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
     const NUMBERS: [u64; 10] = [
         0,
@@ -70,20 +71,20 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
         0xffff_ffff_ffff_ffff,
         1 << 40,
     ];
-    for _ in 0..=random.below(4) {
+    for _ in 0..=random.below(3) {
         let length = bytes.len();
-        // Headers and trees come first and deserve the most.
-        let within = if random.below(2) == 0 { length.min(400) } else { length };
+        // Headers come first and deserve more than their share.
+        let within = if random.below(4) == 0 { length.min(400) } else { length };
         let at = random.below(within);
-        match random.below(8) {
+        match random.below(16) {
             0 => bytes.truncate(random.below(length)),
-            1..=3 if length > 0 => bytes[at] ^= 1 << random.below(8),
-            4 | 5 => {
+            1..=8 if length > 0 => bytes[at] ^= 1 << random.below(8),
+            9..=12 => {
                 let number = NUMBERS[random.below(NUMBERS.len())].to_le_bytes();
                 let width = [1, 4, 8][random.below(3)].min(length - at);
                 bytes[at..at + width].copy_from_slice(&number[..width]);
             }
-            6 => {
+            13 | 14 => {
                 let from = random.below(length);
                 let piece =
                     bytes[from..].iter().take(random.below(64)).copied().collect::<Vec<_>>();

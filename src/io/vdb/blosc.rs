@@ -123,3 +123,86 @@ fn unshuffle(shuffled: &[u8], type_size: usize, output: &mut [u8]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    /// 128 numbers with their bytes k of number i = 8 k + i mod 8.
+    fn numbers() -> Vec<u8> {
+        (0..512_usize).map(|byte| (8 * (byte % 4) + byte / 4 % 8) as u8).collect()
+    }
+
+    /// An LZ4 block: eight literals, then a match of offset 8 up to five last literals.
+    fn packed(stream: &[u8]) -> Vec<u8> {
+        let matched = stream.len() - 8 - 5;
+        let mut block = vec![0x8f];
+        block.extend(&stream[..8]);
+        block.extend([8, 0, (matched - 4 - 15) as u8, 0x50]);
+        block.extend(&stream[stream.len() - 5..]);
+        block
+    }
+
+    fn chunk(flags: u8, total: u32, block_size: u32, streams: &[Vec<u8>]) -> Vec<u8> {
+        let data: Vec<u8> = streams
+            .iter()
+            .flat_map(|stream| [&(stream.len() as u32).to_le_bytes()[..], stream].concat())
+            .collect();
+        let mut chunk = vec![2, 1, flags, 4];
+        for size in [total, block_size, 20 + data.len() as u32, 20] {
+            chunk.extend(size.to_le_bytes());
+        }
+        chunk.extend(data);
+        chunk
+    }
+
+    fn streams() -> Vec<Vec<u8>> {
+        let stream = |byte| numbers().into_iter().skip(byte).step_by(4).collect::<Vec<u8>>();
+        vec![packed(&stream(0)), stream(1), packed(&stream(2)), packed(&stream(3))]
+    }
+
+    fn unpack(chunk: &[u8]) -> Parsed<Vec<u8>> {
+        let mut output = vec![0; 512];
+        decompress(chunk, 0, &mut output, &mut Vec::new()).map(|()| output)
+    }
+
+    #[test]
+    fn split_streams_packed_and_raw_come_back_in_order() {
+        assert_eq!(unpack(&chunk(0x21, 512, 512, &streams())).unwrap(), numbers());
+    }
+
+    #[test]
+    fn a_block_that_is_not_split_has_one_stream() {
+        let joined: Vec<u8> =
+            (0..4).flat_map(|byte| numbers().into_iter().skip(byte).step_by(4)).collect();
+        assert_eq!(unpack(&chunk(0x31, 512, 512, &[joined])).unwrap(), numbers());
+        assert_eq!(unpack(&chunk(0x30, 512, 512, &[numbers()])).unwrap(), numbers());
+    }
+
+    #[test]
+    fn a_copied_chunk_has_no_blocks() {
+        let copied = [&chunk(0x23, 512, 512, &[])[..16], &numbers()].concat();
+        assert_eq!(unpack(&copied).unwrap(), numbers());
+    }
+
+    #[test]
+    fn a_chunk_cut_anywhere_is_an_error() {
+        let whole = chunk(0x21, 512, 512, &streams());
+        for length in 0..whole.len() {
+            assert!(unpack(&whole[..length]).is_err(), "{length}");
+        }
+    }
+
+    #[test]
+    fn a_header_that_differs_from_what_is_due_is_an_error() {
+        for (total, block_size) in [(511, 512), (513, 512), (u32::MAX, 512), (512, 0), (512, 1)] {
+            assert!(unpack(&chunk(0x21, total, block_size, &streams())).is_err());
+        }
+        // Another codec, and bits shuffled instead of bytes.
+        for flags in [0x01, 0x41, 0x81, 0x25] {
+            assert!(unpack(&chunk(flags, 512, 512, &streams())).is_err());
+        }
+    }
+}

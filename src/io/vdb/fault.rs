@@ -29,7 +29,7 @@ impl Fault {
             Self::Io(source) => Error::file(path, source),
             Self::Short { at, needed } => Error::contents(
                 path,
-                format!("{what}: the file ends early: {needed} bytes needed at byte {at}"),
+                format!("{what}: it ends early: {needed} bytes needed at byte {at}"),
             ),
             Self::Bad { at, why } => Error::contents(path, format!("{what}: {why} (byte {at})")),
         }

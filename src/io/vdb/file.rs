@@ -27,6 +27,11 @@ pub struct VdbFile {
 }
 
 impl VdbFile {
+    /// Whether a file that starts with these bytes (eight or more) is an OpenVDB file.
+    pub fn recognizes(start: &[u8]) -> bool {
+        start.starts_with(&header::MAGIC.to_le_bytes())
+    }
+
     /// Opens a file and reads its headers. The file stays open, so that it may be replaced
     /// meanwhile; only a stream without offsets is read through to the end, as nothing else tells
     /// where its grids lie.

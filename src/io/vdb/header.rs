@@ -10,7 +10,7 @@ use super::transform::{self, Transform};
 use super::value::AnyValue;
 
 /// The first eight bytes of every file.
-const MAGIC: i64 = 0x5644_4220;
+pub(super) const MAGIC: i64 = 0x5644_4220;
 /// File versions that this reader takes. Before them nodes were laid out in another way; nothing
 /// newer exists.
 const VERSIONS: std::ops::RangeInclusive<u32> = 222..=225;
