@@ -1,5 +1,4 @@
 //! Claims about volume files. Each format has files of its own.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 mod vdb_blocks;
 mod vdb_bytes;
