@@ -53,7 +53,11 @@ fn imports(text: &str) -> Vec<String> {
         for part in names.split(',').take(if whole { usize::MAX } else { 1 }) {
             let is_name = |c: char| c.is_alphanumeric() || c == '_';
             let name: String = part.trim().chars().take_while(|&c| is_name(c)).collect();
-            found.push(if name == "Error" || name == "Result" { "error".to_owned() } else { name });
+            found.push(if ["Error", "ErrorKind", "Result"].contains(&name.as_str()) {
+                "error".to_owned()
+            } else {
+                name
+            });
         }
     }
     found

@@ -109,12 +109,7 @@ fn map_writes_its_channels_and_attributes() {
     let names: Vec<String> = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
     assert_eq!(names, ["A", "B", "G", "R"]);
     let attribute = |name: &str| {
-        layer
-            .attributes
-            .other
-            .iter()
-            .find(|(key, _)| **key == *name)
-            .map(|(_, v)| v.clone())
+        layer.attributes.other.iter().find(|(key, _)| **key == *name).map(|(_, v)| v.clone())
     };
     assert_eq!(attribute("kind"), Some(AttributeValue::Text("threshold".into())));
     assert_eq!(attribute("depth_unit"), Some(AttributeValue::Text("world".into())));

@@ -7,7 +7,7 @@ mod architecture;
 mod backends;
 mod cli;
 mod embedding;
+mod formats;
 mod scene_files;
 mod shaders;
-mod formats;
 mod support;

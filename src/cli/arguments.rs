@@ -48,6 +48,9 @@ pub(super) struct SceneArguments {
     /// Grid of a file that holds several.
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     pub grid: Option<String>,
+    /// Bytes that a sparse grid may take as dense voxels [4 GiB].
+    #[arg(long, value_name = "N", help_heading = "Volume")]
+    pub max_bytes: Option<u64>,
     /// Voxels of raw data along x, y, z.
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<usize, 3>, help_heading = "Volume")]
     pub dims: Option<Numbers<usize, 3>>,
@@ -129,6 +132,7 @@ impl SceneArguments {
             shadow.size => self.map_size,
             shadow.steps => self.steps,
             volume.grid => self.grid.clone(),
+            volume.max_bytes => self.max_bytes,
             volume.dims => self.dims.map(|d| d.0),
             volume.value_type => self.value_type.clone(),
             volume.endian => self.endian.clone(),

@@ -6,12 +6,17 @@ use std::path::Path;
 
 use glam::{DMat4, DVec3};
 
+use super::fog;
 use super::raw::{self, Endian, RawLayout, Sidecar, ValueType};
+use super::vdb::VdbFile;
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
 use crate::volume::{Axis, Volume, world_from_index_in_bounds};
+
+/// Bytes that a sparse volume may take as a dense one, unless the user says otherwise.
+const DEFAULT_MAX_BYTES: u64 = 4 << 30;
 
 /// Loads the volume that `table` names and puts it where `table` says.
 ///
@@ -24,9 +29,13 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
         (Some(_), Some(_)) => return Err(Error::value("volume", "give path or preset, not both")),
         (None, None) => return Err(Error::value("volume", "give path or preset")),
         (Some(preset), None) => preset.parse::<Preset>()?.volume(up.unwrap_or_default())?,
-        (None, Some(path)) => load_raw(path, table, up)?,
+        (None, Some(path)) => load_file(path, table, up)?,
     };
     let volume = match table.bounds {
+        Some(_) if sparse(&volume) => {
+            let why = "only for dense volumes; a sparse grid keeps its own transform";
+            return Err(Error::value("volume.bounds", why));
+        }
         Some([min, max]) => {
             let bounds = Aabb { min: min.into(), max: max.into() };
             let placement =
@@ -41,11 +50,36 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
     }
 }
 
-fn load_raw(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
+/// Whether the medium ends where the voxels' outermost centres are, as sparse grids' does.
+fn sparse(volume: &Volume) -> bool {
+    volume.domain().min == DVec3::ZERO
+}
+
+/// Opens a file by what it begins with; what begins with nothing known is raw voxels.
+fn load_file(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
     // Dims on the command line say that it is raw, whatever it happens to begin with.
-    if table.dims.is_none() {
-        refuse_known_formats(path)?;
+    if table.dims.is_some() {
+        return load_raw(path, table, up);
     }
+    let failed = |error| Error::file(path, error);
+    let mut start = Vec::new();
+    File::open(path).map_err(failed)?.take(16).read_to_end(&mut start).map_err(failed)?;
+    if VdbFile::recognizes(&start) {
+        let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+        let volume = fog::load(path, table.grid.as_deref(), max_bytes)?;
+        let turn = DMat4::from_mat3(up.unwrap_or_default().world_from_file());
+        let placement = turn * *volume.world_from_index();
+        return volume.placed(placement);
+    }
+    match SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature)) {
+        Some((_, name)) => {
+            Err(Error::contents(path, format!("{name}, which this version does not read")))
+        }
+        None => load_raw(path, table, up),
+    }
+}
+
+fn load_raw(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
     let sidecar = Sidecar::beside(path)?;
     let sidecar_path = sidecar.as_ref().map_or(path, |(path, _)| path).to_owned();
     let sidecar = sidecar.map(|(_, sidecar)| sidecar).unwrap_or_default();
@@ -93,8 +127,7 @@ fn spacing_matrix(what: &str, spacing: [f64; 3]) -> Result<DMat4> {
 }
 
 /// Volume formats that begin with a signature, so that none of them is taken for raw voxels.
-const SIGNATURES: [(&[u8], &str); 8] = [
-    (b" BDV", "an OpenVDB file"),
+const SIGNATURES: [(&[u8], &str); 7] = [
     (b"NRRD", "an NRRD file"),
     (b"\x93NUMPY", "a NumPy file"),
     (b"NanoVDB", "a NanoVDB file"),
@@ -103,15 +136,3 @@ const SIGNATURES: [(&[u8], &str); 8] = [
     (b"<?xml", "an XML file"),
     (b"\x1f\x8b", "a gzip file"),
 ];
-
-fn refuse_known_formats(path: &Path) -> Result<()> {
-    let failed = |error| Error::file(path, error);
-    let mut start = Vec::new();
-    File::open(path).map_err(failed)?.take(8).read_to_end(&mut start).map_err(failed)?;
-    match SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature)) {
-        Some((_, name)) => {
-            Err(Error::contents(path, format!("{name}, which this version does not read")))
-        }
-        None => Ok(()),
-    }
-}

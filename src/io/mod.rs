@@ -2,6 +2,7 @@
 
 mod atomic;
 pub mod exr;
+pub mod fog;
 mod load;
 pub mod png;
 pub mod raw;

@@ -39,6 +39,7 @@ tables! {
         path: PathBuf,
         preset: String,
         grid: String,
+        max_bytes: u64,
         density_scale: f64,
         albedo: [f64; 3],
         phase_g: f64,
