@@ -48,6 +48,9 @@ impl Job {
             let count = volume.replaced();
             notes.push(format!("{count} negative or non-finite voxels count as 0"));
         }
+        if volume.statistics().max == 0.0 {
+            notes.push(format!("'{}' is empty: no density is above 0", volume.name));
+        }
         let scan = file.volume.preset.is_none() && file.volume.density_scale.is_none();
         if let (true, None, Some([low, high])) = (scan, file.volume.window, window(&volume)) {
             volume = volume.windowed([low, high])?;

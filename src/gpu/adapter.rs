@@ -22,6 +22,9 @@ pub fn adapters() -> Vec<String> {
 
 /// A device on the best adapter that `choice` allows, and what it is.
 pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String)> {
+    if choice == AdapterChoice::Hardware && !hardware_in_sight() {
+        return Err(Error::gpu("no hardware adapter"));
+    }
     let adapter = found().into_iter().next().filter(|adapter| {
         choice == AdapterChoice::Any || is_hardware(adapter.get_info().device_type)
     });
@@ -44,6 +47,14 @@ pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String)> {
     device.on_uncaptured_error(Arc::new(|_| {}));
     let info = adapter.get_info();
     Ok((device, queue, format!("gpu, {} ({})", info.name, info.backend)))
+}
+
+/// Whether it is worth asking drivers for hardware, which takes a while: on Linux there is none
+/// without a device node.
+fn hardware_in_sight() -> bool {
+    let nodes =
+        ["/dev/dri", "/dev/nvidiactl", "/dev/nvidia0", "/dev/dxg", "/dev/kgsl-3d0", "/dev/mali0"];
+    !cfg!(target_os = "linux") || nodes.iter().any(|node| std::path::Path::new(node).exists())
 }
 
 /// Features that the renderer uses where they exist: exact voxels in f32, and time measurement.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::file::{CameraTable, GroundTable, LightTable, SceneFile};
-use super::framing::{frame, shown_points};
+use super::framing::{frame, middle_of, shown_points};
 use super::{Camera, Ground, Light, LightKind, Medium, Projection, Scene};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
@@ -23,7 +23,7 @@ const OPTICAL_DEPTH: f64 = 5.0;
 /// Which column counts as a full one.
 const FULL_COLUMN: f64 = 0.9;
 /// Share of the largest density above which a voxel counts as seen.
-const VISIBLE_SHARE: f32 = 0.04;
+const VISIBLE_SHARE: f32 = 0.015;
 /// The photographer's grey card.
 const GROUND_ALBEDO: f64 = 0.18;
 /// A darker ground, on which a white medium stands out.
@@ -72,8 +72,8 @@ pub fn complete(
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let settings = settings(file)?;
-    let visible = volume.visible_corners(VISIBLE_SHARE);
-    let bounds = Aabb::around(visible).unwrap_or_else(|| volume.world_bounds());
+    let visible = volume.visible_points(VISIBLE_SHARE);
+    let bounds = Aabb::around(visible.iter().copied()).unwrap_or_else(|| volume.world_bounds());
     let light = light(&file.light, &bounds, &mut choices)?;
     let ground = ground(&file.ground, &bounds, surroundings, &mut choices)?;
     let medium = medium(file, &volume, &light, &mut choices)?;
@@ -315,7 +315,7 @@ fn medium(
 
 fn camera(
     table: &CameraTable,
-    visible: &[DVec3; 8],
+    visible: &[DVec3],
     light: &Light,
     ground: Option<Ground>,
     aspect: f64,
@@ -354,7 +354,7 @@ fn camera(
     let position = finite("camera.position", position.unwrap_or_default())?;
     let target = match target {
         Some(target) => finite("camera.target", target)?,
-        None => visible.iter().sum::<DVec3>() / 8.0,
+        None => middle_of(visible),
     };
     if (target - position).length_squared() == 0.0 {
         return Err(Error::value("camera.target", format!("{target} is where the camera stands")));

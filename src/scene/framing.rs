@@ -3,19 +3,16 @@
 use glam::DVec3;
 
 use super::{Ground, Light};
-use crate::math::frame_of;
+use crate::math::{Aabb, frame_of};
 
 /// Share of the picture that stays free at each edge.
-const MARGIN: f64 = 0.06;
+const MARGIN: f64 = 0.08;
 
-/// What a first picture must hold: the volume's corners and their shadows on the ground.
-pub(super) fn shown_points(
-    visible: &[DVec3; 8],
-    light: &Light,
-    ground: Option<Ground>,
-) -> Vec<DVec3> {
+/// What a first picture must hold: the volume's outline and its shadows on the ground.
+pub(super) fn shown_points(visible: &[DVec3], light: &Light, ground: Option<Ground>) -> Vec<DVec3> {
     // A low light's shadow runs far away; beyond this it may leave the picture.
-    let longest = 1.2 * visible[0].distance(visible[7]);
+    let size = Aabb::around(visible.iter().copied()).map_or(0.0, |bounds| bounds.size().length());
+    let longest = 1.2 * size;
     let shadows = visible.iter().filter_map(|&corner| {
         let direction = light.direction_at(corner);
         let distance = (ground?.height - corner.y) / direction.y;
@@ -60,11 +57,16 @@ pub(super) fn frame(
     let (x, depth_x) = wedge(right, slope_y * aspect);
     let (y, depth_y) = wedge(up, slope_y);
     let position = right * x + up * y + forward * depth_x.min(depth_y);
-    let middle = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+    let middle = middle_of(points);
     let target = position + forward * (middle - position).dot(forward);
     let reach = |axis: DVec3| {
         points.iter().map(|p| (p - target).dot(axis).abs()).fold(f64::MIN_POSITIVE, f64::max)
     };
     let height = 2.0 * reach(up).max(reach(right) / aspect) / (1.0 - 2.0 * MARGIN);
     Framed { position, target, height }
+}
+
+/// The middle of the box around `points`.
+pub(super) fn middle_of(points: &[DVec3]) -> DVec3 {
+    Aabb::around(points.iter().copied()).map_or(DVec3::ZERO, |bounds| bounds.center())
 }

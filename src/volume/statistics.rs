@@ -3,8 +3,6 @@
 use glam::DVec3;
 use ndarray::{Array3, ArrayView2, Axis};
 
-use crate::math::Aabb;
-
 /// Range, mean and border level of a volume's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
@@ -73,20 +71,22 @@ pub(super) fn nonempty_column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64
     sums
 }
 
-/// The box of voxel indices (x, y, z), inclusive, around all voxels above `least`.
-pub(super) fn box_above(values: &Array3<f32>, least: f32) -> Option<Aabb> {
-    let mut found: Option<Aabb> = None;
-    for ((z, y), row) in values
-        .rows()
-        .into_iter()
-        .enumerate()
-        .map(|(i, row)| ((i / values.dim().1, i % values.dim().1), row))
-    {
-        let Some(first) = row.iter().position(|&v| v > least) else { continue };
-        let last = row.iter().rposition(|&v| v > least).unwrap_or(first);
-        let ends = [first, last].map(|x| DVec3::new(x as f64, y as f64, z as f64));
-        let known = found.map_or([ends[0]; 2], |b| [b.min, b.max]);
-        found = Aabb::around(ends.into_iter().chain(known));
+/// The corners (voxel index x, y, z) where rows along x begin and end to be above `least`, half a
+/// voxel outside; of about `most` rows along y and z each.
+pub(super) fn row_ends_above(values: &Array3<f32>, least: f32, most: usize) -> Vec<DVec3> {
+    let (nz, ny, _) = values.dim();
+    let stride = |n: usize| n.div_ceil(most);
+    let mut ends = Vec::new();
+    for z in (0..nz).step_by(stride(nz)) {
+        let plane = values.index_axis(Axis(0), z);
+        for y in (0..ny).step_by(stride(ny)) {
+            let row = plane.row(y);
+            let Some(first) = row.iter().position(|&v| v > least) else { continue };
+            let last = row.iter().rposition(|&v| v > least).unwrap_or(first);
+            for x in [first as f64 - 0.5, last as f64 + 0.5] {
+                ends.push(DVec3::new(x, y as f64, z as f64));
+            }
+        }
     }
-    found
+    ends
 }
