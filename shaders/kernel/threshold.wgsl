@@ -55,12 +55,14 @@ fn crossing_depth(crossing: u32, z: vec2<f32>, tau: f32, ends: vec2<f32>) -> f32
     return z.x + (z.y - z.x) * share;
 }
 
-struct Nodes {
+// Optical depth over depth along a texel's ray: zero, four cubic pieces, total.
+struct Curve {
     z: vec3<f32>,
     tau: vec3<f32>,
+    slope: vec3<f32>,
+    onset: vec2<f32>,
+    end: vec2<f32>,
     total: f32,
-    enter: f32,
-    exit: f32,
 }
 
 fn sorted(v: vec3<f32>) -> vec3<f32> {
@@ -69,24 +71,10 @@ fn sorted(v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(min(low, v.z), max(low, min(high, v.z)), max(high, v.z));
 }
 
-// The points that a texel's four numbers say; extent is where its ray enters and leaves the volume.
-fn nodes(texel: vec4<f32>, extent: vec2<f32>) -> Nodes {
-    let a = texel.w;
-    if (a < SMALLEST_OPACITY) {
-        return Nodes(vec3<f32>(0.0), vec3<f32>(0.0), 0.0, extent.x, extent.y);
-    }
-    if (a >= frame.thresholds.z) {
-        let tau = frame.threshold_depths.xyz;
-        return Nodes(texel.xyz, tau, optical_depth_of(a), extent.x, extent.y);
-    }
-    let tau = -log(1.0 - sorted(levels(a, frame.thresholds.xyz)));
-    return Nodes(sorted(texel.xyz), tau, optical_depth_of(a), extent.x, extent.y);
-}
-
-// Cubic from (0, p) to (1, q) at u, with slopes mp and mq per unit of u.
-fn hermite(u: f32, p: f32, q: f32, mp: f32, mq: f32) -> f32 {
-    let v = 1.0 - u;
-    return p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + u * v * (mp * v - mq * u);
+// Lengths of the two inner pieces.
+fn gaps(z: vec3<f32>) -> vec2<f32> {
+    let nearest = 1e-6 * abs(z.z) + 1e-30;
+    return max(vec2<f32>(z.y - z.x, z.z - z.y), vec2<f32>(nearest));
 }
 
 // A slope between neighbouring secants that keeps a cubic monotone on both sides.
@@ -109,38 +97,64 @@ fn run_out(rest: f32, secant: f32, slope: f32, border: f32) -> vec3<f32> {
     return vec3<f32>(room, near, mean * straight);
 }
 
-// Optical depth from the light to a depth: monotone, continuous.
-fn optical_depth_at(points: Nodes, depth: f32) -> f32 {
-    let z = points.z;
-    let tau = points.tau;
-    let nearest = 1e-6 * abs(z.z) + 1e-30;
-    let h1 = max(z.y - z.x, nearest);
-    let h2 = max(z.z - z.y, nearest);
-    let d1 = max((tau.y - tau.x) / h1, 1e-12);
-    let d2 = max((tau.z - tau.y) / h2, 1e-12);
-    if (depth < z.y) {
-        let onset = run_out(tau.x, d1, 0.6 * d1, z.x - points.enter);
-        if (depth < z.x) {
-            let u = max(1.0 - (z.x - depth) / max(onset.x, 1e-30), 0.0);
-            return hermite(u, 0.0, tau.x, onset.z * onset.x, onset.y * onset.x);
-        }
-        let u = min((depth - z.x) / h1, 1.0);
-        return hermite(u, tau.x, tau.y, onset.y * h1, slope_between(d1, d2) * h1);
+// The curve that a texel's four numbers say; extent is where its ray enters and leaves the volume.
+fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
+    let a = texel.w;
+    let none = vec3<f32>(0.0);
+    if (a < SMALLEST_OPACITY) {
+        return Curve(none, none, none, vec2<f32>(1.0, 0.0), vec2<f32>(1.0, 0.0), 0.0);
     }
-    let rest = max(points.total - tau.z, 0.0);
+    var z = texel.xyz;
+    var tau = frame.threshold_depths.xyz;
+    if (a < frame.thresholds.z) {
+        z = sorted(z);
+        tau = -log(1.0 - sorted(levels(a, frame.thresholds.xyz)));
+    }
+    let total = optical_depth_of(a);
+    let h = gaps(z);
+    let d1 = max((tau.y - tau.x) / h.x, 1e-12);
+    let d2 = max((tau.z - tau.y) / h.y, 1e-12);
+    let onset = run_out(tau.x, d1, 0.6 * d1, z.x - extent.x);
     let last = min(max(1.25 * sqrt(d1 * d2), 0.5 * d2), 3.0 * d2);
-    let end = run_out(rest, d2, last, points.exit - z.z);
-    if (depth < z.z) {
-        let u = min((depth - z.y) / h2, 1.0);
-        return hermite(u, tau.y, tau.z, slope_between(d1, d2) * h2, end.y * h2);
+    let end = run_out(max(total - tau.z, 0.0), d2, last, extent.y - z.z);
+    return Curve(
+        z,
+        tau,
+        vec3<f32>(onset.y, slope_between(d1, d2), end.y),
+        vec2<f32>(max(onset.x, 1e-30), onset.z),
+        vec2<f32>(max(end.x, 1e-30), end.z),
+        total,
+    );
+}
+
+// Cubic from (0, p) to (1, q) at u, with slopes mp and mq per unit of u.
+fn hermite(u: f32, p: f32, q: f32, mp: f32, mq: f32) -> f32 {
+    let v = 1.0 - u;
+    return p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + u * v * (mp * v - mq * u);
+}
+
+// Optical depth from the light to a depth: monotone, continuous.
+fn optical_depth_at(c: Curve, depth: f32) -> f32 {
+    let h = gaps(c.z);
+    var begin = vec4<f32>(c.z.z, c.end.x, c.tau.z, c.slope.z);
+    var close = vec2<f32>(max(c.total, c.tau.z), c.end.y);
+    if (depth < c.z.x) {
+        begin = vec4<f32>(c.z.x - c.onset.x, c.onset.x, 0.0, c.onset.y);
+        close = vec2<f32>(c.tau.x, c.slope.x);
+    } else if (depth < c.z.y) {
+        begin = vec4<f32>(c.z.x, h.x, c.tau.x, c.slope.x);
+        close = vec2<f32>(c.tau.y, c.slope.y);
+    } else if (depth < c.z.z) {
+        begin = vec4<f32>(c.z.y, h.y, c.tau.y, c.slope.y);
+        close = vec2<f32>(c.tau.z, c.slope.z);
     }
-    let u = min((depth - z.z) / max(end.x, 1e-30), 1.0);
-    return tau.z + hermite(u, 0.0, rest, end.y * end.x, end.z * end.x);
+    let u = clamp((depth - begin.x) / begin.y, 0.0, 1.0);
+    return hermite(u, begin.z, close.x, begin.w * begin.y, close.y * begin.y);
 }
 
 // Transmittance at a depth by the default reconstruction of a texel's four numbers.
 fn transmittance_default(texel: vec4<f32>, extent: vec2<f32>, depth: f32) -> f32 {
-    return exp(-optical_depth_at(nodes(texel, extent), depth));
+    return exp(-optical_depth_at(curve(texel, extent), depth));
 }
 
 // The paper's lookup; see src/kernel/threshold.rs for what it leaves open.

@@ -15,7 +15,7 @@
 //! first and a quadratic end behind the last. The onset's length comes from the slope between the
 //! first two points and not from where the ray enters the volume, so empty space stays unshadowed.
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// Shares of A whose depths unset channels hold.
 pub const UNSET_SHARES: Vec3 = Vec3::new(0.1, 0.5, 0.85);
@@ -77,33 +77,53 @@ pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Three points of optical depth over depth, both rising, and what bounds them.
+/// Optical depth over depth along a texel's ray: zero, four cubic pieces, `total`.
+///
+/// ```text
+///  tau                          ______ total      piece 0: onset, before the first point
+///                        ___---                   piece 1: from the first to the second
+///                  __--o z.z                      piece 2: from the second to the third
+///              _-o z.y                            piece 3: end, behind the third
+///   ______--o z.x
+///        |<>| onset.x                |<- end.x ->| from z.z
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nodes {
-    /// Depths.
+pub struct Curve {
+    /// Depths of the three points, rising.
     pub z: Vec3,
-    /// Optical depths at them.
+    /// Optical depths at them, rising.
     pub tau: Vec3,
+    /// Slopes at them, optical depth per world length.
+    pub slope: Vec3,
+    /// Length of the onset; slope where it begins.
+    pub onset: Vec2,
+    /// Length of the end; slope where it ends.
+    pub end: Vec2,
     /// Optical depth behind the volume; 0 marks an empty texel.
     pub total: f32,
-    /// Depth where the texel's ray enters the volume.
-    pub enter: f32,
-    /// Depth where it leaves the volume.
-    pub exit: f32,
 }
 
-/// The points that a texel's four numbers say; `enter` and `exit` are the depths where its ray enters
+/// The curve of an empty texel.
+pub const EMPTY: Curve = Curve {
+    z: Vec3::ZERO,
+    tau: Vec3::ZERO,
+    slope: Vec3::ZERO,
+    onset: Vec2::X,
+    end: Vec2::X,
+    total: 0.0,
+};
+
+/// The curve that a texel's four numbers say; `enter` and `exit` are the depths where its ray enters
 /// and leaves the volume.
-pub fn nodes(
+pub fn curve(
     texel: Vec4,
     thresholds: Vec3,
     threshold_depths: Vec3,
-    enter: f32,
-    exit: f32,
-) -> Nodes {
+    [enter, exit]: [f32; 2],
+) -> Curve {
     let a = texel.w;
     if a < SMALLEST_OPACITY {
-        return Nodes { z: Vec3::ZERO, tau: Vec3::ZERO, total: 0.0, enter, exit };
+        return EMPTY;
     }
     let (z, tau) = if a >= thresholds.z {
         (texel.truncate(), threshold_depths)
@@ -111,7 +131,21 @@ pub fn nodes(
         let levels = sorted(levels(a, thresholds));
         (sorted(texel.truncate()), -(Vec3::ONE - levels).map(f32::ln))
     };
-    Nodes { z, tau, total: optical_depth_of(a), enter, exit }
+    let total = optical_depth_of(a);
+    let [h1, h2] = gaps(z);
+    let d1 = ((tau.y - tau.x) / h1).max(1e-12);
+    let d2 = ((tau.z - tau.y) / h2).max(1e-12);
+    let onset = run_out(tau.x, d1, 0.6 * d1, z.x - enter);
+    let last = (1.25 * (d1 * d2).sqrt()).max(0.5 * d2).min(3.0 * d2);
+    let end = run_out((total - tau.z).max(0.0), d2, last, exit - z.z);
+    Curve {
+        z,
+        tau,
+        slope: Vec3::new(onset.y, slope_between(d1, d2), end.y),
+        onset: Vec2::new(onset.x.max(1e-30), onset.z),
+        end: Vec2::new(end.x.max(1e-30), end.z),
+        total,
+    }
 }
 
 fn sorted(v: Vec3) -> Vec3 {
@@ -119,10 +153,10 @@ fn sorted(v: Vec3) -> Vec3 {
     Vec3::new(low.min(v.z), low.max(high.min(v.z)), high.max(v.z))
 }
 
-/// Cubic from (0, `p`) to (1, `q`) at `u`, with slopes `mp` and `mq` per unit of `u`.
-fn hermite(u: f32, p: f32, q: f32, mp: f32, mq: f32) -> f32 {
-    let v = 1.0 - u;
-    p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + u * v * (mp * v - mq * u)
+/// Lengths of the two inner pieces; depths closer than f32 can tell are one depth.
+fn gaps(z: Vec3) -> [f32; 2] {
+    let nearest = 1e-6 * z.z.abs() + 1e-30;
+    [(z.y - z.x).max(nearest), (z.z - z.y).max(nearest)]
 }
 
 /// A slope between neighbouring secants that keeps a cubic monotone on both sides.
@@ -130,9 +164,9 @@ fn slope_between(a: f32, b: f32) -> f32 {
     (0.5 * (a + b)).min(2.5 * a.min(b))
 }
 
-/// How the curve runs out beyond an outermost point: over which length, with which slopes at the
-/// point and at the far end. `rest` is the optical depth to go, `secant` the slope on the point's
-/// other side, `slope` the wanted slope at the point, `room` the length to the volume's border.
+/// How the curve runs out beyond an outermost point: (length, slope at the point, slope at the far
+/// end). `rest` is the optical depth to go, `secant` the slope on the point's other side, `slope` the
+/// wanted slope at the point, `room` the length to the volume's border.
 ///
 /// A free end is a parabola that flattens out. Where the border comes first, the curve ends there;
 /// the nearer it is, the straighter the curve, up to a straight line where the medium goes on with
@@ -151,34 +185,30 @@ fn run_out(rest: f32, secant: f32, slope: f32, room: f32) -> Vec3 {
     Vec3::new(room, near, mean * straight)
 }
 
+/// Cubic from (0, `p`) to (1, `q`) at `u`, with slopes `mp` and `mq` per unit of `u`.
+fn hermite(u: f32, [p, q]: [f32; 2], [mp, mq]: [f32; 2]) -> f32 {
+    let v = 1.0 - u;
+    p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + u * v * (mp * v - mq * u)
+}
+
 /// Optical depth from the light to `depth`: monotone, continuous, 0 far in front of the points,
 /// `total` far behind.
-pub fn optical_depth_at(nodes: &Nodes, depth: f32) -> f32 {
-    let (z, tau) = (nodes.z, nodes.tau);
-    // Depths closer than f32 can tell are one depth.
-    let nearest = 1e-6 * z.z.abs() + 1e-30;
-    let (h1, h2) = ((z.y - z.x).max(nearest), (z.z - z.y).max(nearest));
-    let d1 = ((tau.y - tau.x) / h1).max(1e-12);
-    let d2 = ((tau.z - tau.y) / h2).max(1e-12);
-    if depth < z.y {
-        // (length, slope at the first point, slope at the far end)
-        let onset = run_out(tau.x, d1, 0.6 * d1, z.x - nodes.enter);
-        if depth < z.x {
-            let u = (1.0 - (z.x - depth) / onset.x.max(1e-30)).max(0.0);
-            return hermite(u, 0.0, tau.x, onset.z * onset.x, onset.y * onset.x);
-        }
-        let u = ((depth - z.x) / h1).min(1.0);
-        return hermite(u, tau.x, tau.y, onset.y * h1, slope_between(d1, d2) * h1);
-    }
-    let rest = (nodes.total - tau.z).max(0.0);
-    let last = (1.25 * (d1 * d2).sqrt()).max(0.5 * d2).min(3.0 * d2);
-    let end = run_out(rest, d2, last, nodes.exit - z.z);
-    if depth < z.z {
-        let u = ((depth - z.y) / h2).min(1.0);
-        return hermite(u, tau.y, tau.z, slope_between(d1, d2) * h2, end.y * h2);
-    }
-    let u = ((depth - z.z) / end.x.max(1e-30)).min(1.0);
-    tau.z + hermite(u, 0.0, rest, end.y * end.x, end.z * end.x)
+pub fn optical_depth_at(curve: &Curve, depth: f32) -> f32 {
+    let (z, tau, slope) = (curve.z, curve.tau, curve.slope);
+    let [h1, h2] = gaps(z);
+    let (from, length, values, slopes) = if depth < z.x {
+        let onset = curve.onset;
+        (z.x - onset.x, onset.x, [0.0, tau.x], [onset.y, slope.x])
+    } else if depth < z.y {
+        (z.x, h1, [tau.x, tau.y], [slope.x, slope.y])
+    } else if depth < z.z {
+        (z.y, h2, [tau.y, tau.z], [slope.y, slope.z])
+    } else {
+        let end = curve.end;
+        (z.z, end.x, [tau.z, curve.total.max(tau.z)], [slope.z, end.y])
+    };
+    let u = ((depth - from) / length).clamp(0.0, 1.0);
+    hermite(u, values, slopes.map(|slope| slope * length))
 }
 
 /// Transmittance at `depth` by the paper's lookup: opacity 0 in front of the first reached
@@ -214,8 +244,8 @@ mod tests {
     fn transmittance(texel: [f32; 4], depth: f32) -> f32 {
         let depths = -(Vec3::ONE - THRESHOLDS).map(f32::ln);
         // No border in the way: the free curve.
-        let points = nodes(Vec4::from(texel), THRESHOLDS, depths, -10.0, 20.0);
-        (-optical_depth_at(&points, depth)).exp()
+        let curve = curve(Vec4::from(texel), THRESHOLDS, depths, [-10.0, 20.0]);
+        (-optical_depth_at(&curve, depth)).exp()
     }
 
     /// A texel, and transmittances at depths.

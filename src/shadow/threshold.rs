@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::ShadowMap;
 use crate::frame::Frame;
 use crate::kernel::light::light_extent;
-use crate::kernel::threshold::{Nodes, nodes, optical_depth_at, transmittance_paper};
+use crate::kernel::threshold::{Curve, curve, optical_depth_at, transmittance_paper};
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
 
@@ -21,8 +21,8 @@ pub struct ThresholdMap {
     thresholds: [f64; 3],
     lookup: Lookup,
     view: LightView,
-    /// The points that the default lookup interpolates; empty for the paper's.
-    nodes: Vec<Nodes>,
+    /// What the default lookup reads, made once; empty for the paper's.
+    curves: Vec<Curve>,
 }
 
 impl ThresholdMap {
@@ -33,18 +33,18 @@ impl ThresholdMap {
     pub fn new(texels: Vec<[f32; 4]>, settings: &Settings, view: LightView, frame: &Frame) -> Self {
         let size = settings.map_size;
         assert_eq!(texels.len(), size as usize * size as usize, "texels of a {size}^2 map");
-        let nodes_of = |i: usize| {
+        let curve_of = |i: usize| {
             let at = |c: usize| (c as f32 + 0.5) / size as f32;
             let (enter, exit) = light_extent(frame, at(i % size as usize), at(i / size as usize));
             let depths = frame.threshold_depths.truncate();
-            nodes(Vec4::from(texels[i]), frame.thresholds.truncate(), depths, enter, exit)
+            curve(Vec4::from(texels[i]), frame.thresholds.truncate(), depths, [enter, exit])
         };
-        let nodes = match settings.lookup {
-            Lookup::Default => (0..texels.len()).into_par_iter().map(nodes_of).collect(),
+        let curves = match settings.lookup {
+            Lookup::Default => (0..texels.len()).into_par_iter().map(curve_of).collect(),
             Lookup::Paper => Vec::new(),
         };
         let lookup = settings.lookup;
-        Self { size, texels, thresholds: settings.thresholds, lookup, view, nodes }
+        Self { size, texels, thresholds: settings.thresholds, lookup, view, curves }
     }
 
     /// The texels, row 0 at v = 0: depths R, G, B in world lengths along the ray, opacity A.
@@ -76,7 +76,7 @@ impl ShadowMap for ThresholdMap {
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
         let i = y as usize * self.size as usize + x as usize;
         match self.lookup {
-            Lookup::Default => (-optical_depth_at(&self.nodes[i], depth)).exp(),
+            Lookup::Default => (-optical_depth_at(&self.curves[i], depth)).exp(),
             Lookup::Paper => {
                 let thresholds = Vec3::from_array(self.thresholds.map(|t| t as f32));
                 transmittance_paper(Vec4::from(self.texels[i]), thresholds, depth)
