@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::project;
+
 /// Lowest first.
 const LAYERS: [&[&str]; 9] = [
     &["error", "math", "progress"],
@@ -65,7 +67,7 @@ fn imports(text: &str) -> Vec<String> {
 
 #[test]
 fn modules_import_only_from_layers_below() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let root = project().join("src");
     let mut wrong = Vec::new();
     for path in sources(&root) {
         let module = module_of(&path, &root);
@@ -90,7 +92,7 @@ fn modules_import_only_from_layers_below() {
 
 #[test]
 fn files_stay_small_enough_to_hold_in_the_head() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = project();
     for folder in ["src", "tests"] {
         for path in sources(&root.join(folder)) {
             let lines = fs::read_to_string(&path).unwrap().lines().count();
@@ -103,7 +105,7 @@ fn files_stay_small_enough_to_hold_in_the_head() {
 #[cfg(feature = "gpu")]
 #[test]
 fn every_pass_has_one_name() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = project();
     for (name, source) in deepshadow::gpu::PASSES {
         assert!(source.contains(&format!("fn {name}(")), "{name}.wgsl has no such entry point");
         assert!(root.join(format!("src/cpu/{name}.rs")).exists(), "no src/cpu/{name}.rs");

@@ -29,7 +29,7 @@ struct Tolerance {
 const F32_TEXTURES: Tolerance = Tolerance { map: (2e-5, 1e-6), picture: (4e-5, 4e-6) };
 /// Graphics hardware weighs voxels with 8 bits, which moves a sample by up to 1/512 voxel; such
 /// errors have both signs and average out along a ray.
-const EIGHT_BIT_WEIGHTS: Tolerance = Tolerance { map: (1e-2, 1e-3), picture: (1e-2, 1e-3) };
+const EIGHT_BIT_WEIGHTS: Tolerance = Tolerance { map: (8e-3, 2e-4), picture: (3e-3, 1.5e-4) };
 /// The paper's lookup jumps by up to 0.4 where a depth moves by one bit, bucket depths move by whole
 /// steps, and the nearest texel changes at a line: single values say less there.
 const JUMPS: f32 = 100.0;

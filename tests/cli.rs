@@ -8,6 +8,12 @@ use std::process::{Command, Output};
 use exr::prelude::{AttributeValue, read_first_flat_layer_from_file};
 use tempfile::TempDir;
 
+/// The program, also where the tests run from an archive on another machine.
+fn program() -> String {
+    std::env::var("NEXTEST_BIN_EXE_deepshadow")
+        .unwrap_or_else(|_| env!("CARGO_BIN_EXE_deepshadow").to_owned())
+}
+
 struct Folder(TempDir);
 
 impl Folder {
@@ -20,7 +26,7 @@ impl Folder {
     }
 
     fn run(&self, arguments: &str) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_deepshadow"))
+        Command::new(program())
             .args(arguments.split_whitespace())
             .current_dir(self.path())
             .output()

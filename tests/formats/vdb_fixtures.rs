@@ -1,7 +1,7 @@
 //! The project's own files, written by the real OpenVDB library, hold what their formulas say; see
 //! `tests/fixtures/vdb/README.md`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use deepshadow::io::vdb::{
     AnyValue, Grid, IndexBox, MetaValue, SurveyDepth, Transform, ValueType, VdbFile,
@@ -10,7 +10,7 @@ use glam::{DMat4, DVec3, IVec3};
 
 /// Path of a fixture.
 pub fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/vdb").join(name)
+    crate::support::project().join("tests/fixtures/vdb").join(name)
 }
 
 fn open(name: &str) -> VdbFile {

@@ -13,7 +13,7 @@ use serde_json::Value as Json;
 
 /// The `.vdb` files of a folder beside the repository, in order; none if it is missing.
 pub fn shared_files(folder: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(folder);
+    let folder = crate::support::project().join("../shared").join(folder);
     let Ok(entries) = std::fs::read_dir(&folder) else {
         eprintln!("skipped: {} is not there", folder.display());
         return Vec::new();

@@ -2,6 +2,12 @@
 
 pub mod scenes;
 
+/// The project's folder, also where the tests run from an archive on another machine.
+pub fn project() -> std::path::PathBuf {
+    let folder = std::env::var("CARGO_MANIFEST_DIR");
+    folder.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")).into()
+}
+
 /// xorshift64*: seeded numbers for tests.
 pub struct Random(pub u64);
 
