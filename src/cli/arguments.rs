@@ -45,10 +45,14 @@ pub(super) struct SceneArguments {
     #[arg(long, value_name = "N", help_heading = "Shadow map")]
     pub steps: Option<u32>,
 
+    /// Format of the file, whatever it begins with: openvdb, npy, nrrd, metaimage, pvm, nifti, vti,
+    /// mitsuba-vol, den, nanovdb, raw.
+    #[arg(long, value_name = "FORMAT", help_heading = "Volume")]
+    pub from: Option<String>,
     /// Grid of a file that holds several.
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     pub grid: Option<String>,
-    /// Bytes that a sparse grid may take as dense voxels [4 GiB].
+    /// Bytes that a volume may take as dense voxels [4 GiB].
     #[arg(long, value_name = "N", help_heading = "Volume")]
     pub max_bytes: Option<u64>,
     /// Voxels of raw data along x, y, z.
@@ -131,6 +135,7 @@ impl SceneArguments {
             shadow.thresholds => self.thresholds.map(|t| t.0),
             shadow.size => self.map_size,
             shadow.steps => self.steps,
+            volume.from => self.from.clone(),
             volume.grid => self.grid.clone(),
             volume.max_bytes => self.max_bytes,
             volume.dims => self.dims.map(|d| d.0),

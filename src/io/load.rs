@@ -1,22 +1,17 @@
 //! From what a user wrote of a volume to the volume: presets and files, their place in the world.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
 
+use super::dense::{DEFAULT_MAX_BYTES, DenseFile};
 use super::fog;
-use super::raw::{self, Endian, RawLayout, Sidecar, ValueType};
-use super::vdb::VdbFile;
+use super::format::Format;
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
 use crate::volume::{Axis, Volume, world_from_index_in_bounds};
-
-/// Bytes that a sparse volume may take as a dense one, unless the user says otherwise.
-const DEFAULT_MAX_BYTES: u64 = 4 << 30;
 
 /// Loads the volume that `table` names and puts it where `table` says.
 ///
@@ -55,84 +50,28 @@ fn sparse(volume: &Volume) -> bool {
     volume.domain().min == DVec3::ZERO
 }
 
-/// Opens a file by what it begins with; what begins with nothing known is raw voxels.
+/// Opens a file by what it begins with, or as `table` says.
 fn load_file(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
-    // Dims on the command line say that it is raw, whatever it happens to begin with.
-    if table.dims.is_some() {
-        return load_raw(path, table, up);
+    let format = format_of(path, table)?;
+    if format != Format::OpenVdb {
+        return DenseFile::open(path, format, table)?.volume(up);
     }
-    let failed = |error| Error::file(path, error);
-    let mut start = Vec::new();
-    File::open(path).map_err(failed)?.take(16).read_to_end(&mut start).map_err(failed)?;
-    if VdbFile::recognizes(&start) {
-        let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
-        let volume = fog::load(path, table.grid.as_deref(), max_bytes)?;
-        let turn = DMat4::from_mat3(up.unwrap_or_default().world_from_file());
-        let placement = turn * *volume.world_from_index();
-        return volume.placed(placement);
-    }
-    match SIGNATURES.iter().find(|(signature, _)| start.starts_with(signature)) {
-        Some((_, name)) => {
-            Err(Error::contents(path, format!("{name}, which this version does not read")))
-        }
-        None => load_raw(path, table, up),
-    }
+    let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+    let volume = fog::load(path, table.grid.as_deref(), max_bytes)?;
+    let turn = DMat4::from_mat3(up.unwrap_or_default().world_from_file());
+    let placement = turn * *volume.world_from_index();
+    volume.placed(placement)
 }
 
-fn load_raw(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
-    let sidecar = Sidecar::beside(path)?;
-    let sidecar_path = sidecar.as_ref().map_or(path, |(path, _)| path).to_owned();
-    let sidecar = sidecar.map(|(_, sidecar)| sidecar).unwrap_or_default();
-    let in_sidecar = |error: Error| Error::contents(&sidecar_path, error.to_string());
-
-    let dims = table.dims.or(sidecar.dims);
-    let dims = dims.ok_or_else(|| raw::undescribed(path, "--dims and --type"))?;
-    let value_type = match (&table.value_type, &sidecar.value_type) {
-        (Some(given), _) => given.parse::<ValueType>()?,
-        (None, Some(given)) => given.parse().map_err(in_sidecar)?,
-        (None, None) => return Err(raw::undescribed(path, "--type")),
-    };
-    let endian = match (&table.endian, &sidecar.endian) {
-        (Some(given), _) => given.parse::<Endian>()?,
-        (None, Some(given)) => given.parse().map_err(in_sidecar)?,
-        (None, None) => Endian::default(),
-    };
-    let up = match (up, &sidecar.up) {
-        (Some(up), _) => up,
-        (None, Some(given)) => given.parse().map_err(in_sidecar)?,
-        (None, None) => Axis::default(),
-    };
-    let values = raw::read(path, &RawLayout { dims, value_type, endian })?;
-    let file_from_index = match table.spacing {
-        Some(spacing) => spacing_matrix("spacing", spacing)?,
-        None => {
-            if let Some(spacing) = sidecar.spacing {
-                spacing_matrix("spacing", spacing).map_err(in_sidecar)?;
-            }
-            sidecar.world_from_index().unwrap_or(DMat4::IDENTITY)
-        }
-    };
-    let world_from_file = DMat4::from_mat3(up.world_from_file());
-    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into());
-    Volume::new(name, values, world_from_file * file_from_index)
-}
-
-fn spacing_matrix(what: &str, spacing: [f64; 3]) -> Result<DMat4> {
-    let spacing = DVec3::from(spacing);
-    if spacing.is_finite() && spacing.min_element() > 0.0 {
-        Ok(DMat4::from_scale(spacing))
-    } else {
-        Err(Error::value(what, format!("{spacing} is not above 0 on every axis")))
+/// The format of `path`: the one that `table` names, raw where `table` has dims, else the one that
+/// the file begins with.
+///
+/// # Errors
+/// If there is no such format or file.
+pub fn format_of(path: &Path, table: &VolumeTable) -> Result<Format> {
+    match (&table.from, table.dims) {
+        (Some(name), _) => name.parse(),
+        (None, Some(_)) => Ok(Format::Raw),
+        (None, None) => Format::of_file(path),
     }
 }
-
-/// Volume formats that begin with a signature, so that none of them is taken for raw voxels.
-const SIGNATURES: [(&[u8], &str); 7] = [
-    (b"NRRD", "an NRRD file"),
-    (b"\x93NUMPY", "a NumPy file"),
-    (b"NanoVDB", "a NanoVDB file"),
-    (b"PVM", "a PVM file"),
-    (b"DDS v3", "a DDS-compressed PVM file"),
-    (b"<?xml", "an XML file"),
-    (b"\x1f\x8b", "a gzip file"),
-];

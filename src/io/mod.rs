@@ -1,12 +1,16 @@
 //! Files in and out: one module a format, chosen by content and not by name. Knows no backend.
 
 mod atomic;
+pub mod dense;
 pub mod exr;
 pub mod fog;
+pub mod format;
 mod load;
+pub mod number;
 pub mod png;
 pub mod raw;
 pub mod vdb;
 
 pub use atomic::PendingFile;
-pub use load::load_volume;
+pub use format::Format;
+pub use load::{format_of, load_volume};

@@ -37,6 +37,7 @@ tables! {
     /// `[volume]`
     VolumeTable {
         path: PathBuf,
+        from: String,
         preset: String,
         grid: String,
         max_bytes: u64,

@@ -1,0 +1,238 @@
+//! Files with a value at every voxel: one module a format reads its header, and what is common to
+//! all of them is here. Values, transform and metadata come out as the file has them; it knows
+//! nothing of rendering but how a value becomes a density.
+//!
+//! In practice: [`DenseFile::open`] reads headers only (PVM and VTK files, whose headers are wound
+//! up with their voxels, as a whole). [`DenseFile::voxels`] gives the voxels in their own type;
+//! [`Voxels::density`] makes them numbers to render.
+
+mod den;
+mod input;
+mod metaimage;
+mod mitsuba;
+mod nifti;
+mod npy;
+mod nrrd;
+mod payload;
+mod pvm;
+mod pvm_stream;
+mod voxels;
+mod vti;
+mod vti_data;
+
+use std::path::{Path, PathBuf};
+
+use glam::{DMat4, DVec3};
+
+use super::format::Format;
+use super::number::{Endian, ValueType};
+use super::raw;
+use crate::error::{Error, ErrorKind, Result};
+use crate::scene::file::VolumeTable;
+use crate::volume::{Axis, Volume};
+use input::Input;
+use payload::{Packing, Payload};
+pub use voxels::Voxels;
+
+/// Bytes that a volume may take, unless the user says otherwise.
+pub const DEFAULT_MAX_BYTES: u64 = 4 << 30;
+
+/// The most numbers that a voxel may have.
+const MAX_COMPONENTS: usize = 16;
+
+/// Which index runs fastest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// x, then y, then z.
+    #[default]
+    XFastest,
+    /// z, then y, then x: NumPy's Fortran order of a (z, y, x) array.
+    ZFastest,
+}
+
+/// What a file says of its voxels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DenseHeader {
+    /// What the file calls them, if it does.
+    pub name: Option<String>,
+    /// Voxels along x, y, z.
+    pub dims: [usize; 3],
+    /// Numbers in a voxel, beside each other; more than one are a vector or a colour.
+    pub components: usize,
+    /// Number type, as stored.
+    pub value_type: ValueType,
+    /// Byte order.
+    pub endian: Endian,
+    /// Order of the voxels.
+    pub order: Order,
+    /// Slope and intercept: a value is the stored number times the first plus the second.
+    pub scale: [f64; 2],
+    /// From voxel index (x, y, z), centres at integers, to the file's own world.
+    pub world_from_index: DMat4,
+    /// The axis that points up, where the file says so.
+    pub up: Option<Axis>,
+    /// How the voxels are packed, in a word.
+    pub compression: &'static str,
+    /// Everything else that it says, in the order of the file.
+    pub metadata: Vec<(String, String)>,
+}
+
+impl DenseHeader {
+    pub(super) fn new(dims: [usize; 3], value_type: ValueType) -> Self {
+        Self {
+            name: None,
+            dims,
+            components: 1,
+            value_type,
+            endian: Endian::Little,
+            order: Order::XFastest,
+            scale: [1.0, 0.0],
+            world_from_index: DMat4::IDENTITY,
+            up: None,
+            compression: "none",
+            metadata: Vec::new(),
+        }
+    }
+
+    /// Bytes of all voxels as stored.
+    pub(super) fn bytes(&self) -> u128 {
+        let [x, y, z] = self.dims.map(|n| n as u128);
+        x * y * z * self.components as u128 * self.value_type.size() as u128
+    }
+
+    /// Bytes of all voxels as densities.
+    pub fn memory_bytes(&self) -> u128 {
+        self.dims.iter().map(|&n| n as u128).product::<u128>() * size_of::<f32>() as u128
+    }
+}
+
+/// A file whose header has been read. Voxels are read when asked for.
+#[derive(Debug)]
+pub struct DenseFile {
+    path: PathBuf,
+    format: Format,
+    header: DenseHeader,
+    payload: Payload,
+    file_bytes: u64,
+    max_bytes: u64,
+}
+
+impl DenseFile {
+    /// Opens the file `path`, which is a `format`, and reads its header; `table` describes raw
+    /// voxels, names an array of a VTK file, and limits memory.
+    ///
+    /// # Errors
+    /// If the system refuses to read, if the file is not what it is said to be, or if it holds
+    /// what a volume cannot.
+    pub fn open(path: &Path, format: Format, table: &VolumeTable) -> Result<Self> {
+        let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+        let input = Input::open(path, max_bytes)?;
+        let (mut header, payload) = match format {
+            Format::Npy => npy::read(&input),
+            Format::Nrrd => nrrd::read(&input),
+            Format::MetaImage => metaimage::read(&input),
+            Format::Pvm => pvm::read(&input),
+            Format::Nifti => nifti::read(&input),
+            Format::Vti => vti::read(&input, table.grid.as_deref()),
+            Format::MitsubaVol => mitsuba::read(&input),
+            Format::Den => den::read(&input),
+            Format::Raw => {
+                let payload = Payload::bare(path, 0);
+                raw::describe(path, input.size, table).map(|header| (header, payload))
+            }
+            other => Err(input.bad(format!("{} is not a dense format", other.name()))),
+        }?;
+        if !(1..=MAX_COMPONENTS).contains(&header.components) {
+            let why =
+                format!("{} numbers a voxel, 1 to {MAX_COMPONENTS} can be", header.components);
+            return Err(input.bad(why));
+        }
+        if let Some(spacing) = table.spacing {
+            header.world_from_index = respaced(header.world_from_index, spacing)?;
+        }
+        let determinant = header.world_from_index.determinant();
+        if !determinant.is_normal() || !header.world_from_index.is_finite() {
+            let why = format!("its axes and spacing have no inverse (determinant {determinant})");
+            return Err(input.bad(why));
+        }
+        let file_bytes = input.size;
+        Ok(Self { path: path.to_owned(), format, header, payload, file_bytes, max_bytes })
+    }
+
+    /// What the file is.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// What it says of its voxels.
+    pub fn header(&self) -> &DenseHeader {
+        &self.header
+    }
+
+    /// Bytes of the file, without those of a second file that holds the voxels.
+    pub fn file_bytes(&self) -> u64 {
+        self.file_bytes
+    }
+
+    /// What the volume is called: by the file, or as the file.
+    pub fn name(&self) -> String {
+        let stem =
+            || self.path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into());
+        self.header.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(stem)
+    }
+
+    /// Reads the voxels.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Limit`] if they take more memory than allowed; if they cannot be read or are
+    /// fewer than the header says.
+    pub fn voxels(&self) -> Result<Voxels> {
+        let needed = self.header.bytes() + self.header.memory_bytes();
+        if needed > u128::from(self.max_bytes.min(isize::MAX as u64)) {
+            let [x, y, z] = self.header.dims;
+            let what = format!("{}: {x} x {y} x {z} voxels", self.path.display());
+            let (needed, limit) = (format!("{needed} bytes"), format!("{} bytes", self.max_bytes));
+            return Err(ErrorKind::Limit { what, needed, limit }.into());
+        }
+        let bytes = self.payload.read(&self.path, self.header.bytes() as usize)?;
+        Ok(Voxels::new(self.header.clone(), bytes))
+    }
+
+    /// The volume to render, with the file's axis `up` (`None`: as the file says, or y) along the
+    /// world's y.
+    ///
+    /// # Errors
+    /// As [`DenseFile::voxels`].
+    pub fn volume(&self, up: Option<Axis>) -> Result<Volume> {
+        let values = self.voxels()?.density();
+        let up = up.or(self.header.up).unwrap_or_default();
+        let world_from_file = DMat4::from_mat3(up.world_from_file());
+        Volume::new(self.name(), values, world_from_file * self.header.world_from_index)
+    }
+}
+
+impl Payload {
+    /// Voxels as they are from byte `offset` of `path` on.
+    fn bare(path: &Path, offset: u64) -> Self {
+        Self::Stored { path: path.to_owned(), offset, packing: Packing::Bare, skip: 0 }
+    }
+}
+
+/// The same place and axes with other distances between voxels.
+fn respaced(world_from_index: DMat4, spacing: [f64; 3]) -> Result<DMat4> {
+    let spacing = DVec3::from(spacing);
+    if !(spacing.is_finite() && spacing.min_element() > 0.0) {
+        return Err(Error::value("spacing", format!("{spacing} is not above 0 on every axis")));
+    }
+    let [x, y, z] = [0, 1, 2].map(|axis| {
+        let step = world_from_index.col(axis);
+        step.normalize_or_zero() * spacing[axis]
+    });
+    Ok(DMat4::from_cols(x, y, z, world_from_index.w_axis))
+}
+
+/// A transform of `origin` (the first voxel's centre) and the steps from voxel to voxel.
+fn placed(origin: DVec3, steps: [DVec3; 3]) -> DMat4 {
+    let [x, y, z] = steps.map(|step| step.extend(0.0));
+    DMat4::from_cols(x, y, z, origin.extend(1.0))
+}

@@ -1,0 +1,87 @@
+//! NumPy arrays (`.npy`, versions 1 to 3): three axes (z, y, x), in C or Fortran order. A sidecar
+//! beside the file tells where its voxels lie.
+
+use glam::DMat4;
+
+use super::input::Input;
+use super::payload::Payload;
+use super::{DenseHeader, Order};
+use crate::error::{Error, Result};
+use crate::io::number::{Endian, ValueType};
+use crate::io::raw::Sidecar;
+
+pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
+    let [major, _] = input.array::<2>(6)?;
+    let (start, length) = match major {
+        1 => (10, u64::from(u16::from_le_bytes(input.array(8)?))),
+        2 | 3 => (12, u64::from(u32::from_le_bytes(input.array(8)?))),
+        _ => return Err(input.bad(format!("NumPy file version {major}, 1 to 3 are known"))),
+    };
+    let text =
+        usize::try_from(length).ok().and_then(|length| input.head.get(start..start + length));
+    let Some(text) = text else {
+        let why = format!("its header of {length} bytes is longer than the file or than 1 MiB");
+        return Err(input.bad(why));
+    };
+    let text = String::from_utf8_lossy(text);
+    let item = |key: &str| {
+        let behind =
+            text.split_once(&format!("'{key}'")).and_then(|(_, rest)| rest.split_once(':'));
+        behind.map(|(_, rest)| rest.trim_start()).ok_or_else(|| input.bad(format!("no '{key}'")))
+    };
+
+    let (value_type, endian) = number_type(input, item("descr")?)?;
+    let shape = item("shape")?;
+    let shape = shape.strip_prefix('(').and_then(|rest| rest.split_once(')')).map(|(list, _)| list);
+    let lengths: Option<Vec<i64>> = shape.and_then(|list| {
+        let words = list.split(',').map(str::trim).filter(|word| !word.is_empty());
+        words.take(64).map(|word| word.parse().ok()).collect()
+    });
+    let lengths = lengths.ok_or_else(|| input.bad("its shape is no list of numbers"))?;
+    let &[z, y, x] = lengths.as_slice() else {
+        let why = format!("an array of {} axes, a volume has three (z, y, x)", lengths.len());
+        return Err(input.bad(why));
+    };
+    let mut header = DenseHeader::new(input.dims([x, y, z])?, value_type);
+    header.endian = endian;
+    if item("fortran_order")?.starts_with("True") {
+        header.order = Order::ZFastest;
+    }
+    if let Some((beside, sidecar)) = Sidecar::beside(input.path)? {
+        header.world_from_index = sidecar.world_from_index().unwrap_or(DMat4::IDENTITY);
+        let up = sidecar.up.as_deref().map(str::parse).transpose();
+        header.up = up.map_err(|error: Error| Error::contents(beside, error.to_string()))?;
+    }
+    Ok((header, Payload::bare(input.path, start as u64 + length)))
+}
+
+/// `'<f4'`, `'|u1'` and their like.
+fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
+    if text.starts_with('[') {
+        return Err(input.bad("an array of structures, a volume has one number a voxel"));
+    }
+    let word = text.trim_start_matches(['\'', '"']).split(['\'', '"']).next().unwrap_or_default();
+    let (order, kind) = word.split_at_checked(1).unwrap_or_default();
+    let endian = if order == ">" { Endian::Big } else { Endian::Little };
+    let value_type = match kind {
+        "u1" | "b1" => ValueType::U8,
+        "i1" => ValueType::I8,
+        "u2" => ValueType::U16,
+        "i2" => ValueType::I16,
+        "u4" => ValueType::U32,
+        "i4" => ValueType::I32,
+        "u8" => ValueType::U64,
+        "i8" => ValueType::I64,
+        "f2" => ValueType::F16,
+        "f4" => ValueType::F32,
+        "f8" => ValueType::F64,
+        _ => {
+            let word: String = word.chars().take(24).collect();
+            return Err(input.bad(format!("number type '{word}' is not read")));
+        }
+    };
+    if !["<", ">", "|", "="].contains(&order) {
+        return Err(input.bad(format!("byte order '{order}' is none of <, >, |")));
+    }
+    Ok((value_type, endian))
+}

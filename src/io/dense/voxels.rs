@@ -1,0 +1,74 @@
+//! The voxels of a dense file in their own type, and as numbers. Knows no format.
+
+use ndarray::{Array3, ShapeBuilder};
+use rayon::prelude::*;
+
+use super::{DenseHeader, Order};
+use crate::io::number::decode;
+
+/// All voxels of a file.
+pub struct Voxels {
+    header: DenseHeader,
+    bytes: Vec<u8>,
+}
+
+impl Voxels {
+    /// `bytes` has exactly the voxels that `header` says.
+    pub(super) fn new(header: DenseHeader, bytes: Vec<u8>) -> Self {
+        Self { header, bytes }
+    }
+
+    /// The numbers as they lie in the file: type, byte order and order of axes as the header says,
+    /// before its scale.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Numbers to render, shape (z, y, x): the value itself, or the length of a vector.
+    pub fn density(&self) -> Array3<f32> {
+        let [nx, ny, nz] = self.header.dims;
+        let [slope, intercept] = self.header.scale;
+        let (value_type, endian) = (self.header.value_type, self.header.endian);
+        let components = self.header.components;
+        let values: Vec<f32> = if components == 1 && self.header.scale == [1.0, 0.0] {
+            decode(&self.bytes, value_type, endian, |v| v as f32)
+        } else {
+            let voxel = components * value_type.size();
+            // A row at a time, so that the wide numbers take little memory.
+            let rows = self.bytes.par_chunks_exact(voxel * nx);
+            rows.flat_map_iter(|row| {
+                let numbers = decode(row, value_type, endian, |v| v * slope + intercept);
+                let magnitude = |vector: &[f64]| match vector {
+                    [single] => *single as f32,
+                    _ => vector.iter().map(|v| v * v).sum::<f64>().sqrt() as f32,
+                };
+                numbers.chunks_exact(components).map(magnitude).collect::<Vec<_>>()
+            })
+            .collect()
+        };
+        let shape = match self.header.order {
+            Order::XFastest => (nz, ny, nx).into_shape_with_order(),
+            Order::ZFastest => (nz, ny, nx).f(),
+        };
+        // The count is the shape's: the header's bytes were counted from it.
+        let array = Array3::from_shape_vec(shape, values).unwrap_or_default();
+        if array.is_standard_layout() { array } else { array.as_standard_layout().into_owned() }
+    }
+
+    /// Runs `each` on every component of every voxel in the file's order: its value and which
+    /// component it is.
+    pub fn for_each(&self, mut each: impl FnMut(f64, usize)) {
+        const CHUNK: usize = 1 << 20;
+        let [slope, intercept] = self.header.scale;
+        let voxel = self.header.components * self.header.value_type.size();
+        for chunk in self.bytes.chunks(CHUNK / voxel.max(1) * voxel) {
+            let numbers = decode(chunk, self.header.value_type, self.header.endian, |v| {
+                v * slope + intercept
+            });
+            for (number, component) in numbers.into_iter().zip((0..self.header.components).cycle())
+            {
+                each(number, component);
+            }
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! How VTK's XML files code an array of bytes: a header of lengths, blocks that may be compressed,
+//! perhaps as base64. Knows nothing of XML or of volumes.
+
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
+
+use crate::io::number::Endian;
+
+/// What compresses the blocks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Packed {
+    #[default]
+    Bare,
+    Zlib,
+    Lz4,
+}
+
+impl Packed {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Bare => "none",
+            Self::Zlib => "zlib",
+            Self::Lz4 => "lz4",
+        }
+    }
+}
+
+/// How lengths and blocks are written.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Coding {
+    pub(super) endian: Endian,
+    /// Lengths have 64 bits instead of 32.
+    pub(super) wide: bool,
+    pub(super) packed: Packed,
+}
+
+impl Coding {
+    /// The first `due` bytes of an array that starts where `data` does.
+    pub(super) fn raw(self, data: &[u8], due: usize) -> Result<Vec<u8>, String> {
+        let mut rest = data;
+        let count = self.length(&mut rest)?;
+        if self.packed == Packed::Bare {
+            let found = count.min(rest.len());
+            return rest
+                .get(..due)
+                .filter(|_| found >= due)
+                .map(<[u8]>::to_vec)
+                .ok_or_else(|| format!("{found} bytes, {due} are due"));
+        }
+        let (block, last) = (self.length(&mut rest)?, self.length(&mut rest)?);
+        let width = if self.wide { 8 } else { 4 };
+        if count > rest.len() / width {
+            return Err(format!("{count} blocks in {} bytes", rest.len()));
+        }
+        let mut sizes = Vec::with_capacity(count);
+        for _ in 0..count {
+            sizes.push(self.length(&mut rest)?);
+        }
+        let mut unpacked = Vec::new();
+        for (index, size) in sizes.into_iter().enumerate() {
+            let length = if index + 1 == count && last > 0 { last } else { block };
+            if length > due - unpacked.len() {
+                return Err(format!("more than the {due} bytes that are due"));
+            }
+            let (data, behind) = rest
+                .split_at_checked(size)
+                .ok_or_else(|| format!("block {index} of {size} bytes, {} are left", rest.len()))?;
+            rest = behind;
+            self.unpack(data, length, &mut unpacked)
+                .map_err(|why| format!("block {index} cannot be unpacked: {why}"))?;
+        }
+        if unpacked.len() < due {
+            return Err(format!("{} bytes, {due} are due", unpacked.len()));
+        }
+        Ok(unpacked)
+    }
+
+    /// The same for an array in base64.
+    pub(super) fn base64(self, text: &[u8], due: usize) -> Result<Vec<u8>, String> {
+        self.raw(&decode_base64(text)?, due)
+    }
+
+    fn length(self, rest: &mut &[u8]) -> Result<usize, String> {
+        let ends = || "its lengths end early".to_owned();
+        let number = if self.wide {
+            let (bytes, behind) = rest.split_first_chunk::<8>().ok_or_else(ends)?;
+            *rest = behind;
+            if self.endian == Endian::Big {
+                u64::from_be_bytes(*bytes)
+            } else {
+                u64::from_le_bytes(*bytes)
+            }
+        } else {
+            let (bytes, behind) = rest.split_first_chunk::<4>().ok_or_else(ends)?;
+            *rest = behind;
+            u64::from(if self.endian == Endian::Big {
+                u32::from_be_bytes(*bytes)
+            } else {
+                u32::from_le_bytes(*bytes)
+            })
+        };
+        usize::try_from(number).map_err(|_| format!("a length of {number}"))
+    }
+
+    /// Appends the `length` bytes of a block.
+    fn unpack(self, data: &[u8], length: usize, unpacked: &mut Vec<u8>) -> Result<(), String> {
+        let before = unpacked.len();
+        if self.packed == Packed::Zlib {
+            let stream = ZlibDecoder::new(data).take(length as u64);
+            { stream }.read_to_end(unpacked).map_err(|error| error.to_string())?;
+        } else {
+            // LZ4 packs to 1 in 255 at best.
+            if length / 256 > data.len() {
+                return Err(format!("{length} bytes in {}", data.len()));
+            }
+            unpacked.resize(before + length, 0);
+            let written = lz4_flex::block::decompress_into(data, &mut unpacked[before..])
+                .map_err(|error| error.to_string())?;
+            unpacked.truncate(before + written);
+        }
+        let found = unpacked.len() - before;
+        if found == length { Ok(()) } else { Err(format!("{found} bytes instead of {length}")) }
+    }
+}
+
+/// The bytes of a text up to the first `<`. Where padding ends a run another may follow: the
+/// lengths of compressed arrays are coded apart.
+fn decode_base64(text: &[u8]) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut group, mut count, mut padding) = (0_u32, 0, 0);
+    for &byte in text.iter().take_while(|&&byte| byte != b'<') {
+        let digit = match byte {
+            b'A'..=b'Z' => byte - b'A',
+            b'a'..=b'z' => byte - b'a' + 26,
+            b'0'..=b'9' => byte - b'0' + 52,
+            b'+' => 62,
+            b'/' => 63,
+            b'=' => {
+                padding += 1;
+                0
+            }
+            byte if byte.is_ascii_whitespace() => continue,
+            other => return Err(format!("byte {other} is no base64")),
+        };
+        (group, count) = (group << 6 | u32::from(digit), count + 1);
+        if count == 4 {
+            let [_, a, b, c] = group.to_be_bytes();
+            bytes.extend([a, b, c].iter().take(3_usize.saturating_sub(padding)));
+            (group, count, padding) = (0, 0, 0);
+        }
+    }
+    if count == 0 { Ok(bytes) } else { Err("its base64 ends early".to_owned()) }
+}

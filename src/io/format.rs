@@ -1,0 +1,158 @@
+//! The formats of volumes, told apart by what a file begins with. Knows nothing of their contents
+//! beyond that.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::GzDecoder;
+
+use super::vdb::VdbFile;
+use crate::error::{Error, Result};
+
+/// A format that volumes are read from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Format {
+    /// OpenVDB, `.vdb`.
+    OpenVdb,
+    /// NanoVDB, `.nvdb`.
+    NanoVdb,
+    /// NumPy, `.npy`.
+    Npy,
+    /// NRRD, `.nrrd` and `.nhdr`.
+    Nrrd,
+    /// MetaImage, `.mha` and `.mhd`.
+    MetaImage,
+    /// The Erlangen volume library's `.pvm`, compressed or not.
+    Pvm,
+    /// NIfTI-1, `.nii`, `.nii.gz` and `.hdr` with `.img`.
+    Nifti,
+    /// VTK image data, `.vti`.
+    Vti,
+    /// Mitsuba's grid volumes, `.vol`.
+    MitsubaVol,
+    /// VolPack's densities, `.den`.
+    Den,
+    /// Numbers and nothing else.
+    Raw,
+}
+
+const NAMES: [(&str, Format); 11] = [
+    ("openvdb", Format::OpenVdb),
+    ("nanovdb", Format::NanoVdb),
+    ("npy", Format::Npy),
+    ("nrrd", Format::Nrrd),
+    ("metaimage", Format::MetaImage),
+    ("pvm", Format::Pvm),
+    ("nifti", Format::Nifti),
+    ("vti", Format::Vti),
+    ("mitsuba-vol", Format::MitsubaVol),
+    ("den", Format::Den),
+    ("raw", Format::Raw),
+];
+
+/// Bytes to look at: NIfTI's mark is the last one, and XML may begin with comments.
+const START: u64 = 2048;
+
+impl Format {
+    /// Its name, as `--from` takes it.
+    pub fn name(self) -> &'static str {
+        NAMES.iter().find(|(_, format)| *format == self).map_or("", |(name, _)| name)
+    }
+
+    /// The format of the file `path`, by how it begins; what begins with no known mark is raw.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or if it has the mark of something that is not read.
+    pub fn of_file(path: &Path) -> Result<Self> {
+        let failed = |error| Error::file(path, error);
+        let file = File::open(path).map_err(failed)?;
+        let size = file.metadata().map_err(failed)?.len();
+        let mut start = Vec::new();
+        file.take(START).read_to_end(&mut start).map_err(failed)?;
+        Self::detect(&start, size).map_err(|why| Error::contents(path, why))
+    }
+
+    /// The format of a file of `size` bytes that begins with `start`; what it is instead, where it
+    /// is known and not read.
+    fn detect(start: &[u8], size: u64) -> Result<Self, &'static str> {
+        let begins = |mark: &[u8]| start.starts_with(mark);
+        let found = if VdbFile::recognizes(start) {
+            Self::OpenVdb
+        } else if begins(b"NanoVDB") {
+            Self::NanoVdb
+        } else if begins(b"\x93NUMPY") {
+            Self::Npy
+        } else if begins(b"NRRD") {
+            Self::Nrrd
+        } else if begins(b"PVM") || begins(b"DDS v3") {
+            Self::Pvm
+        } else if begins(b"VOL\x03") {
+            Self::MitsubaVol
+        } else if begins(b"\x1f\x8b") {
+            let mut inner = Vec::new();
+            // What cannot be unpacked is no NIfTI.
+            let _ = GzDecoder::new(start).take(352).read_to_end(&mut inner);
+            return if is_nifti(&inner) {
+                Ok(Self::Nifti)
+            } else {
+                Err("a gzip file with nothing in it that this program reads; unpack it first")
+            };
+        } else if is_nifti(start) {
+            Self::Nifti
+        } else if is_metaimage(start) {
+            Self::MetaImage
+        } else if is_den(start, size) {
+            Self::Den
+        } else if start.trim_ascii_start().starts_with(b"<") && contains(start, b"<VTKFile") {
+            Self::Vti
+        } else if begins(b"<?xml") {
+            return Err("an XML file, but not VTK's");
+        } else {
+            Self::Raw
+        };
+        Ok(found)
+    }
+}
+
+impl std::str::FromStr for Format {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let found = NAMES.iter().find(|(name, _)| *name == text).map(|(_, format)| *format);
+        found.ok_or_else(|| {
+            let names = NAMES.map(|(name, _)| name).join(", ");
+            Error::value("from", format!("'{text}' is none of {names}"))
+        })
+    }
+}
+
+fn contains(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|window| window == part)
+}
+
+/// The header's own size at its beginning, in either byte order, and the mark at its end.
+fn is_nifti(start: &[u8]) -> bool {
+    let size =
+        [start.starts_with(&348_u32.to_le_bytes()), start.starts_with(&348_u32.to_be_bytes())];
+    let mark = start.get(344..348);
+    let nifti1 = size.contains(&true) && (mark == Some(b"n+1\0") || mark == Some(b"ni1\0"));
+    nifti1 || start.get(4..8) == Some(b"n+2\0")
+}
+
+/// MetaImage has no mark: the first line is one of few keys.
+fn is_metaimage(start: &[u8]) -> bool {
+    let line = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    let Some(equals) = line.iter().position(|&byte| byte == b'=') else { return false };
+    let key = line[..equals].trim_ascii();
+    [&b"ObjectType"[..], b"NDims", b"Comment", b"ObjectSubType"].contains(&key)
+}
+
+/// VolPack has no mark: version 1, and lengths that agree with each other and with the file's.
+fn is_den(start: &[u8], size: u64) -> bool {
+    let short =
+        |at: usize| start.get(at..at + 2).map(|b| u64::from(u16::from_le_bytes([b[0], b[1]])));
+    let product = [50, 52, 54].map(short).into_iter().try_fold(1, |all, n| Some(all * n?));
+    short(0) == Some(1) && product.is_some_and(|n| n > 0 && size == n + 62)
+}

@@ -1,0 +1,161 @@
+//! Numbers as files store them: their types, byte orders and texts. Knows no format.
+
+use half::f16;
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+
+/// The number types of voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum ValueType {
+    U8,
+    I8,
+    U16,
+    I16,
+    U32,
+    I32,
+    U64,
+    I64,
+    F16,
+    F32,
+    F64,
+}
+
+const VALUE_TYPES: [(&str, ValueType, usize); 11] = [
+    ("u8", ValueType::U8, 1),
+    ("i8", ValueType::I8, 1),
+    ("u16", ValueType::U16, 2),
+    ("i16", ValueType::I16, 2),
+    ("u32", ValueType::U32, 4),
+    ("i32", ValueType::I32, 4),
+    ("u64", ValueType::U64, 8),
+    ("i64", ValueType::I64, 8),
+    ("f16", ValueType::F16, 2),
+    ("f32", ValueType::F32, 4),
+    ("f64", ValueType::F64, 8),
+];
+
+impl ValueType {
+    /// Bytes of one value.
+    pub fn size(self) -> usize {
+        VALUE_TYPES.iter().find(|(_, one, _)| *one == self).map_or(1, |(_, _, size)| *size)
+    }
+
+    /// Its name, as `u8` or `f32`.
+    pub fn name(self) -> &'static str {
+        VALUE_TYPES.iter().find(|(_, one, _)| *one == self).map_or("", |(name, ..)| name)
+    }
+}
+
+impl std::str::FromStr for ValueType {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let found = VALUE_TYPES.iter().find(|(name, ..)| *name == text).map(|(_, one, _)| *one);
+        found.ok_or_else(|| {
+            let names = VALUE_TYPES.map(|(name, ..)| name).join(", ");
+            Error::value("type", format!("'{text}' is none of {names}"))
+        })
+    }
+}
+
+/// Which byte of a number comes first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Endian {
+    #[default]
+    Little,
+    Big,
+}
+
+impl std::str::FromStr for Endian {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text {
+            "little" => Ok(Self::Little),
+            "big" => Ok(Self::Big),
+            _ => Err(Error::value("endian", format!("'{text}' is none of little, big"))),
+        }
+    }
+}
+
+/// Runs the expression with `$type` standing for the numbers' type.
+macro_rules! for_type {
+    ($value_type:expr, $type:ident => $result:expr) => {
+        for_type!(@ $value_type, $type => $result;
+            U8: u8, I8: i8, U16: u16, I16: i16, U32: u32, I32: i32, U64: u64, I64: i64,
+            F16: f16, F32: f32, F64: f64)
+    };
+    (@ $value_type:expr, $type:ident => $result:expr; $($variant:ident: $number:ty),*) => {
+        match $value_type {
+            $(ValueType::$variant => {
+                type $type = $number;
+                $result
+            })*
+        }
+    };
+}
+
+/// What the types have in common; wide enough for all but the last digits of 64-bit integers.
+trait Number: Copy + std::str::FromStr {
+    fn to_f64(self) -> f64;
+}
+
+macro_rules! numbers {
+    ($($number:ty),*) => {
+        $(impl Number for $number {
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+        })*
+    };
+}
+numbers!(u8, i8, u16, i16, u32, i32, u64, i64, f32, f64);
+
+impl Number for f16 {
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+/// The numbers in `bytes`, each through `convert`, in their order; what does not fill a number at
+/// the end is left out.
+pub fn decode<T: Send>(
+    bytes: &[u8],
+    value_type: ValueType,
+    endian: Endian,
+    convert: impl Fn(f64) -> T + Sync + Send,
+) -> Vec<T> {
+    for_type!(value_type, N => bytes
+        .par_chunks_exact(size_of::<N>())
+        .with_min_len(1 << 14)
+        .map(|chunk| {
+            let mut number = [0; size_of::<N>()];
+            number.copy_from_slice(chunk);
+            let number = match endian {
+                Endian::Little => N::from_le_bytes(number),
+                Endian::Big => N::from_be_bytes(number),
+            };
+            convert(number.to_f64())
+        })
+        .collect())
+}
+
+/// Turns at most `count` numbers of a text, with white space between them, into little-endian
+/// bytes; the error is the first word that is no such number.
+pub fn encode_text(text: &[u8], value_type: ValueType, count: usize) -> Result<Vec<u8>, String> {
+    let text = std::str::from_utf8(text).map_err(|error| format!("no text: {error}"))?;
+    let mut bytes = Vec::new();
+    for word in text.split_ascii_whitespace().take(count) {
+        for_type!(value_type, N => {
+            let number: N = word.parse().map_err(|_| {
+                let word: String = word.chars().take(24).collect();
+                format!("'{word}' is no {}", value_type.name())
+            })?;
+            bytes.extend(number.to_le_bytes());
+        });
+    }
+    Ok(bytes)
+}
