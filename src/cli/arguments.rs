@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::backend::BackendChoice;
 use crate::scene::SceneFile;
+use crate::scene::file::VolumeTable;
 
 /// A scene and how to compute it, as options.
 #[derive(Debug, Args)]
@@ -45,6 +46,29 @@ pub(super) struct SceneArguments {
     #[arg(long, value_name = "N", help_heading = "Shadow map")]
     pub steps: Option<u32>,
 
+    #[command(flatten)]
+    pub file: FileArguments,
+    /// Values to map to 0..1, clamped, for scans.
+    #[arg(long, value_name = "LO,HI", value_parser = numbers::<f32, 2>, allow_hyphen_values = true, help_heading = "Volume")]
+    pub window: Option<Numbers<f32, 2>>,
+    /// Index axis that points up: x, y, z, -x, -y, -z.
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true, help_heading = "Volume")]
+    pub up: Option<String>,
+    /// Extinction per unit of density, 1 / world length.
+    #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Volume")]
+    pub density_scale: Option<f64>,
+
+    /// The way the light travels.
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
+    pub light: Option<Numbers<f64, 3>>,
+    /// No ground and no background: alpha in the file.
+    #[arg(long, help_heading = "Scene")]
+    pub transparent: bool,
+}
+
+/// How to read a volume file, as options.
+#[derive(Debug, Args)]
+pub(super) struct FileArguments {
     /// Format of the file, whatever it begins with: openvdb, npy, nrrd, metaimage, pvm, nifti, vti,
     /// mitsuba-vol, den, nanovdb, raw.
     #[arg(long, value_name = "FORMAT", help_heading = "Volume")]
@@ -67,22 +91,6 @@ pub(super) struct SceneArguments {
     /// Distance between voxels along x, y, z.
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, help_heading = "Volume")]
     pub spacing: Option<Numbers<f64, 3>>,
-    /// Values to map to 0..1, clamped, for scans.
-    #[arg(long, value_name = "LO,HI", value_parser = numbers::<f32, 2>, allow_hyphen_values = true, help_heading = "Volume")]
-    pub window: Option<Numbers<f32, 2>>,
-    /// Index axis that points up: x, y, z, -x, -y, -z.
-    #[arg(long, value_name = "AXIS", allow_hyphen_values = true, help_heading = "Volume")]
-    pub up: Option<String>,
-    /// Extinction per unit of density, 1 / world length.
-    #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Volume")]
-    pub density_scale: Option<f64>,
-
-    /// The way the light travels.
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
-    pub light: Option<Numbers<f64, 3>>,
-    /// No ground and no background: alpha in the file.
-    #[arg(long, help_heading = "Scene")]
-    pub transparent: bool,
 }
 
 /// A picture, as options.
@@ -135,6 +143,25 @@ impl SceneArguments {
             shadow.thresholds => self.thresholds.map(|t| t.0),
             shadow.size => self.map_size,
             shadow.steps => self.steps,
+            volume.window => self.window.map(|w| w.0),
+            volume.up => self.up.clone(),
+            volume.density_scale => self.density_scale,
+        }
+        self.file.overlay(volume);
+        if let Some(Numbers(direction)) = self.light {
+            file.light.direction = Some(direction);
+            file.light.kind = Some("directional".to_owned());
+        }
+        if self.transparent {
+            file.ground.enabled = Some(false);
+        }
+    }
+}
+
+impl FileArguments {
+    /// Puts the options over `volume`.
+    pub(super) fn overlay(&self, volume: &mut VolumeTable) {
+        overlay! {
             volume.from => self.from.clone(),
             volume.grid => self.grid.clone(),
             volume.max_bytes => self.max_bytes,
@@ -142,16 +169,6 @@ impl SceneArguments {
             volume.value_type => self.value_type.clone(),
             volume.endian => self.endian.clone(),
             volume.spacing => self.spacing.map(|s| s.0),
-            volume.window => self.window.map(|w| w.0),
-            volume.up => self.up.clone(),
-            volume.density_scale => self.density_scale,
-        }
-        if let Some(Numbers(direction)) = self.light {
-            file.light.direction = Some(direction);
-            file.light.kind = Some("directional".to_owned());
-        }
-        if self.transparent {
-            file.ground.enabled = Some(false);
         }
     }
 }

@@ -4,6 +4,7 @@ mod adapters;
 mod arguments;
 mod backend;
 mod figures;
+mod info;
 mod job;
 mod map;
 mod progress;
@@ -42,6 +43,8 @@ enum Command {
     Render(render::Arguments),
     /// Build a volume's shadow map and write it as OpenEXR.
     Map(map::Arguments),
+    /// Tell what a volume file holds.
+    Info(info::Arguments),
     /// Draw the figures of the paper "Volumetric Deep Shadow Maps" from the presets.
     Figures(figures::Arguments),
     /// List the graphics adapters.
@@ -72,6 +75,7 @@ fn dispatch(command: Command) -> Result<()> {
     match command {
         Command::Render(arguments) => render::run(arguments),
         Command::Map(arguments) => map::run(arguments),
+        Command::Info(arguments) => info::run(&arguments),
         Command::Figures(arguments) => figures::run(&arguments),
         Command::Adapters => adapters::run(),
     }

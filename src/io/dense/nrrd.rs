@@ -58,9 +58,9 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         return Err(input.bad(format!("{} sizes for {axes} axes", sizes.len())));
     }
     // A fourth axis in front holds the components of a vector or a colour.
-    let (components, lengths) = match sizes.as_slice() {
-        &[x, y, z] => (1, [x, y, z]),
-        &[c, x, y, z] if first_axis_is_no_space(&fields) => (c, [x, y, z]),
+    let (components, lengths) = match *sizes.as_slice() {
+        [x, y, z] => (1, [x, y, z]),
+        [c, x, y, z] if first_axis_is_no_space(&fields) => (c, [x, y, z]),
         _ => {
             let why = format!("{axes} axes, a volume has three (and one before them for vectors)");
             return Err(input.bad(why));

@@ -73,6 +73,15 @@ impl Grid {
         with_tree!(self, tree => tree.statistics())
     }
 
+    /// Runs `each` on the active voxels, as numbers for rendering, with how many voxels share one.
+    pub fn for_each_active(&self, mut each: impl FnMut(f32, u64)) {
+        with_tree!(self, tree => {
+            for region in tree.active_values() {
+                each(region.value.to_f32(), region.voxels());
+            }
+        });
+    }
+
     /// Bytes of memory held.
     pub fn memory_bytes(&self) -> u64 {
         with_tree!(self, tree => tree.memory_bytes())

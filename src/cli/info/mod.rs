@@ -1,0 +1,41 @@
+//! `info`: what a volume file holds, for people or for programs.
+
+mod json;
+mod report;
+mod text;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::arguments::FileArguments;
+use crate::error::{Error, Result};
+use crate::scene::file::VolumeTable;
+use report::Report;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Volume file.
+    file: PathBuf,
+    /// One JSON object on stdout, for programs.
+    #[arg(long)]
+    json: bool,
+    /// Headers only: no smallest, largest and mean value, no histogram.
+    #[arg(long)]
+    no_stats: bool,
+    #[command(flatten)]
+    how: FileArguments,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let mut table = VolumeTable::default();
+    arguments.how.overlay(&mut table);
+    let report = Report::of(&arguments.file, &table, !arguments.no_stats, !arguments.json)?;
+    let text = if arguments.json { json::write(&report) } else { text::write(&report) };
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // A reader such as `head` may have had enough.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.map_err(|error| Error::file("standard output", error)),
+    }
+}

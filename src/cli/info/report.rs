@@ -1,0 +1,250 @@
+//! What `info` finds out, before it is written in any way.
+
+use std::path::{Path, PathBuf};
+
+use glam::DMat4;
+use serde_json::Value as Json;
+
+use super::json;
+use crate::error::{Error, Result};
+use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile};
+use crate::io::format::Format;
+use crate::io::format_of;
+use crate::io::vdb::{GridHeader, Statistics, SurveyDepth, Transform, VdbFile};
+use crate::scene::file::VolumeTable;
+
+/// A file and its grids.
+pub(super) struct Report {
+    pub path: PathBuf,
+    pub format: Format,
+    pub metadata: Vec<(String, Json)>,
+    /// Why there may be more grids than are listed.
+    pub unreachable: Option<String>,
+    pub grids: Vec<GridReport>,
+}
+
+/// One grid; what is not known is `None`.
+pub(super) struct GridReport {
+    pub name: String,
+    pub value_type: String,
+    pub class: String,
+    /// Why its voxels cannot be read.
+    pub refused: Option<String>,
+    pub active_voxels: Option<u64>,
+    /// Lowest and highest index, both included.
+    pub active_bounds: Option<[[i64; 3]; 2]>,
+    pub background: Json,
+    pub world_from_index: Option<DMat4>,
+    /// One for each component.
+    pub statistics: Vec<Statistics>,
+    pub histogram: Option<Histogram>,
+    pub metadata: Vec<(String, Json)>,
+    pub compression: String,
+    pub file_bytes: u64,
+    pub memory_bytes: Option<u64>,
+}
+
+/// Active voxels by value, in bins of equal width.
+pub(super) struct Histogram {
+    pub low: f64,
+    pub high: f64,
+    pub counts: Vec<u64>,
+}
+
+const BINS: usize = 16;
+
+impl Report {
+    /// Looks through the file `path`: at values if `statistics`, and for a histogram too if
+    /// `histograms`.
+    pub(super) fn of(
+        path: &Path,
+        table: &VolumeTable,
+        statistics: bool,
+        histograms: bool,
+    ) -> Result<Self> {
+        let format = format_of(path, table)?;
+        let mut report = Self {
+            path: path.to_owned(),
+            format,
+            metadata: Vec::new(),
+            unreachable: None,
+            grids: Vec::new(),
+        };
+        if format == Format::OpenVdb {
+            report.fill_from_vdb(table, statistics, statistics && histograms)?;
+        } else {
+            let file = DenseFile::open(path, format, table)?;
+            report.grids.push(GridReport::of_dense(&file, statistics, statistics && histograms)?);
+        }
+        Ok(report)
+    }
+
+    fn fill_from_vdb(&mut self, table: &VolumeTable, values: bool, histograms: bool) -> Result<()> {
+        let file = VdbFile::open(&self.path)?;
+        self.metadata = json::metadata(file.metadata());
+        self.unreachable = file.unreachable().map(str::to_owned);
+        let wanted = match &table.grid {
+            Some(name) => {
+                let found = file.find(name);
+                let missing = || Error::contents(&self.path, format!("no grid '{name}'"));
+                let index = found.ok_or_else(missing)?;
+                index..index + 1
+            }
+            None => 0..file.grids().len(),
+        };
+        let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+        for index in wanted {
+            self.grids.push(GridReport::of_vdb(&file, index, values, histograms, max_bytes)?);
+        }
+        Ok(())
+    }
+}
+
+impl GridReport {
+    fn of_vdb(
+        file: &VdbFile,
+        index: usize,
+        values: bool,
+        histogram: bool,
+        max_bytes: u64,
+    ) -> Result<Self> {
+        let header: &GridHeader = &file.grids()[index];
+        let mut report = Self {
+            name: header.name.clone(),
+            value_type: header.value_type.name().to_owned(),
+            class: header.class().to_owned(),
+            refused: header.refused.clone(),
+            active_voxels: None,
+            active_bounds: None,
+            background: header.background.map_or(Json::Null, json::value),
+            world_from_index: match &header.transform {
+                Transform::Affine(matrix) => Some(*matrix),
+                Transform::Refused(_) => None,
+            },
+            statistics: Vec::new(),
+            histogram: None,
+            metadata: json::metadata(&header.metadata),
+            compression: header.compression.to_string(),
+            file_bytes: header.file_bytes,
+            memory_bytes: None,
+        };
+        if header.refused.is_some() {
+            return Ok(report);
+        }
+        let depth = if values { SurveyDepth::Values } else { SurveyDepth::Topology };
+        let survey = file.survey(index, depth)?;
+        report.active_voxels = Some(survey.active_voxels);
+        report.active_bounds = survey
+            .active_bounds
+            .map(|bounds| [bounds.min, bounds.max].map(|corner| corner.to_array().map(i64::from)));
+        report.memory_bytes = Some(survey.memory_bytes);
+        report.statistics = survey.statistics;
+        // The range must be known before values are counted, so the grid is kept for two passes.
+        if histogram && survey.memory_bytes <= max_bytes {
+            let grid = file.load(index)?;
+            report.histogram = Histogram::of(|each| grid.for_each_active(each));
+        }
+        Ok(report)
+    }
+
+    fn of_dense(file: &DenseFile, values: bool, histogram: bool) -> Result<Self> {
+        let header = file.header();
+        let lengths = header.dims.map(|n| n as u64);
+        let text = |(key, value): &(String, String)| (key.clone(), Json::from(value.as_str()));
+        let mut report = Self {
+            name: file.name(),
+            value_type: match header.components {
+                1 => header.value_type.name().to_owned(),
+                count => format!("{} x {count}", header.value_type.name()),
+            },
+            class: "dense".to_owned(),
+            refused: None,
+            active_voxels: Some(lengths.into_iter().fold(1, u64::saturating_mul)),
+            active_bounds: Some([[0; 3], header.dims.map(|n| n as i64 - 1)]),
+            background: Json::Null,
+            world_from_index: Some(header.world_from_index),
+            statistics: Vec::new(),
+            histogram: None,
+            metadata: header.metadata.iter().map(text).collect(),
+            compression: header.compression.to_owned(),
+            file_bytes: file.file_bytes(),
+            memory_bytes: u64::try_from(header.memory_bytes()).ok(),
+        };
+        if values {
+            let voxels = file.voxels()?;
+            let mut tallies = vec![Tally::default(); header.components];
+            voxels.for_each(|value, component| tallies[component].add(value));
+            report.statistics = tallies.iter().map(Tally::statistics).collect();
+            if histogram {
+                let density = voxels.density();
+                report.histogram =
+                    Histogram::of(|each| density.iter().for_each(|&value| each(value, 1)));
+            }
+        }
+        Ok(report)
+    }
+}
+
+/// What statistics are made from.
+#[derive(Clone, Copy)]
+struct Tally {
+    min: f64,
+    max: f64,
+    sum: f64,
+    count: u64,
+    nan_count: u64,
+}
+
+impl Default for Tally {
+    fn default() -> Self {
+        Self { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, count: 0, nan_count: 0 }
+    }
+}
+
+impl Tally {
+    fn add(&mut self, value: f64) {
+        if value.is_nan() {
+            self.nan_count += 1;
+        } else {
+            self.min = self.min.min(value);
+            self.max = self.max.max(value);
+            self.sum += value;
+            self.count += 1;
+        }
+    }
+
+    fn statistics(&self) -> Statistics {
+        let Self { min, max, sum, count, nan_count } = *self;
+        if count == 0 {
+            return Statistics { min: f64::NAN, max: f64::NAN, mean: f64::NAN, nan_count };
+        }
+        Statistics { min, max, mean: sum / count as f64, nan_count }
+    }
+}
+
+impl Histogram {
+    /// Of the finite numbers that `values` hands to what it is given, each with how many voxels
+    /// have it; `None` without any. It is run twice.
+    fn of(values: impl Fn(&mut dyn FnMut(f32, u64))) -> Option<Self> {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        values(&mut |value, _| {
+            if value.is_finite() {
+                (low, high) = (low.min(f64::from(value)), high.max(f64::from(value)));
+            }
+        });
+        if low > high {
+            return None;
+        }
+        let mut counts = vec![0_u64; if low < high { BINS } else { 1 }];
+        let scale = counts.len() as f64 / (high - low);
+        values(&mut |value, voxels| {
+            if value.is_finite() {
+                // A single value gives 0 times infinity, which is bin 0.
+                let bin = ((f64::from(value) - low) * scale) as usize;
+                let last = counts.len() - 1;
+                counts[bin.min(last)] = counts[bin.min(last)].saturating_add(voxels);
+            }
+        });
+        Some(Self { low, high, counts })
+    }
+}
