@@ -14,18 +14,18 @@ fn program() -> String {
         .unwrap_or_else(|_| env!("CARGO_BIN_EXE_deepshadow").to_owned())
 }
 
-struct Folder(TempDir);
+pub struct Folder(TempDir);
 
 impl Folder {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    fn path(&self) -> &Path {
+    pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    fn run(&self, arguments: &str) -> Output {
+    pub fn run(&self, arguments: &str) -> Output {
         Command::new(program())
             .args(arguments.split_whitespace())
             .current_dir(self.path())
@@ -43,11 +43,11 @@ impl Folder {
     }
 }
 
-fn stderr(output: &Output) -> String {
+pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-fn must_succeed(output: &Output) {
+pub fn must_succeed(output: &Output) {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(output));
 }
 
@@ -253,7 +253,7 @@ fn help_tells_every_command_and_adapters_answers() {
     let help = folder.run("--help");
     must_succeed(&help);
     let text = String::from_utf8_lossy(&help.stdout).into_owned();
-    for command in ["render", "map", "figures", "adapters"] {
+    for command in ["render", "map", "info", "figures", "adapters"] {
         assert!(text.contains(command), "{text}");
     }
     if cfg!(feature = "gpu") {

@@ -1,5 +1,8 @@
 //! Claims about volume files. Each format has files of its own.
 
+mod dense_fixtures;
+mod dense_hostile;
+mod dense_truth;
 mod vdb_blocks;
 mod vdb_bytes;
 mod vdb_dense;
@@ -7,3 +10,6 @@ mod vdb_fixtures;
 mod vdb_headers;
 mod vdb_hostile;
 mod vdb_truth;
+
+pub use vdb_hostile::fixtures as vdb_fixture_files;
+pub use vdb_truth::shared_files as shared_vdb;

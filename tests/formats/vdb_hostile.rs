@@ -15,7 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const DENSE_LIMIT: u64 = 1 << 20;
 
 /// Marsaglia's xorshift64.
-struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
     fn next(&mut self) -> u64 {
@@ -58,7 +58,7 @@ fn exercise(bytes: Vec<u8>, what: &str) -> usize {
 
 /// One to three changes: cut, flip, overwrite with a telling number, copy a piece elsewhere,
 /// insert.
-fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
+pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
     const NUMBERS: [u64; 10] = [
         0,
         1,
@@ -115,7 +115,7 @@ fn mutate_files(paths: &[PathBuf], rounds: usize) {
     }
 }
 
-fn fixtures() -> Vec<PathBuf> {
+pub fn fixtures() -> Vec<PathBuf> {
     let mut paths: Vec<_> = std::fs::read_dir(fixture(""))
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -127,7 +127,7 @@ fn fixtures() -> Vec<PathBuf> {
 }
 
 /// Rounds for each file: `DEEPSHADOW_MUTATIONS`, or a number that suits every test run.
-fn rounds(usual: usize) -> usize {
+pub fn rounds(usual: usize) -> usize {
     let asked = std::env::var("DEEPSHADOW_MUTATIONS").ok();
     asked.and_then(|text| text.parse().ok()).unwrap_or(usual)
 }

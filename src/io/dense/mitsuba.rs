@@ -37,7 +37,11 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         *corner = f64::from(f32::from_le_bytes(input.array(at)?));
     }
     let [x0, y0, z0, x1, y1, z1] = corners;
-    let bounds = Aabb { min: DVec3::new(x0, y0, z0), max: DVec3::new(x1, y1, z1) };
+    let mut bounds = Aabb { min: DVec3::new(x0, y0, z0), max: DVec3::new(x1, y1, z1) };
+    if bounds.size().max_element() < f64::from(f32::MIN_POSITIVE) {
+        // Some writers put integers here, which read as next to nothing: Mitsuba's own unit cube.
+        bounds = Aabb { min: DVec3::ZERO, max: DVec3::ONE };
+    }
     header.world_from_index = world_from_index_in_bounds(dims, &bounds, Axis::Y)
         .map_err(|error| input.bad(error.to_string()))?;
     Ok((header, Payload::bare(input.path, VOXELS)))

@@ -176,9 +176,12 @@ impl DenseFile {
 
     /// What the volume is called: by the file, or as the file.
     pub fn name(&self) -> String {
-        let stem =
-            || self.path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into());
-        self.header.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(stem)
+        let named = self.header.name.clone().filter(|name| !name.is_empty());
+        named.unwrap_or_else(|| {
+            let stem =
+                self.path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into());
+            stem.strip_suffix(".nii").map(str::to_owned).unwrap_or(stem)
+        })
     }
 
     /// Reads the voxels.

@@ -153,8 +153,9 @@ fn describe(fields: &Fields, header: &mut DenseHeader) {
     for (key, at, length) in [("descrip", 148, 80), ("intent_name", 328, 16)] {
         let text =
             fields.bytes[at..at + length].split(|&byte| byte == 0).next().unwrap_or_default();
+        let text = String::from_utf8_lossy(text).trim().to_owned();
         if !text.is_empty() {
-            header.metadata.push((key.to_owned(), String::from_utf8_lossy(text).into_owned()));
+            header.metadata.push((key.to_owned(), text));
         }
     }
     for (key, at) in [("qform_code", 252), ("sform_code", 254)] {

@@ -1,0 +1,86 @@
+//! Whatever the bytes of a dense file are: an answer or an error, soon, and in little memory.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use deepshadow::io::Format;
+use deepshadow::io::dense::DenseFile;
+use deepshadow::scene::file::VolumeTable;
+
+use super::dense_fixtures::cases;
+use super::dense_truth::shared;
+use super::vdb_hostile::{Random, mutate, rounds};
+
+/// Longest time that a file may take, in an unoptimised build on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Opens the file as what it seems to be and as `format`; whether its voxels could be read.
+fn exercise(path: &Path, format: Format, what: &str) -> bool {
+    let start = Instant::now();
+    let table = VolumeTable { max_bytes: Some(1 << 26), ..VolumeTable::default() };
+    let mut read = false;
+    for format in Format::of_file(path).into_iter().chain([format]) {
+        let Ok(file) = DenseFile::open(path, format, &table) else { continue };
+        let Ok(voxels) = file.voxels() else { continue };
+        let dims = file.header().dims;
+        assert_eq!(voxels.density().len(), dims.iter().product::<usize>(), "{what}");
+        let mut count = 0;
+        voxels.for_each(|_, _| count += 1);
+        assert_eq!(count, dims.iter().product::<usize>() * file.header().components, "{what}");
+        let _ = file.volume(None);
+        read = true;
+    }
+    assert!(start.elapsed() < PATIENCE, "{what} took {:?}", start.elapsed());
+    read
+}
+
+#[test]
+fn mutated_dense_files_give_an_answer_or_an_error() {
+    let rounds = rounds(300);
+    for (number, case) in cases().into_iter().enumerate() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = case.write(&folder);
+        let format = Format::of_file(&path).unwrap();
+        assert!(exercise(&path, format, case.name));
+        let mut read = 0;
+        for round in 0..rounds {
+            let mut random = Random(7 + (number * rounds + round) as u64 * 0x9e37_79b9);
+            // Mostly the first file, whose header the others depend on.
+            let at = if round % 4 == 0 { case.files.len() - 1 } else { 0 };
+            let (name, whole) = &case.files[at];
+            let mut bytes = whole.clone();
+            mutate(&mut bytes, &mut random);
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+            read += usize::from(exercise(&path, format, &format!("{}, round {round}", case.name)));
+            std::fs::write(folder.path().join(name), whole).unwrap();
+        }
+        eprintln!("{}: read {read} of {rounds}", case.name);
+    }
+}
+
+#[test]
+fn mutated_real_dense_files_give_an_answer_or_an_error() {
+    let names = [
+        "den/head-scaleddown4.den",
+        "mhd/Bucky.mhd",
+        "mitsuba_vol/torus_sdfgrid.vol",
+        "nifti/little.nii.gz",
+        "nrrd/xtk_smallvolume.nrrd",
+        "pvm/Bucky.pvm",
+        "vti/voreen_flow_A_0020000.vti",
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    for name in names {
+        let Some(path) = shared(name) else { continue };
+        let format = Format::of_file(&path).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let mutated = folder.path().join(path.file_name().unwrap());
+        for round in 0..rounds(30) {
+            let mut random = Random(11 + round as u64 * 0x9e37_79b9);
+            let mut bytes = whole.clone();
+            mutate(&mut bytes, &mut random);
+            std::fs::write(&mutated, bytes).unwrap();
+            exercise(&mutated, format, &format!("{name}, round {round}"));
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! `info` as others call it: a table for people, JSON for programs, exit codes.
+
+use std::fs;
+
+use serde_json::{Value as Json, json};
+
+use super::cli::{Folder, must_succeed, stderr};
+use super::formats::{shared_vdb, vdb_fixture_files};
+
+fn with_scan() -> Folder {
+    let folder = Folder::new();
+    let values = [f32::NAN, 1.0, 2.0, f32::INFINITY, 4.0, 5.0];
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    fs::write(folder.path().join("odd.raw"), bytes).unwrap();
+    fs::write(
+        folder.path().join("odd.toml"),
+        "dims = [3, 2, 1]\ntype = \"f32\"\nspacing = [1, 2, 4]\n",
+    )
+    .unwrap();
+    folder
+}
+
+fn json_of(folder: &Folder, arguments: &str) -> Json {
+    let output = folder.run(arguments);
+    must_succeed(&output);
+    assert!(stderr(&output).is_empty(), "{}", stderr(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn json_has_the_schema_and_words_for_nan_and_infinity() {
+    let folder = with_scan();
+    let found = json_of(&folder, "info odd.raw --json");
+    assert_eq!(found["format"], "raw");
+    let expected = json!({
+        "name": "odd",
+        "type": "f32",
+        "class": "dense",
+        "active_voxels": 6,
+        "active_bbox": [[0, 0, 0], [2, 1, 0]],
+        "background": null,
+        "world_from_index":
+            [[1.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0], [0.0, 0.0, 4.0, 0.0], [0.0, 0.0, 0.0, 1.0]],
+        "min": 1.0,
+        "max": "inf",
+        "mean": "inf",
+        "metadata": {},
+        "compression": "none",
+        "file_bytes": 24,
+        "memory_bytes": 24,
+    });
+    assert_eq!(found["grids"], json!([expected]));
+}
+
+#[test]
+fn no_stats_reads_no_voxels() {
+    let folder = Folder::new();
+    // The voxels that the header promises are not there.
+    let header = "NRRD0004\ntype: float\ndimension: 3\nsizes: 900 900 900\nencoding: raw\n\n";
+    fs::write(folder.path().join("v.nrrd"), header).unwrap();
+    let found = json_of(&folder, "info v.nrrd --json --no-stats");
+    assert_eq!(found["grids"][0]["active_voxels"], 729_000_000);
+    assert_eq!(found["grids"][0]["min"], Json::Null);
+    let output = folder.run("info v.nrrd");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("v.nrrd: it ends early: 0 bytes"), "{}", stderr(&output));
+    assert!(output.stdout.is_empty());
+}
+
+#[test]
+fn people_get_a_table_with_a_histogram() {
+    let folder = with_scan();
+    let output = folder.run("info odd.raw");
+    must_succeed(&output);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in ["odd.raw: raw, 1 grid", "6 in 3 x 2 x 1", "1,2,4", "1 NaN", "histogram"] {
+        assert!(text.contains(part), "'{part}' is missing in:\n{text}");
+    }
+    let counts: Vec<u64> = text
+        .lines()
+        .filter_map(|line| line.split_once('|'))
+        .filter_map(|(_, bar)| bar.split_whitespace().last()?.parse().ok())
+        .collect();
+    assert_eq!((counts.len(), counts.iter().sum::<u64>()), (16, 4), "{text}");
+}
+
+#[test]
+fn openvdb_grids_are_listed_in_the_order_of_the_file() {
+    let folder = Folder::new();
+    let mut listed = 0;
+    for path in vdb_fixture_files() {
+        let found = json_of(&folder, &format!("info {} --json", path.display()));
+        assert_eq!(found["format"], "openvdb");
+        for grid in found["grids"].as_array().unwrap() {
+            assert!(grid["name"].is_string() && grid["type"].is_string(), "{grid}");
+            listed += 1;
+        }
+    }
+    assert!(listed > 0);
+}
+
+/// The same facts that the reader's own tests check, through the program.
+#[test]
+fn openvdb_facts_are_those_of_the_real_library() {
+    let folder = Folder::new();
+    for path in shared_vdb("vdb").into_iter().take(12) {
+        let truth = fs::read(path.with_extension("json")).unwrap();
+        let truth: Json = serde_json::from_slice(&truth).unwrap();
+        let found = json_of(&folder, &format!("info {} --json", path.display()));
+        let grids = found["grids"].as_array().unwrap();
+        let no_grids = Vec::new();
+        for truth in truth["truth"]["grids"].as_array().unwrap_or(&no_grids) {
+            let grid = &grids[truth["file_order"].as_u64().unwrap() as usize];
+            assert_eq!(grid["name"], truth["name"], "{}", path.display());
+            if grid["refused"].is_null() {
+                assert_eq!(grid["active_voxels"], truth["active_voxels"], "{}", path.display());
+                assert_eq!(grid["active_bbox"], truth["active_bbox"], "{}", path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn exit_codes_tell_wrong_usage_from_bad_input() {
+    let folder = with_scan();
+    for (arguments, code, word) in [
+        ("info", 2, "FILE"),
+        ("info odd.raw --window 1,2", 2, "--window"),
+        ("info missing.vdb", 1, "missing.vdb"),
+        ("info odd.toml", 1, "odd.toml"),
+        ("info odd.raw --type u8", 1, "24 bytes"),
+        ("info odd.raw --from nrrd", 1, "odd.raw"),
+        ("info odd.raw --from tiff", 1, "tiff"),
+        ("info odd.raw --max-bytes 10", 1, "the limit is 10 bytes"),
+    ] {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(code), "'{arguments}': {}", stderr(&output));
+        assert!(stderr(&output).contains(word), "'{arguments}': {}", stderr(&output));
+        assert!(output.stdout.is_empty(), "'{arguments}'");
+        assert!(code == 2 || stderr(&output).lines().count() == 1, "{}", stderr(&output));
+    }
+}
