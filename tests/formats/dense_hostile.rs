@@ -65,6 +65,7 @@ fn mutated_real_dense_files_give_an_answer_or_an_error() {
         "mhd/Bucky.mhd",
         "mitsuba_vol/torus_sdfgrid.vol",
         "nifti/little.nii.gz",
+        "nvdb/fvdb_smoke-blosc.nvdb",
         "nrrd/xtk_smallvolume.nrrd",
         "pvm/Bucky.pvm",
         "vti/voreen_flow_A_0020000.vti",

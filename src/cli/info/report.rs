@@ -170,7 +170,22 @@ impl GridReport {
             file_bytes: file.file_bytes(),
             memory_bytes: u64::try_from(header.memory_bytes()).ok(),
         };
-        if values {
+        if let Some(sparse) = &header.sparse {
+            let bounds = sparse.active_bounds;
+            let class = if sparse.level_set { "level set" } else { "unknown" };
+            class.clone_into(&mut report.class);
+            report.active_voxels = Some(sparse.active_voxels);
+            report.active_bounds =
+                Some([bounds.min, bounds.max].map(|corner| corner.to_array().map(i64::from)));
+            report.background = json::number(sparse.background.into());
+            // The box begins one voxel before the active ones.
+            let first = bounds.padded(1).min.as_dvec3();
+            let world_from_index = header.world_from_index * DMat4::from_translation(-first);
+            report.world_from_index = Some(world_from_index);
+            if values {
+                report.statistics = vec![sparse.statistics];
+            }
+        } else if values {
             let voxels = file.voxels()?;
             let mut tallies = vec![Tally::default(); header.components];
             voxels.for_each(|value, component| tallies[component].add(value));

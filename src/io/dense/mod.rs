@@ -2,14 +2,16 @@
 //! all of them is here. Values, transform and metadata come out as the file has them; it knows
 //! nothing of rendering but how a value becomes a density.
 //!
-//! In practice: [`DenseFile::open`] reads headers only (PVM and VTK files, whose headers are wound
-//! up with their voxels, as a whole). [`DenseFile::voxels`] gives the voxels in their own type;
+//! In practice: [`DenseFile::open`] reads headers only (PVM, VTK and NanoVDB files, whose headers are
+//! wound up with their voxels, as a whole). [`DenseFile::voxels`] gives the voxels in their own type;
 //! [`Voxels::density`] makes them numbers to render.
 
 mod den;
 mod input;
 mod metaimage;
 mod mitsuba;
+mod nanovdb;
+mod nanovdb_chunks;
 mod nifti;
 mod npy;
 mod nrrd;
@@ -27,7 +29,9 @@ use glam::{DMat4, DVec3};
 use super::format::Format;
 use super::number::{Endian, ValueType};
 use super::raw;
+use super::vdb::{IndexBox, Statistics};
 use crate::error::{Error, ErrorKind, Result};
+use crate::math::Aabb;
 use crate::scene::file::VolumeTable;
 use crate::volume::{Axis, Volume};
 use input::Input;
@@ -71,10 +75,28 @@ pub struct DenseHeader {
     pub world_from_index: DMat4,
     /// The axis that points up, where the file says so.
     pub up: Option<Axis>,
+    /// What a sparse grid says beyond its box.
+    pub sparse: Option<SparsePart>,
     /// How the voxels are packed, in a word.
     pub compression: &'static str,
     /// Everything else that it says, in the order of the file.
     pub metadata: Vec<(String, String)>,
+}
+
+/// What is known of a sparse grid that was made dense: the box has one voxel of its surroundings on
+/// every side of the active ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SparsePart {
+    /// The box around the active voxels, in the grid's own indices.
+    pub active_bounds: IndexBox,
+    /// Number of active voxels.
+    pub active_voxels: u64,
+    /// The value outside of the tree.
+    pub background: f32,
+    /// Whether the values are distances to a surface, negative inside.
+    pub level_set: bool,
+    /// Of the active values.
+    pub statistics: Statistics,
 }
 
 impl DenseHeader {
@@ -89,6 +111,7 @@ impl DenseHeader {
             scale: [1.0, 0.0],
             world_from_index: DMat4::IDENTITY,
             up: None,
+            sparse: None,
             compression: "none",
             metadata: Vec::new(),
         }
@@ -136,6 +159,7 @@ impl DenseFile {
             Format::Vti => vti::read(&input, table.grid.as_deref()),
             Format::MitsubaVol => mitsuba::read(&input),
             Format::Den => den::read(&input),
+            Format::NanoVdb => nanovdb::read(&input),
             Format::Raw => {
                 let payload = Payload::bare(path, 0);
                 raw::describe(path, input.size, table).map(|header| (header, payload))
@@ -207,10 +231,21 @@ impl DenseFile {
     /// # Errors
     /// As [`DenseFile::voxels`].
     pub fn volume(&self, up: Option<Axis>) -> Result<Volume> {
-        let values = self.voxels()?.density();
+        let mut values = self.voxels()?.density();
         let up = up.or(self.header.up).unwrap_or_default();
         let world_from_file = DMat4::from_mat3(up.world_from_file());
-        Volume::new(self.name(), values, world_from_file * self.header.world_from_index)
+        let placed = world_from_file * self.header.world_from_index;
+        let Some(sparse) = &self.header.sparse else {
+            return Volume::new(self.name(), values, placed);
+        };
+        // As for OpenVDB's grids: fog inside of surfaces, and a medium that ends in the background.
+        if sparse.level_set {
+            let voxel = self.header.world_from_index.transform_vector3(DVec3::X).length() as f32;
+            values.mapv_inplace(|distance| (0.5 - distance / voxel).clamp(0.0, 1.0));
+        }
+        let last = DVec3::from(self.header.dims.map(|n| n as f64 - 1.0));
+        let volume = Volume::new(self.name(), values, placed)?;
+        Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: last }))
     }
 }
 

@@ -115,6 +115,15 @@ impl Workspace {
     }
 }
 
+/// Fills `target` from one Blosc chunk, for other formats that have such; the error says why not.
+pub(in crate::io) fn decompress_blosc(chunk: &[u8], target: &mut [u8]) -> Result<(), String> {
+    blosc::decompress(chunk, 0, target, &mut Vec::new()).map_err(|fault| match complete(fault) {
+        Fault::Bad { why, .. } => why,
+        Fault::Io(error) => error.to_string(),
+        Fault::Short { needed, .. } => format!("{needed} more bytes needed"),
+    })
+}
+
 /// A chunk is whole when it is decompressed: what it lacks then is an error of its contents, not a
 /// wish for more of the file.
 fn complete(fault: Fault) -> Fault {

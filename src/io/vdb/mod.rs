@@ -55,6 +55,7 @@ mod value_block;
 mod voxels;
 
 pub use compression::Compression;
+pub(super) use compression::decompress_blosc;
 pub use dense::Dense;
 pub use file::VdbFile;
 pub use grid::Grid;

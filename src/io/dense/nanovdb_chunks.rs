@@ -1,0 +1,56 @@
+//! How NanoVDB files pack a grid: bare, or in chunks with their lengths before them. Knows nothing
+//! of grids.
+
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
+
+use crate::io::vdb::decompress_blosc;
+
+/// The `size` bytes of the grid that starts where `data` does, and the packing's name.
+pub(super) fn unpack(
+    data: &[u8],
+    codec: u16,
+    size: usize,
+) -> Result<(Vec<u8>, &'static str), String> {
+    let short = |found: usize| format!("its grid ends early: {found} bytes, {size} are due");
+    let mut rest = data;
+    let mut next = || {
+        let (length, behind) = rest.split_first_chunk::<8>()?;
+        let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+        let (chunk, behind) = behind.split_at_checked(length)?;
+        rest = behind;
+        Some(chunk)
+    };
+    match codec {
+        0 => {
+            let grid = data.get(..size).ok_or_else(|| short(data.len()))?;
+            Ok((grid.to_vec(), "none"))
+        }
+        1 => {
+            let mut grid = Vec::new();
+            let chunk = next().ok_or_else(|| short(0))?;
+            let unpacked = ZlibDecoder::new(chunk).take(size as u64).read_to_end(&mut grid);
+            unpacked.map_err(|error| format!("its grid cannot be unpacked: {error}"))?;
+            if grid.len() < size { Err(short(grid.len())) } else { Ok((grid, "zip")) }
+        }
+        2 => {
+            let mut grid = Vec::new();
+            while grid.len() < size {
+                let chunk = next().ok_or_else(|| short(grid.len()))?;
+                // A chunk says its own size in its header; LZ4 packs to 1 in 255 at best, which
+                // the type size's runs of zeros may raise once more.
+                let stated = chunk.get(4..8).and_then(|bytes| bytes.try_into().ok());
+                let length = stated.map_or(0, u32::from_le_bytes) as usize;
+                if length == 0 || length > size - grid.len() || length / 512 > chunk.len() {
+                    return Err(format!("a blosc chunk of {} bytes for {length}", chunk.len()));
+                }
+                let before = grid.len();
+                grid.resize(before + length, 0);
+                decompress_blosc(chunk, &mut grid[before..])?;
+            }
+            Ok((grid, "blosc"))
+        }
+        other => Err(format!("codec {other} is none of 0 (none), 1 (zip), 2 (blosc)")),
+    }
+}
