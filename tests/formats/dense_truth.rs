@@ -252,3 +252,20 @@ fn bucky_is_the_same_in_every_format() {
         assert!(file.voxels().unwrap().bytes() == voxels, "{name}");
     }
 }
+
+/// The same smoke, once as NanoVDB and once as OpenVDB.
+#[test]
+fn a_nanovdb_grid_has_the_voxels_of_the_openvdb_grid_it_came_from() {
+    let (Some(nano), Some(open_vdb)) =
+        (shared("nvdb/fvdb_smoke-blosc.nvdb"), shared("vdb/openvdb_smoke.vdb"))
+    else {
+        return;
+    };
+    let volume = |path: PathBuf| {
+        load_volume(&VolumeTable { path: Some(path), ..VolumeTable::default() }).unwrap()
+    };
+    let (nano, open_vdb) = (volume(nano), volume(open_vdb));
+    assert_eq!(nano.dims(), [113, 224, 114]);
+    assert!(nano.values() == open_vdb.values());
+    assert_eq!(nano.domain(), open_vdb.domain());
+}
