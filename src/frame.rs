@@ -20,6 +20,8 @@ pub const LIGHT_STEPS_LEAST: u32 = 64;
 pub const VIEW_STEPS_PER_VOXEL: f32 = 2.0;
 /// Steps along a camera ray at least.
 pub const VIEW_STEPS_LEAST: u32 = 128;
+/// Steps along a camera ray at most, unless [`Settings::view_steps`] says otherwise.
+pub const VIEW_STEPS_MOST: u32 = 8192;
 /// Transmittance below which a camera ray ends: a quarter of what an 8-bit picture can show.
 pub const OPAQUE_TRANSMITTANCE: f32 = 1.0 / 1024.0;
 
@@ -139,13 +141,14 @@ impl Frame {
             )
         });
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
-        let view_most = settings.view_steps.unwrap_or(u32::MAX);
-        let light_most = settings.steps;
         let paper = settings.shading == Shading::Paper;
+        // The paper marches with a fixed number of steps.
+        let view_most = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
+        let light_most = settings.steps;
         let frame = Self {
             index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
             domain_min: volume.domain().min.as_vec3().extend(scene.medium.density_scale as f32),
-            domain_max: volume.domain().max.as_vec3().extend(volume.statistics().max),
+            domain_max: volume.domain().max.as_vec3().extend(volume.largest()),
             albedo: scene.medium.albedo.as_vec3().extend(scene.medium.phase_g as f32),
             light_origin: at(light.origin),
             light_origin_u: along(light.origin_u),
@@ -178,8 +181,8 @@ impl Frame {
             steps: [
                 if paper { light_most } else { LIGHT_STEPS_LEAST.min(light_most) },
                 light_most,
-                if paper { view_most.min(512) } else { VIEW_STEPS_LEAST.min(view_most) },
-                if paper { view_most.min(512) } else { view_most },
+                if paper { view_most } else { VIEW_STEPS_LEAST.min(view_most) },
+                view_most,
             ],
             methods: [
                 match settings.crossing {
@@ -201,7 +204,11 @@ impl Frame {
         };
         let finite =
             bytemuck::cast_slice::<Vec4, f32>(&frame.vectors()).iter().all(|v| v.is_finite());
-        if finite { Ok(frame) } else { Err(Error::value("scene", "its lengths do not fit f32")) }
+        if finite {
+            Ok(frame)
+        } else {
+            Err(Error::value("scene", "a length or a factor of it does not fit f32"))
+        }
     }
 
     /// All vectors, for checks.

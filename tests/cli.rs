@@ -104,7 +104,7 @@ fn raw_data_renders_from_options_and_from_its_sidecar_alike() {
     assert!(a == b, "the same picture, byte for byte");
 }
 
-/// Everything that another program needs to look up shadows stands in the file.
+/// What another program needs to look up shadows stands in the file.
 #[test]
 fn map_writes_its_channels_and_attributes() {
     let folder = Folder::new();
@@ -120,6 +120,12 @@ fn map_writes_its_channels_and_attributes() {
     assert_eq!(attribute("kind"), Some(AttributeValue::Text("threshold".into())));
     assert_eq!(attribute("depth_unit"), Some(AttributeValue::Text("world".into())));
     assert_eq!(attribute("thresholds"), Some(AttributeValue::FloatVec3((0.1, 0.5, 0.9))));
+    assert_eq!(attribute("lookup"), Some(AttributeValue::Text("default".into())));
+    assert_eq!(attribute("domain_max"), Some(AttributeValue::FloatVec3((63.5, 63.5, 63.5))));
+    let Some(AttributeValue::Matrix4x4(index)) = attribute("index_from_world") else {
+        panic!("no index_from_world");
+    };
+    assert!((index[0] - 64.0).abs() < 1e-3 && (index[3] - 31.5).abs() < 1e-3, "{index:?}");
     let Some(AttributeValue::Matrix4x4(m)) = attribute("light_from_world") else {
         panic!("no light_from_world");
     };
@@ -153,10 +159,25 @@ fn wrong_usage_exits_with_2_and_writes_nothing() {
         "render bucky --backend tpu",
         "render bucky --threads 0",
         "map bucky --exposure 2",
+        "render bucky --type u7",
+        "render bucky --up w",
+        "render bucky --density-scale -1",
+        "render bucky --density-scale 1e39",
+        "render bucky --map shadow",
+        "render bucky --lookup none",
+        "render bucky --map-size 0",
+        "render bucky --map-size 16384",
+        "render bucky --steps 0",
+        "render bucky --samples 0",
+        "render bucky --exposure nan",
+        "render bucky --from jpeg",
     ] {
         let output = folder.run(arguments);
-        assert_eq!(output.status.code(), Some(2), "'{arguments}': {}", stderr(&output));
-        assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "'{arguments}': {said}");
+        assert!(!said.contains("panicked"), "{said}");
+        let one_line = said.lines().count() == 1 && said.starts_with("deepshadow: ");
+        assert!(one_line || arguments.is_empty(), "'{arguments}': {said}");
     }
     assert!(folder.names().is_empty());
 }
@@ -179,19 +200,14 @@ fn bad_input_exits_with_1_and_one_line_that_names_it() {
         ("render v.raw --dims 0,3,3 --type u8", "0,3,3"),
         ("render v.raw --dims 4000000000,4000000000,4000000000 --type f64", "4000000000"),
         ("render v.raw --dims 1048576,1048576,1048576 --type f64", "27 bytes"),
-        ("render v.raw --dims 3,3,3 --type u7", "u7"),
+        ("render box --dims 3,3,3", "dims"),
+        ("render box --type u16", "type"),
         ("render v.raw --dims 3,3,3 --type u8 --window 5,5", "window"),
         ("render v.raw --dims 3,3,3 --type u8 --spacing 1,0,1", "spacing"),
-        ("render v.raw --dims 3,3,3 --type u8 --up w", "up"),
         ("render bad.toml", "zoom"),
         ("render no.toml", "no.toml"),
-        ("render box --density-scale -1", "density_scale"),
         ("render box --light 0,0,0", "direction"),
-        ("render box --map shadow", "shadow"),
-        ("render box --map-size 0", "shadow.size"),
-        ("render box --steps 0", "shadow.steps"),
-        ("render box --samples 0", "image.samples"),
-        ("render box --exposure 0", "exposure"),
+        ("render box --thresholds 0.1,0.5,0.99999999", "thresholds"),
         ("render box --thresholds 0.5,0.1,0.9", "thresholds"),
         ("render box -o picture.bmp", "picture.bmp"),
         ("render box -o nowhere/picture.png", "nowhere"),
@@ -215,11 +231,51 @@ fn bad_input_exits_with_1_and_one_line_that_names_it() {
 fn a_failed_run_leaves_the_older_picture() {
     let folder = Folder::new();
     fs::write(folder.path().join("box.png"), "older").unwrap();
-    let output = folder.run(&format!("render box --lookup none {SMALL}"));
+    // Found wrong only after the output was promised: the light stands in the volume.
+    let inside = "[volume]\npreset = \"box\"\n[light]\nkind = \"point\"\nposition = [0, 0, 0]\n";
+    fs::write(folder.path().join("inside.toml"), inside).unwrap();
+    let output = folder.run(&format!("render inside.toml {SMALL} -o box.png"));
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("inside the volume"), "{}", stderr(&output));
     assert_eq!(fs::read_to_string(folder.path().join("box.png")).unwrap(), "older");
+    assert_eq!(folder.names(), ["box.png", "inside.toml"]);
     must_succeed(&folder.run(&format!("render box {SMALL}")));
     assert!(fs::read(folder.path().join("box.png")).unwrap().starts_with(b"\x89PNG"));
+    assert_eq!(folder.names(), ["box.png", "inside.toml"]);
+}
+
+/// Hounsfield units: a ball of 100 in air of -1000 is the same picture as both shifted by 1000.
+#[test]
+fn a_window_maps_stored_values_below_zero_too() {
+    let folder = Folder::new();
+    let inside = |i: i32| (i % 9 - 4).pow(2) + (i / 9 % 9 - 4).pow(2) + (i / 81 - 4).pow(2) < 10;
+    let voxels = |shift: i16| -> Vec<u8> {
+        let value = |i| if inside(i) { 100 + shift } else { shift - 1000 };
+        (0..729).flat_map(|i| value(i).to_le_bytes()).collect()
+    };
+    fs::write(folder.path().join("ct.raw"), voxels(0)).unwrap();
+    fs::write(folder.path().join("up.raw"), voxels(1000)).unwrap();
+    for (name, window) in [("ct", "-1000,300"), ("up", "0,1300")] {
+        must_succeed(&folder.run(&format!(
+            "render {name}.raw --dims 9,9,9 --type i16 --window {window} {SMALL} -o {name}.exr"
+        )));
+    }
+    let [a, b] = ["ct.exr", "up.exr"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(a == b, "the same picture, byte for byte");
+}
+
+#[test]
+fn a_closed_stderr_does_not_cost_the_picture() {
+    let folder = Folder::new();
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let status = Command::new(program())
+        .args(format!("render box {SMALL}").split_whitespace())
+        .current_dir(folder.path())
+        .stderr(writer)
+        .status()
+        .unwrap();
+    assert_eq!(status.code(), Some(0));
     assert_eq!(folder.names(), ["box.png"]);
 }
 

@@ -6,8 +6,12 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::backend::BackendChoice;
+use crate::io::format::Format;
+use crate::io::number::{Endian, ValueType};
 use crate::scene::SceneFile;
 use crate::scene::file::VolumeTable;
+use crate::settings::{Crossing, Filter, Lookup, MapKind, Shading};
+use crate::volume::Axis;
 
 /// A scene and how to compute it, as options.
 #[derive(Debug, Args)]
@@ -25,25 +29,25 @@ pub(super) struct SceneArguments {
     pub quiet: bool,
 
     /// Kind of shadow map: threshold.
-    #[arg(long, value_name = "KIND", help_heading = "Shadow map")]
+    #[arg(long, value_name = "KIND", value_parser = valid::<MapKind>, help_heading = "Shadow map")]
     pub map: Option<String>,
     /// How transmittance is read from the map: default or paper.
-    #[arg(long, value_name = "HOW", help_heading = "Shadow map")]
+    #[arg(long, value_name = "HOW", value_parser = valid::<Lookup>, help_heading = "Shadow map")]
     pub lookup: Option<String>,
     /// How texels are combined: bilinear or nearest.
-    #[arg(long, value_name = "HOW", help_heading = "Shadow map")]
+    #[arg(long, value_name = "HOW", value_parser = valid::<Filter>, help_heading = "Shadow map")]
     pub filter: Option<String>,
     /// Where in a step a threshold is crossed: exact, smoothstep (the paper's) or bucket.
-    #[arg(long, value_name = "HOW", help_heading = "Shadow map")]
+    #[arg(long, value_name = "HOW", value_parser = valid::<Crossing>, help_heading = "Shadow map")]
     pub crossing: Option<String>,
     /// Opacities whose depths the map keeps [0.1,0.5,0.9].
     #[arg(long, value_name = "T1,T2,T3", value_parser = numbers::<f64, 3>, help_heading = "Shadow map")]
     pub thresholds: Option<Numbers<f64, 3>>,
     /// Texels along each edge of the map [512].
-    #[arg(long, value_name = "N", help_heading = "Shadow map")]
+    #[arg(long, value_name = "N", value_parser = count(8192), help_heading = "Shadow map")]
     pub map_size: Option<u32>,
     /// Steps along a light ray at most [512].
-    #[arg(long, value_name = "N", help_heading = "Shadow map")]
+    #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Shadow map")]
     pub steps: Option<u32>,
 
     #[command(flatten)]
@@ -52,10 +56,10 @@ pub(super) struct SceneArguments {
     #[arg(long, value_name = "LO,HI", value_parser = numbers::<f32, 2>, allow_hyphen_values = true, help_heading = "Volume")]
     pub window: Option<Numbers<f32, 2>>,
     /// Index axis that points up: x, y, z, -x, -y, -z.
-    #[arg(long, value_name = "AXIS", allow_hyphen_values = true, help_heading = "Volume")]
+    #[arg(long, value_name = "AXIS", value_parser = valid::<Axis>, allow_hyphen_values = true, help_heading = "Volume")]
     pub up: Option<String>,
     /// Extinction per unit of density, 1 / world length.
-    #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Volume")]
+    #[arg(long, value_name = "X", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Volume")]
     pub density_scale: Option<f64>,
 
     /// The way the light travels.
@@ -71,7 +75,7 @@ pub(super) struct SceneArguments {
 pub(super) struct FileArguments {
     /// Format of the file, whatever it begins with: openvdb, npy, nrrd, metaimage, pvm, nifti, vti,
     /// mitsuba-vol, den, nanovdb, raw.
-    #[arg(long, value_name = "FORMAT", help_heading = "Volume")]
+    #[arg(long, value_name = "FORMAT", value_parser = valid::<Format>, help_heading = "Volume")]
     pub from: Option<String>,
     /// Grid of a file that holds several.
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
@@ -83,10 +87,10 @@ pub(super) struct FileArguments {
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<usize, 3>, help_heading = "Volume")]
     pub dims: Option<Numbers<usize, 3>>,
     /// Number type of raw data: u8, i8, u16, i16, u32, i32, f16, f32, f64.
-    #[arg(long = "type", value_name = "TYPE", help_heading = "Volume")]
+    #[arg(long = "type", value_name = "TYPE", value_parser = valid::<ValueType>, help_heading = "Volume")]
     pub value_type: Option<String>,
     /// Byte order of raw data: little or big [little].
-    #[arg(long, value_name = "ORDER", help_heading = "Volume")]
+    #[arg(long, value_name = "ORDER", value_parser = valid::<Endian>, help_heading = "Volume")]
     pub endian: Option<String>,
     /// Distance between voxels along x, y, z.
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, help_heading = "Volume")]
@@ -100,19 +104,19 @@ pub(super) struct PictureArguments {
     #[arg(long, value_name = "WxH", value_parser = size, help_heading = "Picture")]
     pub size: Option<[u32; 2]>,
     /// Camera rays a pixel; 1 is its centre [1].
-    #[arg(long, value_name = "N", help_heading = "Picture")]
+    #[arg(long, value_name = "N", value_parser = count(4096), help_heading = "Picture")]
     pub samples: Option<u32>,
     /// Steps along a camera ray at most; by the voxels it crosses by default.
-    #[arg(long, value_name = "N", help_heading = "Picture")]
+    #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Picture")]
     pub view_steps: Option<u32>,
     /// Factor on radiance before encoding for screens [1].
-    #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = "Picture")]
+    #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Picture")]
     pub exposure: Option<f64>,
     /// How shadow becomes colour: physical or paper [physical].
-    #[arg(long, value_name = "HOW", help_heading = "Picture")]
+    #[arg(long, value_name = "HOW", value_parser = valid::<Shading>, help_heading = "Picture")]
     pub shading: Option<String>,
     /// Lookups along a camera ray with --shading paper [128].
-    #[arg(long, value_name = "N", help_heading = "Picture")]
+    #[arg(long, value_name = "N", value_parser = count(1 << 16), help_heading = "Picture")]
     pub light_samples: Option<u32>,
 }
 
@@ -206,11 +210,35 @@ fn numbers<T: FromStr + Copy + Default, const N: usize>(
     Ok(Numbers(values))
 }
 
+/// Text that is a name of `T`; what it means is read where the whole scene is put together.
+fn valid<T: FromStr<Err = crate::Error>>(text: &str) -> Result<String, String> {
+    parse::<T>(text).map(|_| text.to_owned())
+}
+
+fn count(most: i64) -> clap::builder::RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=most)
+}
+
+fn number(text: &str, allowed: impl Fn(f64) -> bool, what: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|&x: &f64| x < 1e30 && allowed(x))
+        .ok_or_else(|| format!("a number {what} is needed"))
+}
+
+fn at_least_0(text: &str) -> Result<f64, String> {
+    number(text, |x| x >= 0.0, "of at least 0")
+}
+
+fn above_0(text: &str) -> Result<f64, String> {
+    number(text, |x| x > 0.0, "above 0")
+}
+
 fn size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parsed
-        .filter(|&[w, h]| w > 0 && h > 0)
-        .ok_or_else(|| "WIDTHxHEIGHT is needed, as 640x480".to_owned())
+        .filter(|size: &[u32; 2]| size.iter().all(|n| (1..=16384).contains(n)))
+        .ok_or_else(|| "WIDTHxHEIGHT is needed, as 640x480, each 1 to 16384".to_owned())
 }
 
 fn parse<T: FromStr<Err = crate::Error>>(text: &str) -> Result<T, String> {

@@ -48,10 +48,11 @@ impl Job {
             let count = volume.replaced();
             notes.push(format!("{count} negative or non-finite voxels count as 0"));
         }
-        if volume.statistics().max == 0.0 {
+        if volume.largest() == 0.0 {
             notes.push(format!("'{}' is empty: no density is above 0", volume.name));
         }
-        let scan = file.volume.preset.is_none() && file.volume.density_scale.is_none();
+        // A scene file's absolute parameters speak of stored values.
+        let scan = file.volume.preset.is_none() && surroundings == Surroundings::Studio;
         if let (true, None, Some([low, high])) = (scan, file.volume.window, window(&volume)) {
             volume = volume.windowed([low, high])?;
             notes.push(format!("window {low},{high} (chosen; --window sets it)"));
@@ -67,7 +68,9 @@ impl Job {
         for note in &notes {
             job.note(note);
         }
-        for Choice { what, value } in choices {
+        let shown =
+            |choice: &Choice| !(arguments.transparent && choice.what.starts_with("background"));
+        for Choice { what, value } in choices.into_iter().filter(shown) {
             job.note(&format!("{what} {value} (chosen)"));
         }
         Ok(job)

@@ -24,12 +24,13 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         return Err(Error::contents(path, "a map's name must end in .exr"));
     }
     let job = Job::new(&scene, None)?;
-    let mut file = PendingFile::create(&path)?;
+    let file = PendingFile::create(&path)?;
     let begun = Instant::now();
     let map = job.backend.map(&job.scene, &job.settings, &*job.progress)?;
     let time = begun.elapsed();
-    exr::write_threshold_map(&map, file.writer())?;
-    file.finish()?;
+    let index_from_world = job.scene.volume.world_from_index().inverse();
+    let contents = exr::encode_threshold_map(&map, &index_from_world, &job.scene.volume.domain())?;
+    file.finish_with(&contents)?;
     job.note(&format!(
         "wrote {}: threshold map {1}x{1} in {2:.2} s, {3}",
         path.display(),

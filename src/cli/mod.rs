@@ -12,6 +12,7 @@ mod render;
 mod sheet;
 
 use std::ffi::OsString;
+use std::io::Write;
 
 use clap::{Parser, Subcommand};
 
@@ -57,9 +58,19 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
         Ok(program) => program,
         Err(error) => {
             let misused = error.use_stderr();
-            // A closed stdout or stderr leaves nobody to tell.
-            let _ = error.print();
-            return if misused { Outcome::Misused } else { Outcome::Done };
+            let asks_for_help =
+                error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+            if !misused || asks_for_help {
+                // Help or the version; a closed stream leaves nobody to tell.
+                let _ = error.print();
+                return if misused { Outcome::Misused } else { Outcome::Done };
+            }
+            let text = error.to_string();
+            let why: Vec<&str> =
+                text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
+            let why = why.join(" ");
+            say(&format!("{} (see --help)", why.strip_prefix("error: ").unwrap_or(&why)));
+            return Outcome::Misused;
         }
     };
     match dispatch(program.command) {
@@ -82,7 +93,7 @@ fn dispatch(command: Command) -> Result<()> {
 }
 
 /// Puts one line on stderr, for people.
-#[expect(clippy::print_stderr, reason = "the one place that talks to people")]
 fn say(line: &str) {
-    eprintln!("deepshadow: {}", line.replace('\n', " "));
+    // A closed stderr leaves nobody to tell; the work goes on.
+    let _ = writeln!(std::io::stderr(), "deepshadow: {}", line.replace('\n', " "));
 }

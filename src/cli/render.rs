@@ -40,7 +40,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let path = output.out.unwrap_or_else(|| default_output(&scene.input, "png"));
     let format = format(&path)?;
     let job = Job::new(&scene, Some(&picture))?;
-    let mut file = PendingFile::create(&path)?;
+    let file = PendingFile::create(&path)?;
 
     let begun = Instant::now();
     let (settings, progress) = (&job.settings, &*job.progress);
@@ -52,10 +52,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
 
     match format {
         Format::Png => file.finish_with(&png::encode(&image, settings.exposure as f32)?)?,
-        Format::Exr => {
-            exr::write_image(&image, file.writer())?;
-            file.finish()?;
-        }
+        Format::Exr => file.finish_with(&exr::encode_image(&image)?)?,
     }
     let [width, height] = settings.image_size;
     job.note(&format!(

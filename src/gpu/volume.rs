@@ -100,7 +100,7 @@ impl Texels {
                 return Self { format: TextureFormat::R8Unorm, bytes, scale };
             }
         }
-        let scale = volume.statistics().max.max(f32::MIN_POSITIVE);
+        let scale = volume.largest().max(f32::MIN_POSITIVE);
         let halves: Vec<f16> = values.iter().map(|&v| f16::from_f32(v / scale)).collect();
         let bytes = bytemuck::cast_slice(&halves).to_vec();
         Self { format: TextureFormat::R16Float, bytes, scale }

@@ -1,27 +1,30 @@
 //! Flat OpenEXR through the `exr` crate: pictures in linear radiance, shadow maps with what a reader
 //! needs to look things up in them. (The crate has no deep data; deep files are not made here.)
 
-use std::io::{Seek, Write};
+use std::io::Cursor;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage, Layer,
     LayerAttributes, SmallVec, Text, WritableImage,
 };
 
+use glam::{DMat4, DVec3};
+
 use crate::error::{Error, Result};
 use crate::image::Image;
+use crate::math::Aabb;
 use crate::settings::Lookup;
 use crate::shadow::{ShadowMap, ThresholdMap};
 
-/// Writes a picture: channels R, G, B (linear radiance, premultiplied) and A, f32.
+/// A picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32.
 ///
 /// # Errors
-/// If `out` cannot be written to.
-pub fn write_image(image: &Image, out: impl Write + Seek) -> Result<()> {
-    write_rgba([image.width, image.height], &image.pixels, Vec::new(), out)
+/// If the encoder fails.
+pub fn encode_image(image: &Image) -> Result<Vec<u8>> {
+    encode_rgba([image.width, image.height], &image.pixels, Vec::new())
 }
 
-/// Writes a threshold map: channels R, G, B (depths in world lengths along the texel's ray), A
+/// A threshold map as OpenEXR: channels R, G, B (depths in world lengths along the texel's ray), A
 /// (largest opacity), f32, with these attributes:
 ///
 /// | attribute | type | meaning |
@@ -33,17 +36,20 @@ pub fn write_image(image: &Image, out: impl Write + Seek) -> Result<()> {
 /// | `depth_from` | string | `near plane` (directional) or `light` (point, spot) |
 /// | `light_from_world` | m44f | row-major, for column vectors: world to (u, v, depth, 1) times w |
 /// | `light_position` | v3f | of point and spot lights; depth is the distance to it |
+/// | `lookup` | string | the lookup that it is made for: `default` or `paper` |
+/// | `index_from_world` | m44f | row-major, for column vectors: world to voxel index |
+/// | `domain_min`, `domain_max` | v3f | the box of voxel indices that holds medium: where it ends along a texel's ray is part of the default lookup |
 ///
 /// # Errors
-/// If `out` cannot be written to.
-pub fn write_threshold_map(map: &ThresholdMap, out: impl Write + Seek) -> Result<()> {
+/// If the encoder fails.
+pub fn encode_threshold_map(
+    map: &ThresholdMap,
+    index_from_world: &DMat4,
+    domain: &Aabb,
+) -> Result<Vec<u8>> {
     let text = |text: &str| AttributeValue::Text(Text::new_or_panic(text));
     let view = map.view();
     let thresholds = map.thresholds().map(|t| t as f32);
-    let rows: Vec<f32> =
-        (0..4).flat_map(|i| view.light_from_world.row(i).to_array()).map(|x| x as f32).collect();
-    let mut matrix = [0.0; 16];
-    matrix.copy_from_slice(&rows);
     let unset = match map.lookup() {
         Lookup::Paper => "exit: the depth where the ray leaves the volume".to_owned(),
         Lookup::Default => {
@@ -58,21 +64,31 @@ pub fn write_threshold_map(map: &ThresholdMap, out: impl Write + Seek) -> Result
         ("unset", text(&unset)),
         ("depth_unit", text("world")),
         ("depth_from", text(if view.position.is_some() { "light" } else { "near plane" })),
-        ("light_from_world", AttributeValue::Matrix4x4(matrix)),
+        ("lookup", text(map.lookup().name())),
+        ("light_from_world", rows(&view.light_from_world)),
+        ("index_from_world", rows(index_from_world)),
+        ("domain_min", vector(domain.min)),
+        ("domain_max", vector(domain.max)),
     ];
     if let Some(position) = view.position {
-        let position = position.as_vec3().to_array();
-        attributes.push(("light_position", AttributeValue::FloatVec3(position.into())));
+        attributes.push(("light_position", vector(position)));
     }
-    write_rgba([map.size(); 2], map.texels(), attributes, out)
+    encode_rgba([map.size(); 2], map.texels(), attributes)
 }
 
-fn write_rgba(
+fn rows(matrix: &DMat4) -> AttributeValue {
+    AttributeValue::Matrix4x4(matrix.transpose().to_cols_array().map(|x| x as f32))
+}
+
+fn vector(v: DVec3) -> AttributeValue {
+    AttributeValue::FloatVec3(v.as_vec3().to_array().into())
+}
+
+fn encode_rgba(
     [width, height]: [u32; 2],
     pixels: &[[f32; 4]],
     attributes: Vec<(&str, AttributeValue)>,
-    out: impl Write + Seek,
-) -> Result<()> {
+) -> Result<Vec<u8>> {
     let channel = |name: &str, c: usize| {
         AnyChannel::new(name, FlatSamples::F32(pixels.iter().map(|p| p[c]).collect()))
     };
@@ -92,8 +108,10 @@ fn write_rgba(
         Some(Text::new_or_panic(concat!("deepshadow ", env!("CARGO_PKG_VERSION"))));
     let named = attributes.into_iter().map(|(name, value)| (Text::new_or_panic(name), value));
     layer.attributes.other.extend(named);
+    let mut bytes = Cursor::new(Vec::new());
     ExrImage::from_layer(layer)
         .write()
-        .to_buffered(out)
-        .map_err(|error| Error::value("exr", error.to_string()))
+        .to_buffered(&mut bytes)
+        .map_err(|error| Error::value("exr", error.to_string()))?;
+    Ok(bytes.into_inner())
 }

@@ -43,11 +43,17 @@ fn chosen(file: &VdbFile, name: Option<&str>) -> Result<usize> {
 
 /// The volume of a grid, at most `max_bytes` of voxels. Its medium reaches one voxel beyond the
 /// active bounding box, where it interpolates against the background. A level set becomes fog:
-/// density 1 inside, 0 outside, a linear edge of one voxel across the surface.
+/// density 1 inside, 0 outside, a linear edge of one voxel across the surface. Values of `window`
+/// are mapped to 0..1.
 ///
 /// # Errors
 /// If the file cannot be read, has no such grid, or takes more memory.
-pub fn load(path: &Path, grid_name: Option<&str>, max_bytes: u64) -> Result<Volume> {
+pub fn load(
+    path: &Path,
+    grid_name: Option<&str>,
+    max_bytes: u64,
+    window: Option<[f32; 2]>,
+) -> Result<Volume> {
     let file = VdbFile::open(path)?;
     let index = chosen(&file, grid_name)?;
     let header = &file.grids()[index];
@@ -70,6 +76,6 @@ pub fn load(path: &Path, grid_name: Option<&str>, max_bytes: u64) -> Result<Volu
     };
     let placed = world_from_index * DMat4::from_translation(dense.origin.as_dvec3());
     let name = if header.name.is_empty() { "unnamed" } else { &header.name };
-    let volume = Volume::new(name, dense.values, placed)?;
+    let volume = Volume::with_window(name, dense.values, placed, window)?;
     Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: DVec3::new(x, y, z) }))
 }

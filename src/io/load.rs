@@ -23,25 +23,45 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
     let volume = match (&table.preset, &table.path) {
         (Some(_), Some(_)) => return Err(Error::value("volume", "give path or preset, not both")),
         (None, None) => return Err(Error::value("volume", "give path or preset")),
-        (Some(preset), None) => preset.parse::<Preset>()?.volume(up.unwrap_or_default())?,
+        (Some(preset), None) => {
+            refuse_unused(
+                table,
+                "a preset",
+                &["dims", "type", "endian", "spacing", "grid", "from"],
+            )?;
+            let volume = preset.parse::<Preset>()?.volume(up.unwrap_or_default())?;
+            table.window.map_or(Ok(volume.clone()), |window| volume.windowed(window))?
+        }
         (None, Some(path)) => load_file(path, table, up)?,
     };
-    let volume = match table.bounds {
+    match table.bounds {
         Some(_) if sparse(&volume) => {
             let why = "only for dense volumes; a sparse grid keeps its own transform";
-            return Err(Error::value("volume.bounds", why));
+            Err(Error::value("volume.bounds", why))
         }
         Some([min, max]) => {
             let bounds = Aabb { min: min.into(), max: max.into() };
             let placement =
                 world_from_index_in_bounds(volume.dims(), &bounds, up.unwrap_or_default())?;
-            volume.placed(placement)?
+            volume.placed(placement)
         }
-        None => volume,
-    };
-    match table.window {
-        Some(window) => volume.windowed(window),
         None => Ok(volume),
+    }
+}
+
+/// An error that names a key of `keys` that was given and means nothing for `what`.
+fn refuse_unused(table: &VolumeTable, what: &str, keys: &[&str]) -> Result<()> {
+    let given = [
+        ("dims", table.dims.is_some()),
+        ("type", table.value_type.is_some()),
+        ("endian", table.endian.is_some()),
+        ("spacing", table.spacing.is_some()),
+        ("grid", table.grid.is_some()),
+        ("from", table.from.is_some()),
+    ];
+    match given.into_iter().find(|(key, given)| *given && keys.contains(key)) {
+        Some((key, _)) => Err(Error::value(key, format!("means nothing for {what}"))),
+        None => Ok(()),
     }
 }
 
@@ -54,10 +74,16 @@ fn sparse(volume: &Volume) -> bool {
 fn load_file(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
     let format = format_of(path, table)?;
     if format != Format::OpenVdb {
-        return DenseFile::open(path, format, table)?.volume(up);
+        if format != Format::Raw {
+            let what = format!("{}, a {} file", path.display(), format.name());
+            refuse_unused(table, &what, &["dims", "type", "endian"])?;
+        }
+        return DenseFile::open(path, format, table)?.volume(up, table.window);
     }
+    let what = format!("{}, an OpenVDB file", path.display());
+    refuse_unused(table, &what, &["dims", "type", "endian", "spacing"])?;
     let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
-    let volume = fog::load(path, table.grid.as_deref(), max_bytes)?;
+    let volume = fog::load(path, table.grid.as_deref(), max_bytes, table.window)?;
     let turn = DMat4::from_mat3(up.unwrap_or_default().world_from_file());
     let placement = turn * *volume.world_from_index();
     volume.placed(placement)

@@ -40,6 +40,10 @@ impl Sidecar {
             return Ok(None);
         }
         let text = fs::read_to_string(&beside).map_err(|error| Error::file(&beside, error))?;
+        // A scene file of the same name is no sidecar.
+        if text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("volume")) {
+            return Ok(None);
+        }
         let sidecar = toml::from_str(&text)
             .map_err(|error| Error::contents(&beside, error.message().replace('\n', " ")))?;
         Ok(Some((beside, sidecar)))

@@ -110,8 +110,18 @@ impl Choices {
     }
 }
 
+/// Six significant digits, enough to have the same picture again.
+fn digits(x: f64) -> String {
+    let magnitude = if x == 0.0 { 0.0 } else { x.abs().log10().floor() };
+    if (-5.0..15.0).contains(&magnitude) {
+        format!("{x:.*}", (5.0 - magnitude).max(0.0) as usize)
+    } else {
+        format!("{x:.5e}")
+    }
+}
+
 fn short(v: DVec3) -> String {
-    format!("{:.4}, {:.4}, {:.4}", v.x, v.y, v.z)
+    v.to_array().map(digits).join(", ")
 }
 
 /// What the eye sees of the ground where no shadow falls: an endless ground under a background of
@@ -137,19 +147,20 @@ fn settings(file: &SceneFile) -> Result<Settings> {
     }
     let thresholds = shadow.thresholds.unwrap_or(default.thresholds);
     let [low, middle, high] = thresholds;
-    if !(0.0 < low && low < middle && middle < high && high < 1.0) {
+    // As f32, which the maps are: 1 - 1e-6 is far enough from 1.
+    if !(low >= 1e-6 && low + 1e-6 < middle && middle + 1e-6 < high && high <= 1.0 - 1e-6) {
         let why = format!("{low}, {middle}, {high} do not rise between 0 and 1");
         return Err(Error::value("shadow.thresholds", why));
     }
     Ok(Settings {
         image_size: [
-            count("image.width", image.width, default.image_size[0], 1 << 15)?,
-            count("image.height", image.height, default.image_size[1], 1 << 15)?,
+            count("image.width", image.width, default.image_size[0], 1 << 14)?,
+            count("image.height", image.height, default.image_size[1], 1 << 14)?,
         ],
         samples: count("image.samples", image.samples, default.samples, 4096)?,
         exposure,
         map: named(shadow.map.as_ref(), default.map)?,
-        map_size: count("shadow.size", shadow.size, default.map_size, 1 << 14)?,
+        map_size: count("shadow.size", shadow.size, default.map_size, 1 << 13)?,
         steps: count("shadow.steps", shadow.steps, default.steps, 1 << 20)?,
         view_steps: shadow
             .view_steps
@@ -257,7 +268,7 @@ fn ground(
         Some(height) => finite("ground.height", [height; 3])?.x,
         None => {
             let height = bounds.min.y - GROUND_GAP * bounds.size().max_element();
-            choices.took("ground height (ground.height)", format!("{height:.4}"));
+            choices.took("ground height (ground.height)", digits(height));
             height
         }
     };
@@ -288,9 +299,9 @@ fn medium(
 ) -> Result<Medium> {
     let table = &file.volume;
     let density_scale = match table.density_scale {
-        Some(scale) if scale >= 0.0 && scale.is_finite() => scale,
+        Some(scale) if (0.0..1e30).contains(&scale) => scale,
         Some(scale) => {
-            let why = format!("{scale} is not at least 0");
+            let why = format!("{scale} is not between 0 and 1e30");
             return Err(Error::value("volume.density_scale", why));
         }
         None => {
@@ -298,7 +309,7 @@ fn medium(
                 volume.column_integrals(light.direction_at(volume.world_bounds().center()));
             let full = columns.get((columns.len() as f64 * FULL_COLUMN) as usize);
             let scale = full.map_or(1.0, |integral| OPTICAL_DEPTH / integral);
-            choices.took("density scale (--density-scale)", format!("{scale:.6}"));
+            choices.took("density scale (--density-scale)", digits(scale));
             scale
         }
     };
@@ -343,12 +354,18 @@ fn camera(
         let framed = frame(&shown, direction.normalize_or(-DVec3::Z), up, fov_y_degrees, aspect);
         if kind == "orthographic" && extent_y.is_none() {
             extent_y = Some(framed.height);
-            choices.took("camera height (camera.height)", format!("{:.4}", framed.height));
+            choices.took("camera height (camera.height)", digits(framed.height));
         }
         if position.is_none() {
             choices.took("camera position (camera.position)", short(framed.position));
             position = Some(framed.position.to_array());
-            target = target.or(Some(framed.target.to_array()));
+            if target.is_none() {
+                choices.took("camera target (camera.target)", short(framed.target));
+                target = Some(framed.target.to_array());
+            }
+            if kind == "perspective" && table.fov_y_degrees.is_none() {
+                choices.took("camera field of view (camera.fov_y_degrees)", digits(fov_y_degrees));
+            }
         }
     }
     let position = finite("camera.position", position.unwrap_or_default())?;

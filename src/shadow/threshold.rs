@@ -1,7 +1,8 @@
 //! The threshold map as data: four numbers a texel.
 
+use std::sync::OnceLock;
+
 use glam::{Vec3, Vec4};
-use rayon::prelude::*;
 
 use super::ShadowMap;
 use crate::frame::Frame;
@@ -21,8 +22,9 @@ pub struct ThresholdMap {
     thresholds: [f64; 3],
     lookup: Lookup,
     view: LightView,
-    /// What the default lookup reads, made once; empty for the paper's.
-    curves: Vec<Curve>,
+    /// What the default lookup reads, made at the first one.
+    curves: OnceLock<Vec<Curve>>,
+    frame: Box<Frame>,
 }
 
 impl ThresholdMap {
@@ -33,18 +35,25 @@ impl ThresholdMap {
     pub fn new(texels: Vec<[f32; 4]>, settings: &Settings, view: LightView, frame: &Frame) -> Self {
         let size = settings.map_size;
         assert_eq!(texels.len(), size as usize * size as usize, "texels of a {size}^2 map");
-        let curve_of = |i: usize| {
-            let at = |c: usize| (c as f32 + 0.5) / size as f32;
-            let (enter, exit) = light_extent(frame, at(i % size as usize), at(i / size as usize));
-            let depths = frame.threshold_depths.truncate();
-            curve(Vec4::from(texels[i]), frame.thresholds.truncate(), depths, [enter, exit])
-        };
-        let curves = match settings.lookup {
-            Lookup::Default => (0..texels.len()).into_par_iter().map(curve_of).collect(),
-            Lookup::Paper => Vec::new(),
-        };
         let lookup = settings.lookup;
-        Self { size, texels, thresholds: settings.thresholds, lookup, view, curves }
+        let thresholds = settings.thresholds;
+        let (curves, frame) = (OnceLock::new(), Box::new(*frame));
+        Self { size, texels, thresholds, lookup, view, curves, frame }
+    }
+
+    /// The curve of every texel. Made on one thread: a first lookup may come from any.
+    fn curves(&self) -> &[Curve] {
+        self.curves.get_or_init(|| {
+            let (size, frame) = (self.size as usize, &*self.frame);
+            let depths = frame.threshold_depths.truncate();
+            let at = |c: usize| (c as f32 + 0.5) / size as f32;
+            let texels = self.texels.iter().enumerate();
+            let curves = texels.map(|(i, &texel)| {
+                let (enter, exit) = light_extent(frame, at(i % size), at(i / size));
+                curve(Vec4::from(texel), frame.thresholds.truncate(), depths, [enter, exit])
+            });
+            curves.collect()
+        })
     }
 
     /// The texels, row 0 at v = 0: depths R, G, B in world lengths along the ray, opacity A.
@@ -76,7 +85,7 @@ impl ShadowMap for ThresholdMap {
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
         let i = y as usize * self.size as usize + x as usize;
         match self.lookup {
-            Lookup::Default => (-optical_depth_at(&self.curves[i], depth)).exp(),
+            Lookup::Default => (-optical_depth_at(&self.curves()[i], depth)).exp(),
             Lookup::Paper => {
                 let thresholds = Vec3::from_array(self.thresholds.map(|t| t as f32));
                 transmittance_paper(Vec4::from(self.texels[i]), thresholds, depth)

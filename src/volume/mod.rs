@@ -39,6 +39,8 @@ pub struct Volume {
     domain: Aabb,
     /// How many stored values were negative, NaN or infinite and render as 0.
     replaced: usize,
+    /// The largest density.
+    largest: f32,
 }
 
 impl Volume {
@@ -46,16 +48,39 @@ impl Volume {
     /// and are counted ([`Volume::replaced`]).
     ///
     /// # Errors
-    /// If an axis is empty or longer than [`MAX_DIM`], or if `world_from_index` has no inverse.
+    /// If an axis is empty or longer than [`MAX_DIM`], or if `world_from_index` is not affine or has
+    /// no inverse.
     pub fn new(
+        name: impl Into<String>,
+        values: Array3<f32>,
+        world_from_index: DMat4,
+    ) -> Result<Self> {
+        Self::with_window(name, values, world_from_index, None)
+    }
+
+    /// The same with the stored values `low..high` mapped to 0..1 first, clamped on both sides, voxel
+    /// by voxel before interpolation; so negative values (Hounsfield units) keep their order.
+    ///
+    /// # Errors
+    /// As [`Volume::new`], and if the window is empty or not finite.
+    pub fn with_window(
         name: impl Into<String>,
         mut values: Array3<f32>,
         world_from_index: DMat4,
+        window: Option<[f32; 2]>,
     ) -> Result<Self> {
         let name = name.into();
+        if let Some(window) = window {
+            apply_window(&mut values, window)?;
+        }
         let (nz, ny, nx) = values.dim();
         if [nx, ny, nz].iter().any(|&n| n == 0 || n > MAX_DIM) {
             let why = format!("dims {nx},{ny},{nz} must each be 1 to {MAX_DIM}");
+            return Err(Error::value(name, why));
+        }
+        if world_from_index.row(3) != glam::DVec4::W {
+            let row = world_from_index.row(3);
+            let why = format!("world_from_index is not affine: its last row is {row}");
             return Err(Error::value(name, why));
         }
         let determinant = world_from_index.determinant();
@@ -63,15 +88,17 @@ impl Volume {
             let why = format!("world_from_index has no inverse (determinant {determinant})");
             return Err(Error::value(name, why));
         }
-        let mut replaced = 0;
+        let (mut replaced, mut largest) = (0, 0.0_f32);
         values.mapv_inplace(|v| {
             let renders = v >= 0.0 && v.is_finite();
             replaced += usize::from(!renders);
-            if renders { v } else { 0.0 }
+            let v = if renders { v } else { 0.0 };
+            largest = largest.max(v);
+            v
         });
         let top = DVec3::new(nx as f64, ny as f64, nz as f64) - 0.5;
         let domain = Aabb { min: DVec3::splat(-0.5), max: top };
-        Ok(Self { name, values, world_from_index, domain, replaced })
+        Ok(Self { name, values, world_from_index, domain, replaced, largest })
     }
 
     /// The same volume elsewhere.
@@ -93,18 +120,20 @@ impl Volume {
         self
     }
 
-    /// The same volume with the values `low..high` mapped to 0..1, clamped on both sides, voxel by
-    /// voxel before interpolation.
+    /// The same volume with the densities `low..high` mapped to 0..1, as by [`Volume::with_window`];
+    /// negative values are already 0 here.
     ///
     /// # Errors
     /// If the window is empty or not finite.
-    pub fn windowed(mut self, [low, high]: [f32; 2]) -> Result<Self> {
-        if !(low < high && low.is_finite() && high.is_finite()) {
-            return Err(Error::value("window", format!("{low},{high} is not LO,HI with LO < HI")));
-        }
-        let scale = 1.0 / (high - low);
-        self.values.mapv_inplace(|v| ((v - low) * scale).clamp(0.0, 1.0));
+    pub fn windowed(mut self, window: [f32; 2]) -> Result<Self> {
+        apply_window(&mut self.values, window)?;
+        self.largest = self.values.iter().copied().fold(0.0, f32::max);
         Ok(self)
+    }
+
+    /// The largest density.
+    pub fn largest(&self) -> f32 {
+        self.largest
     }
 
     /// Densities, shape (z, y, x), standard layout, finite and at least 0.
@@ -142,7 +171,7 @@ impl Volume {
     /// the largest value, half a voxel further out, in some 4,000 rows at most; the domain's corners
     /// if nothing can be seen.
     pub fn visible_points(&self, share: f32) -> Vec<DVec3> {
-        let least = self.statistics().max * share;
+        let least = self.largest * share;
         let mut points = statistics::row_ends_above(&self.values, least, 64);
         if points.is_empty() {
             points = self.domain.corners().to_vec();
@@ -175,4 +204,14 @@ impl Volume {
         let sums = statistics::nonempty_column_sums(&self.values, axis);
         sums.into_iter().map(|sum| sum * spacing).collect()
     }
+}
+
+fn apply_window(values: &mut Array3<f32>, [low, high]: [f32; 2]) -> Result<()> {
+    if !(low < high && low.is_finite() && high.is_finite()) {
+        return Err(Error::value("window", format!("{low},{high} is not LO,HI with LO < HI")));
+    }
+    let scale = 1.0 / (high - low);
+    // NaN stays NaN, and is replaced like everywhere else.
+    values.mapv_inplace(|v| ((v - low) * scale).clamp(0.0, 1.0));
+    Ok(())
 }

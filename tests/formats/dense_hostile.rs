@@ -27,7 +27,7 @@ fn exercise(path: &Path, format: Format, what: &str) -> bool {
         let mut count = 0;
         voxels.for_each(|_, _| count += 1);
         assert_eq!(count, dims.iter().product::<usize>() * file.header().components, "{what}");
-        let _ = file.volume(None);
+        let _ = file.volume(None, None);
         read = true;
     }
     assert!(start.elapsed() < PATIENCE, "{what} took {:?}", start.elapsed());

@@ -226,17 +226,17 @@ impl DenseFile {
     }
 
     /// The volume to render, with the file's axis `up` (`None`: as the file says, or y) along the
-    /// world's y.
+    /// world's y, and the stored values of `window` mapped to 0..1.
     ///
     /// # Errors
-    /// As [`DenseFile::voxels`].
-    pub fn volume(&self, up: Option<Axis>) -> Result<Volume> {
+    /// As [`DenseFile::voxels`], and if the window is empty.
+    pub fn volume(&self, up: Option<Axis>, window: Option<[f32; 2]>) -> Result<Volume> {
         let mut values = self.voxels()?.density();
         let up = up.or(self.header.up).unwrap_or_default();
         let world_from_file = DMat4::from_mat3(up.world_from_file());
         let placed = world_from_file * self.header.world_from_index;
         let Some(sparse) = &self.header.sparse else {
-            return Volume::new(self.name(), values, placed);
+            return Volume::with_window(self.name(), values, placed, window);
         };
         // As for OpenVDB's grids: fog inside of surfaces, and a medium that ends in the background.
         if sparse.level_set {
@@ -244,7 +244,7 @@ impl DenseFile {
             values.mapv_inplace(|distance| (0.5 - distance / voxel).clamp(0.0, 1.0));
         }
         let last = DVec3::from(self.header.dims.map(|n| n as f64 - 1.0));
-        let volume = Volume::new(self.name(), values, placed)?;
+        let volume = Volume::with_window(self.name(), values, placed, window)?;
         Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: last }))
     }
 }
