@@ -130,7 +130,7 @@ fn exit_codes_tell_wrong_usage_from_bad_input() {
         ("info odd.toml", 1, "odd.toml"),
         ("info odd.raw --type u8", 1, "24 bytes"),
         ("info odd.raw --from nrrd", 1, "odd.raw"),
-        ("info odd.raw --from tiff", 1, "tiff"),
+        ("info odd.raw --from tiff", 2, "tiff"),
         ("info odd.raw --max-bytes 10", 1, "the limit is 10 bytes"),
     ] {
         let output = folder.run(arguments);
