@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use deepshadow::backend::Backend;
 use deepshadow::frame::Frame;
-use deepshadow::gpu::{AdapterChoice, GpuBackend};
+use deepshadow::gpu::{AdapterChoice, GpuBackend, GpuShadow};
 use deepshadow::io::load_volume;
 use deepshadow::scene::automatic::{Surroundings, complete};
 use deepshadow::scene::{LightView, descriptor};
@@ -39,7 +39,8 @@ fn main() {
         let view_ms = milliseconds(|passes| {
             gpu.submit(|encoder| {
                 for _ in 0..passes {
-                    gpu.march_view(encoder, &volume, &parameters, &map, &image);
+                    let shadow = GpuShadow::Threshold(&map);
+                    gpu.march_view(encoder, &volume, &parameters, shadow, &image);
                 }
             })
             .unwrap();

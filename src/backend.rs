@@ -5,8 +5,8 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{LightView, Scene};
-use crate::settings::Settings;
-use crate::shadow::ThresholdMap;
+use crate::settings::{MapKind, Settings, Slices};
+use crate::shadow::{FragmentMap, Links, Map, Runs, ThresholdMap};
 use crate::volume::Volume;
 
 /// A renderer. The passes have the same names in every backend and in `shaders/`.
@@ -26,6 +26,40 @@ pub trait Backend {
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>>;
 
+    /// Pass `trace_slices`: integrates every slab of every texel's ray, in order, into nodes: all of
+    /// them, or as few as keep the frame's tolerance. Texels row by row, row 0 at v = 0. `memory`:
+    /// bytes that may be taken at a time, as far as a backend reserves any; more are made in tiles.
+    ///
+    /// # Errors
+    /// If the device fails or runs out of memory, or if there are more nodes than 32 bits count.
+    fn trace_slices(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs>;
+
+    /// Passes `raster_slices` and `sort_fragments`: draws planes through the volume into linked lists
+    /// of fragments, which are sorted and turned into nodes. `memory` as for `trace_slices`.
+    ///
+    /// # Errors
+    /// As [`Backend::trace_slices`].
+    fn raster_slices(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs>;
+
+    /// Pass `link_neighbors`: links from every node of a map of `size` squared texels to the nearest
+    /// in depth of the texels to the right and above.
+    ///
+    /// # Errors
+    /// If the device fails or runs out of memory.
+    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links>;
+
     /// Pass `march_view`: marches every camera ray through the volume, lit through `map`.
     ///
     /// # Errors
@@ -34,24 +68,38 @@ pub trait Backend {
         &self,
         volume: &Volume,
         frame: &Frame,
-        map: &ThresholdMap,
+        map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image>;
 
-    /// The threshold map of `scene`.
+    /// The shadow map of `scene`, of the kind that `settings` ask for.
     ///
     /// # Errors
     /// As [`Backend::trace_threshold`], and if the light cannot be fitted to the volume.
-    fn map(
-        &self,
-        scene: &Scene,
-        settings: &Settings,
-        progress: &dyn Progress,
-    ) -> Result<ThresholdMap> {
+    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
         let view = LightView::fit(&scene.light, &scene.volume)?;
         let frame = Frame::with_light_view(scene, settings, &view)?;
-        let texels = self.trace_threshold(&scene.volume, &frame, progress)?;
-        Ok(ThresholdMap::new(texels, settings, view, &frame))
+        let volume = &scene.volume;
+        if settings.map == MapKind::Threshold {
+            let texels = self.trace_threshold(volume, &frame, progress)?;
+            return Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)));
+        }
+        let runs = match settings.slices {
+            Slices::Raster => self.raster_slices(volume, &frame, settings.memory, progress)?,
+            Slices::Auto | Slices::Ray | Slices::Planes => {
+                self.trace_slices(volume, &frame, settings.memory, progress)?
+            }
+        };
+        let wide = settings.filter.window().0 > 1;
+        let links = match settings.links && wide {
+            true => Some(self.link_neighbors(&runs, settings.map_size)?),
+            false => None,
+        };
+        let map = FragmentMap::new(runs, view, &frame);
+        Ok(Map::Fragments(match links {
+            Some(links) => map.with_links(links),
+            None => map,
+        }))
     }
 
     /// A picture of `scene`: its map, then the camera march.
@@ -63,7 +111,7 @@ pub trait Backend {
         scene: &Scene,
         settings: &Settings,
         progress: &dyn Progress,
-    ) -> Result<(Image, ThresholdMap)> {
+    ) -> Result<(Image, Map)> {
         let map = self.map(scene, settings, progress)?;
         let frame = Frame::with_light_view(scene, settings, map.view())?;
         let image = self.march_view(&scene.volume, &frame, &map, progress)?;

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3, Vec4};
 
 use crate::error::{Error, Result};
 use crate::scene::{LightView, Scene};
-use crate::settings::{Crossing, Filter, Lookup, Settings, Shading};
+use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
 
 /// Steps along a light ray for each voxel length that it crosses, at most [`Settings::steps`].
 pub const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
@@ -18,6 +18,14 @@ pub const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
 pub const LIGHT_STEPS_LEAST: u32 = 64;
 /// Steps along a camera ray for each voxel length that it crosses.
 pub const VIEW_STEPS_PER_VOXEL: f32 = 2.0;
+/// Slabs along a light ray for each voxel length that it crosses, at most [`Settings::steps`]. More
+/// than steps of a threshold map: between slabs optical depth is taken to be linear.
+pub const SLABS_PER_VOXEL: f32 = 8.0;
+/// Samples in a slab for each voxel length of it, at least one.
+pub const SLAB_SAMPLES_PER_VOXEL: f32 = 4.0;
+/// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
+/// the most that floats bear, which sets how close to a surface they are right).
+const EXPONENTIAL_SHARPNESS: f64 = 80.0;
 /// Steps along a camera ray at least.
 pub const VIEW_STEPS_LEAST: u32 = 128;
 /// Steps along a camera ray at most, unless [`Settings::view_steps`] says otherwise.
@@ -87,13 +95,20 @@ pub struct Frame {
     /// Optical depths of those opacities; w unused.
     pub threshold_depths: Vec4,
 
+    /// Slices: distances of the first and the last plane along the axis of the light's view, the
+    /// tolerance of fits, the truncation of raw lists (both of transmittance).
+    pub slices: Vec4,
+    /// x: how steep exponential shadow tests are, 1 / world length, 0 for exact ones; the rest unused.
+    pub filtering: Vec4,
+
     /// Picture width and height, camera rays a pixel, texels along the map's edge.
     pub sizes: [u32; 4],
     /// Light steps at least and at most, camera steps at least and at most.
     pub steps: [u32; 4],
-    /// Numbers of: crossing, lookup, filter, shading.
+    /// Crossing, lookup, texels along the edge of the filter's window (0: bilinear), shading.
     pub methods: [u32; 4],
-    /// Lookups a ray of the paper's shading; the rest unused.
+    /// Lookups a ray of the paper's shading, planes (0: slabs of each ray's own), 1 if wide filters
+    /// follow links, unused.
     pub counts: [u32; 4],
 }
 
@@ -140,6 +155,17 @@ impl Frame {
                 1.0,
             )
         });
+        let [near, far] = light.axial_extent(volume);
+        let (window, exponential) = settings.filter.window();
+        let sharpness =
+            if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
+        let planes = match settings.slices {
+            Slices::Auto | Slices::Ray => 0,
+            Slices::Planes | Slices::Raster => {
+                let voxels = light.axial_voxels(volume) * f64::from(SLABS_PER_VOXEL);
+                (voxels.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps)
+            }
+        };
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
         let paper = settings.shading == Shading::Paper;
         // The paper marches with a fixed number of steps.
@@ -172,6 +198,14 @@ impl Frame {
             background: scene.background.map_or(Vec4::ZERO, |b| b.as_vec3().extend(1.0)),
             thresholds: thresholds.extend(0.0),
             threshold_depths: (-(Vec3::ONE - thresholds).map(f32::ln)).extend(0.0),
+            slices: Vec4::new(
+                near as f32,
+                far as f32,
+                // Exponential tests are made fragment by fragment: all of them are kept.
+                if exponential { 0.0 } else { settings.tolerance as f32 },
+                settings.truncation as f32,
+            ),
+            filtering: Vec4::new(sharpness as f32, 0.0, 0.0, 0.0),
             sizes: [
                 settings.image_size[0],
                 settings.image_size[1],
@@ -194,13 +228,10 @@ impl Frame {
                     Lookup::Default => 0,
                     Lookup::Paper => 1,
                 },
-                match settings.filter {
-                    Filter::Nearest => 0,
-                    Filter::Bilinear => 1,
-                },
+                window,
                 u32::from(paper),
             ],
-            counts: [settings.light_samples, 0, 0, 0],
+            counts: [settings.light_samples, planes, u32::from(settings.links), 0],
         };
         let finite =
             bytemuck::cast_slice::<Vec4, f32>(&frame.vectors()).iter().all(|v| v.is_finite());

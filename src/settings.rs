@@ -25,6 +25,17 @@ pub struct Settings {
     pub lookup: Lookup,
     /// How the texels around a point are combined.
     pub filter: Filter,
+    /// How the volume is cut into the slabs of a fragment map.
+    pub slices: Slices,
+    /// Largest error of transmittance that a fragment map may make by keeping fewer fragments; 0
+    /// keeps all of them.
+    pub tolerance: f64,
+    /// A raw fragment list is cut where transmittance is this close to its final value; 0 never.
+    pub truncation: f64,
+    /// Whether wide filters walk from texel to texel by links between neighbouring fragments.
+    pub links: bool,
+    /// Bytes that the lists of a fragment map may take while it is built; more are built in tiles.
+    pub memory: u64,
     /// How the camera march turns density and shadow into colour.
     pub shading: Shading,
     /// Lookups along a camera ray with [`Shading::Paper`].
@@ -45,6 +56,11 @@ impl Default for Settings {
             crossing: Crossing::Exact,
             lookup: Lookup::Default,
             filter: Filter::Bilinear,
+            slices: Slices::Auto,
+            tolerance: 0.002,
+            truncation: 0.001,
+            links: true,
+            memory: 1 << 30,
             shading: Shading::Physical,
             light_samples: 128,
         }
@@ -88,6 +104,22 @@ named! {
     MapKind, "map" {
         /// Depths at three opacities and the largest opacity, four numbers a texel.
         Threshold = "threshold",
+        /// Lists of the slabs that a texel's ray crosses: exact, or within a given tolerance.
+        Fragments = "fragments",
+    }
+}
+
+named! {
+    /// How the volume is cut into the slabs of a fragment map.
+    Slices, "slices" {
+        /// The best on every device measured: `ray`.
+        Auto = "auto",
+        /// Equal slabs between each ray's entry and exit, in order, one thread a texel.
+        Ray = "ray",
+        /// Slabs between planes that all rays share, in order, one thread a texel.
+        Planes = "planes",
+        /// The same planes drawn as geometry into unordered lists, which are sorted.
+        Raster = "raster",
     }
 }
 
@@ -120,6 +152,35 @@ named! {
         Nearest = "nearest",
         /// The four nearest, weighted.
         Bilinear = "bilinear",
+        /// The mean of 3 x 3 (percentage-closer filtering, Reeves et al. 1987).
+        Pcf3 = "pcf3",
+        /// The mean of 5 x 5.
+        Pcf5 = "pcf5",
+        /// The mean of 7 x 7.
+        Pcf7 = "pcf7",
+        /// The nearest, each fragment's shadow test an exponential (Annen et al. 2008).
+        Edsm = "edsm",
+        /// The mean of 3 x 3 such.
+        Edsm3 = "edsm3",
+        /// The mean of 5 x 5 such.
+        Edsm5 = "edsm5",
+    }
+}
+
+impl Filter {
+    /// Texels along each edge of the window, 0 for the bilinear one, and whether shadow tests are
+    /// exponential.
+    pub fn window(self) -> (u32, bool) {
+        match self {
+            Self::Nearest => (1, false),
+            Self::Bilinear => (0, false),
+            Self::Pcf3 => (3, false),
+            Self::Pcf5 => (5, false),
+            Self::Pcf7 => (7, false),
+            Self::Edsm => (1, true),
+            Self::Edsm3 => (3, true),
+            Self::Edsm5 => (5, true),
+        }
     }
 }
 

@@ -6,13 +6,13 @@ use deepshadow::cpu::CpuBackend;
 use deepshadow::progress::Silent;
 use deepshadow::reference::{Cells, light_transmittance};
 use deepshadow::scene::Scene;
-use deepshadow::settings::{Crossing, Lookup, Settings};
-use deepshadow::shadow::{ShadowMap, ThresholdMap};
+use deepshadow::settings::{Crossing, Lookup, MapKind, Settings};
+use deepshadow::shadow::{Map, ShadowMap};
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::support::scenes::{anchor_scene, settings};
+use crate::support::scenes::{anchor_scene, settings as all_settings};
 use crate::support::{Random, rms};
 
 const MAP: u32 = 256;
@@ -36,7 +36,7 @@ fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
         .collect()
 }
 
-fn error(map: &ThresholdMap, points: &[(DVec3, f64)]) -> f64 {
+fn error(map: &Map, points: &[(DVec3, f64)]) -> f64 {
     rms(points.iter().map(|&(point, truth)| {
         let light = map.view().coordinates(point).unwrap().as_vec3();
         f64::from(map.bilinear(light.x, light.y, light.z)) - truth
@@ -50,6 +50,10 @@ fn errors(largest: f64, changed: &Settings) -> [f64; 4] {
         let map = CpuBackend.map(&scene, changed, &Silent).unwrap();
         error(&map, &points(&scene))
     })
+}
+
+fn settings(map_size: u32, image_size: [u32; 2]) -> Settings {
+    Settings { map: MapKind::Threshold, ..all_settings(map_size, image_size) }
 }
 
 fn average(errors: [f64; 4]) -> f64 {

@@ -7,6 +7,7 @@ use deepshadow::frame::Frame;
 use deepshadow::gpu::{Renderer, shadow_wgsl};
 use deepshadow::progress::Silent;
 use deepshadow::scene::LightView;
+use deepshadow::settings::MapKind;
 use deepshadow::shadow::ShadowMap;
 use deepshadow::volume::presets::Preset;
 use glam::Vec3;
@@ -71,7 +72,7 @@ fn another_program_shades_its_points_with_our_shadow() {
         buffer(&[0; 4 * POINTS], wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
 
     // Their pipeline: our lookup in bind group 1, their things in group 0.
-    let source = shadow_wgsl(1).unwrap() + THEIR_SHADER;
+    let source = shadow_wgsl(1, MapKind::Threshold).unwrap() + THEIR_SHADER;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl(source.into()),

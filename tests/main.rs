@@ -8,6 +8,7 @@ mod backends;
 mod cli;
 mod embedding;
 mod formats;
+mod fragments;
 mod info;
 mod scene_files;
 mod shaders;

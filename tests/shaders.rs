@@ -5,7 +5,9 @@ use std::mem::offset_of;
 
 use deepshadow::frame::{self, Frame};
 use deepshadow::gpu::{PASSES, linked, shadow_wgsl};
-use deepshadow::kernel::{threshold, view};
+use deepshadow::kernel::{fitting, fragments, threshold, view};
+use deepshadow::settings::MapKind;
+use deepshadow::shadow::{MOST_WALKED, NO_LINK};
 use naga::{Expression, Literal, Module, TypeInner};
 
 fn parsed(text: &str) -> Module {
@@ -25,15 +27,18 @@ fn validated(text: &str) -> Module {
 #[test]
 fn every_pass_is_valid_and_declares_its_entry_point() {
     for (name, source) in PASSES {
-        let module = validated(&linked(source).unwrap());
-        assert!(module.entry_points.iter().any(|entry| entry.name == name), "{name}");
+        for &map in MapKind::ALL {
+            let module = validated(&linked(source, map).unwrap());
+            assert!(module.entry_points.iter().any(|entry| entry.name == name), "{name}");
+        }
     }
 }
 
 #[test]
 fn the_lookup_for_other_programs_is_valid_in_any_bind_group() {
-    for group in [0, 3] {
-        let module = validated(&shadow_wgsl(group).unwrap());
+    for (group, map) in [(0, MapKind::Threshold), (3, MapKind::Threshold), (2, MapKind::Fragments)]
+    {
+        let module = validated(&shadow_wgsl(group, map).unwrap());
         assert!(module.functions.iter().any(|(_, f)| f.name.as_deref() == Some("shadow_at")));
         for (_, variable) in module.global_variables.iter() {
             assert_eq!(variable.binding.map(|binding| binding.group), Some(group));
@@ -43,7 +48,12 @@ fn the_lookup_for_other_programs_is_valid_in_any_bind_group() {
 
 #[test]
 fn an_import_of_a_missing_file_is_an_error() {
-    assert!(linked("#import kernel/none\n").unwrap_err().to_string().contains("kernel/none"));
+    assert!(
+        linked("#import kernel/none\n", MapKind::Threshold)
+            .unwrap_err()
+            .to_string()
+            .contains("kernel/none")
+    );
 }
 
 /// Field by field: the uniform that Rust fills is the one that the shaders read.
@@ -79,12 +89,14 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         background,
         thresholds,
         threshold_depths,
+        slices,
+        filtering,
         sizes,
         steps,
         methods,
         counts,
     ];
-    let module = parsed(&linked("#import kernel/frame\n").unwrap());
+    let module = parsed(&linked("#import kernel/frame\n", MapKind::Threshold).unwrap());
     let (members, span) = module
         .types
         .iter()
@@ -101,14 +113,15 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
     assert_eq!(size_of::<Frame>(), span as usize);
 }
 
-fn constant(module: &Module, name: &str) -> Vec<f32> {
+fn constant(module: &Module, name: &str) -> Vec<f64> {
     let (_, constant) = module
         .constants
         .iter()
         .find(|(_, constant)| constant.name.as_deref() == Some(name))
         .unwrap_or_else(|| panic!("no constant {name}"));
     let number = |handle| match module.global_expressions[handle] {
-        Expression::Literal(Literal::F32(value)) => value,
+        Expression::Literal(Literal::F32(value)) => f64::from(value),
+        Expression::Literal(Literal::U32(value)) => f64::from(value),
         ref other => panic!("{name} holds {other:?}"),
     };
     match &module.global_expressions[constant.init] {
@@ -117,22 +130,53 @@ fn constant(module: &Module, name: &str) -> Vec<f32> {
     }
 }
 
+/// Everything that has constants, with what roots of `kernel/fitting` define.
+const ALL_CONSTANTS: &str = "#import kernel/shadow
+#import kernel/fitting
+#import kernel/lists
+#import kernel/slices
+fn keep_node(node: vec2<f32>) {}
+fn kept_node(k: u32) -> vec2<f32> { return vec2<f32>(f32(k)); }
+";
+
 #[test]
 fn constants_are_the_same_on_both_sides() {
-    let module = parsed(&linked("#import kernel/shadow\n").unwrap());
-    let shared = [
-        ("LIGHT_STEPS_PER_VOXEL", vec![frame::LIGHT_STEPS_PER_VOXEL]),
-        ("VIEW_STEPS_PER_VOXEL", vec![frame::VIEW_STEPS_PER_VOXEL]),
-        ("OPAQUE_TRANSMITTANCE", vec![frame::OPAQUE_TRANSMITTANCE]),
-        ("UNSET_SHARES", threshold::UNSET_SHARES.to_array().to_vec()),
-        ("LAST_SHARE_ABOVE", vec![threshold::LAST_SHARE_ABOVE]),
-        ("MIDDLE_SHARE_ABOVE", vec![threshold::MIDDLE_SHARE_ABOVE]),
-        ("LARGEST_OPTICAL_DEPTH", vec![threshold::LARGEST_OPTICAL_DEPTH]),
-        ("SMALLEST_OPACITY", vec![threshold::SMALLEST_OPACITY]),
-        ("FAR", vec![view::FAR]),
+    let one = |value: f32| vec![f64::from(value)];
+    let common = [
+        ("LIGHT_STEPS_PER_VOXEL", one(frame::LIGHT_STEPS_PER_VOXEL)),
+        ("VIEW_STEPS_PER_VOXEL", one(frame::VIEW_STEPS_PER_VOXEL)),
+        ("SLABS_PER_VOXEL", one(frame::SLABS_PER_VOXEL)),
+        ("SLAB_SAMPLES_PER_VOXEL", one(frame::SLAB_SAMPLES_PER_VOXEL)),
+        ("OPAQUE_TRANSMITTANCE", one(frame::OPAQUE_TRANSMITTANCE)),
+        ("FAR", one(view::FAR)),
+        ("POINT_SPACING", one(fitting::POINT_SPACING)),
+        ("FIT_SHARE", one(fitting::FIT_SHARE)),
+        ("LOWEST_SHARE", one(fitting::LOWEST_SHARE)),
+        ("DARK_SHARE", one(fitting::DARK_SHARE)),
+        ("MOST_POINTS", one(fitting::MOST_POINTS)),
+        ("STEEPEST", one(fitting::STEEPEST)),
+        ("SMALLEST", one(fitting::SMALLEST)),
+        ("OPAQUE_OPTICAL_DEPTH", one(fragments::OPAQUE_OPTICAL_DEPTH)),
     ];
-    for (name, value) in &shared {
-        assert_eq!(constant(&module, name), *value, "{name}");
+    let thresholds = [
+        ("UNSET_SHARES", threshold::UNSET_SHARES.to_array().map(f64::from).to_vec()),
+        ("LAST_SHARE_ABOVE", one(threshold::LAST_SHARE_ABOVE)),
+        ("MIDDLE_SHARE_ABOVE", one(threshold::MIDDLE_SHARE_ABOVE)),
+        ("LARGEST_OPTICAL_DEPTH", one(threshold::LARGEST_OPTICAL_DEPTH)),
+        ("SMALLEST_OPACITY", one(threshold::SMALLEST_OPACITY)),
+    ];
+    let lists = [
+        ("NO_LINK", vec![f64::from(NO_LINK)]),
+        ("MOST_WALKED", vec![f64::from(MOST_WALKED)]),
+        ("INTERLEAVED", vec![f64::from(deepshadow::gpu::INTERLEAVED)]),
+        ("INTERLEAVED_STRIDE", vec![f64::from(deepshadow::gpu::INTERLEAVED_STRIDE)]),
+    ];
+    for (map, own) in [(MapKind::Threshold, &thresholds[..]), (MapKind::Fragments, &lists[..])] {
+        let module = parsed(&linked(ALL_CONSTANTS, map).unwrap());
+        for (name, value) in common.iter().chain(own) {
+            assert_eq!(constant(&module, name), *value, "{name}");
+        }
+        let shared = common.len() + own.len();
+        assert_eq!(module.constants.len(), shared, "each constant is compared");
     }
-    assert_eq!(module.constants.len(), shared.len(), "each constant of the lookup is compared");
 }

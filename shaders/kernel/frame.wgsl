@@ -27,6 +27,8 @@ struct Frame {
     background: vec4<f32>,
     thresholds: vec4<f32>,
     threshold_depths: vec4<f32>,
+    slices: vec4<f32>,
+    filtering: vec4<f32>,
     sizes: vec4<u32>,
     steps: vec4<u32>,
     methods: vec4<u32>,
@@ -36,5 +38,7 @@ struct Frame {
 @group(0) @binding(0) var<uniform> frame: Frame;
 
 const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
+const SLABS_PER_VOXEL: f32 = 8.0;
+const SLAB_SAMPLES_PER_VOXEL: f32 = 4.0;
 const VIEW_STEPS_PER_VOXEL: f32 = 2.0;
 const OPAQUE_TRANSMITTANCE: f32 = 0.0009765625;

@@ -1,31 +1,36 @@
-// Transmittance from the light, read from a threshold map. What another program imports to shade its
-// own objects: `shadow_at(world position)`.
-#import kernel/frame
+// Transmittance from the light, read from a shadow map of one of the kinds in shaders/map/. What another
+// program imports to shade its own objects: `shadow_at(world position)`.
 #import kernel/light
-#import kernel/threshold
+#import map
 
-@group(0) @binding(3) var threshold_map: texture_2d<f32>;
-
-// Transmittance along the central ray of a texel to a depth.
-fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
-    let numbers = textureLoad(threshold_map, texel, 0);
-    if (frame.methods.y == 1u) {
-        return transmittance_paper(numbers, depth);
+// Mean transmittance over a window of texels, its ends included, each looked up by itself.
+fn brute_force_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
+    var sum: f32 = 0.0;
+    for (var i: u32 = 0u; i <= high.y - low.y; i++) {
+        for (var x = low.x; x <= high.x; x++) {
+            sum += texel_transmittance(vec2<u32>(x, high.y - i), depth);
+        }
     }
-    let at = (vec2<f32>(texel) + 0.5) / f32(frame.sizes.w);
-    return transmittance_default(numbers, light_extent(at.x, at.y), depth);
+    let extent = vec2<f32>(high - low + 1u);
+    return sum / (extent.x * extent.y);
 }
 
-// Transmittance at (u, v, depth): 1 outside of the map; nearest, or bilinear between the
-// transmittances of the four nearest texels.
+// Transmittance at (u, v, depth): 1 outside of the map; nearest, the mean of a window, or bilinear
+// between the transmittances of the four nearest texels.
 fn shadow_lookup(light: vec3<f32>) -> f32 {
     if (!(light.x >= 0.0 && light.x <= 1.0 && light.y >= 0.0 && light.y <= 1.0)) {
         return 1.0;
     }
     let size = f32(frame.sizes.w);
     let last = frame.sizes.w - 1u;
-    if (frame.methods.z == 0u) {
-        return texel_transmittance(min(vec2<u32>(light.xy * size), vec2<u32>(last)), light.z);
+    let width = frame.methods.z;
+    if (width != 0u) {
+        let middle = min(vec2<u32>(light.xy * size), vec2<u32>(last));
+        if (width == 1u) {
+            return texel_transmittance(middle, light.z);
+        }
+        let reach = vec2<u32>(width / 2u);
+        return window_mean(max(middle, reach) - reach, min(middle + reach, vec2<u32>(last)), light.z);
     }
     let place = clamp(light.xy * size - 0.5, vec2<f32>(0.0), vec2<f32>(f32(last)));
     let low = vec2<u32>(place);

@@ -10,7 +10,7 @@ use crate::io::format::Format;
 use crate::io::number::{Endian, ValueType};
 use crate::scene::SceneFile;
 use crate::scene::file::VolumeTable;
-use crate::settings::{Crossing, Filter, Lookup, MapKind, Shading};
+use crate::settings::{Crossing, Filter, Lookup, MapKind, Shading, Slices};
 use crate::volume::Axis;
 
 /// A scene and how to compute it, as options.
@@ -28,13 +28,13 @@ pub(super) struct SceneArguments {
     #[arg(long)]
     pub quiet: bool,
 
-    /// Kind of shadow map: threshold.
+    /// Kind of shadow map: fragments (within a tolerance) or threshold (four numbers a texel).
     #[arg(long, value_name = "KIND", value_parser = valid::<MapKind>, help_heading = "Shadow map")]
     pub map: Option<String>,
     /// How transmittance is read from the map: default or paper.
     #[arg(long, value_name = "HOW", value_parser = valid::<Lookup>, help_heading = "Shadow map")]
     pub lookup: Option<String>,
-    /// How texels are combined: bilinear or nearest.
+    /// How texels are combined: bilinear, nearest, pcf3, pcf5, pcf7, edsm, edsm3, edsm5.
     #[arg(long, value_name = "HOW", value_parser = valid::<Filter>, help_heading = "Shadow map")]
     pub filter: Option<String>,
     /// Where in a step a threshold is crossed: exact, smoothstep (the paper's) or bucket.
@@ -49,6 +49,18 @@ pub(super) struct SceneArguments {
     /// Steps along a light ray at most [512].
     #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Shadow map")]
     pub steps: Option<u32>,
+    /// Slabs of a fragment map: equal ones on each ray (ray), between planes (planes), drawn (raster).
+    #[arg(long, value_name = "HOW", value_parser = valid::<Slices>, help_heading = "Shadow map")]
+    pub slices: Option<String>,
+    /// Error of transmittance that a fragment map may make, 0 to keep every fragment [0.002].
+    #[arg(long, value_name = "E", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Shadow map")]
+    pub tolerance: Option<f64>,
+    /// Cuts raw fragment lists this close to their final transmittance, 0 not [0.001].
+    #[arg(long, value_name = "E", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Shadow map")]
+    pub truncation: Option<f64>,
+    /// Bytes that fragment lists may take at a time; more are made in tiles [1 GiB].
+    #[arg(long, value_name = "BYTES", help_heading = "Shadow map")]
+    pub memory: Option<u64>,
 
     #[command(flatten)]
     pub file: FileArguments,
@@ -147,6 +159,10 @@ impl SceneArguments {
             shadow.thresholds => self.thresholds.map(|t| t.0),
             shadow.size => self.map_size,
             shadow.steps => self.steps,
+            shadow.slices => self.slices.clone(),
+            shadow.tolerance => self.tolerance,
+            shadow.truncation => self.truncation,
+            shadow.memory => self.memory,
             volume.window => self.window.map(|w| w.0),
             volume.up => self.up.clone(),
             volume.density_scale => self.density_scale,

@@ -17,9 +17,9 @@ use crate::image::Image;
 use crate::io::{PendingFile, load_volume, png};
 use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Surroundings, complete};
-use crate::scene::{Scene, descriptor};
-use crate::settings::{Crossing, Lookup, Settings, Shading};
-use crate::shadow::{ShadowMap, ThresholdMap};
+use crate::scene::{LightView, Scene, descriptor};
+use crate::settings::{Crossing, Lookup, MapKind, Settings, Shading};
+use crate::shadow::{Map, ShadowMap, ThresholdMap};
 use crate::volume::presets::Preset;
 
 /// Pixels along the edge of each picture on a sheet.
@@ -81,12 +81,21 @@ fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
     let volume = Arc::new(load_volume(&file.volume)?);
     let (scene, settings, _) = complete(&file, volume, Surroundings::Void)?;
     let settings = Settings {
+        map: MapKind::Threshold,
         lookup: Lookup::Paper,
         crossing: Crossing::Smoothstep,
         shading: Shading::Paper,
         ..settings
     };
     Ok(PresetScene { name: preset.name(), scene, settings })
+}
+
+impl PresetScene {
+    fn frame(&self) -> Result<(LightView, Frame)> {
+        let view = LightView::fit(&self.scene.light, &self.scene.volume)?;
+        let frame = Frame::with_light_view(&self.scene, &self.settings, &view)?;
+        Ok((view, frame))
+    }
 }
 
 type Draw<'a> = &'a dyn Fn() -> Result<Sheet>;
@@ -102,7 +111,7 @@ impl Painter {
         let mut sheet = Sheet::new(5, scenes.len() as u32, [CELL; 2]);
         for (row, preset) in scenes.iter().enumerate() {
             let row = row as u32;
-            let map = self.backend.map(&preset.scene, &preset.settings, &*self.progress)?;
+            let map = self.map(preset)?;
             let scaled = scaled_channels(&map, &preset.scene);
             sheet.put(0, row, &shrunk(&scaled, map.size(), |t| [t[0], t[1], t[2]]), preset.name);
             let labels = ["depth at 10 %", "depth at 50 %", "depth at 90 %", "maximum opacity"];
@@ -119,10 +128,11 @@ impl Painter {
         let scene = &preset.scene;
         let shadowed = self.picture(scene, &preset.settings)?;
         // A map of a medium without extinction shadows nothing.
-        let map = self.backend.map(scene, &preset.settings, &*self.progress)?;
-        let frame = Frame::with_light_view(scene, &preset.settings, map.view())?;
+        let (view, frame) = preset.frame()?;
+        let map = self.map(preset)?;
         let empty = vec![[0.0; 4]; map.texels().len()];
-        let clear = ThresholdMap::new(empty, &preset.settings, *map.view(), &frame);
+        let clear = ThresholdMap::new(empty, &preset.settings, view, &frame);
+        let clear = Map::Threshold(clear);
         let unshadowed = self.picture_through(scene, &preset.settings, &clear)?;
         let mut opacity = unshadowed.clone();
         for (pixel, dark) in opacity.pixels.iter_mut().zip(&shadowed.pixels) {
@@ -146,16 +156,18 @@ impl Painter {
         Ok(sheet)
     }
 
+    /// The paper's map.
+    fn map(&self, preset: &PresetScene) -> Result<ThresholdMap> {
+        let (view, frame) = preset.frame()?;
+        let texels = self.backend.trace_threshold(&preset.scene.volume, &frame, &*self.progress)?;
+        Ok(ThresholdMap::new(texels, &preset.settings, view, &frame))
+    }
+
     fn picture(&self, scene: &Scene, settings: &Settings) -> Result<Image> {
         Ok(self.backend.render(scene, settings, &*self.progress)?.0)
     }
 
-    fn picture_through(
-        &self,
-        scene: &Scene,
-        settings: &Settings,
-        map: &ThresholdMap,
-    ) -> Result<Image> {
+    fn picture_through(&self, scene: &Scene, settings: &Settings, map: &Map) -> Result<Image> {
         let frame = Frame::with_light_view(scene, settings, map.view())?;
         self.backend.march_view(&scene.volume, &frame, map, &*self.progress)
     }

@@ -8,6 +8,7 @@ use super::arguments::{OutputArguments, SceneArguments};
 use super::job::{Job, default_output};
 use crate::error::{Error, Result};
 use crate::io::{PendingFile, exr};
+use crate::shadow::Map;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -29,10 +30,19 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let map = job.backend.map(&job.scene, &job.settings, &*job.progress)?;
     let time = begun.elapsed();
     let index_from_world = job.scene.volume.world_from_index().inverse();
-    let contents = exr::encode_threshold_map(&map, &index_from_world, &job.scene.volume.domain())?;
+    let (contents, what) = match &map {
+        Map::Threshold(map) => {
+            let domain = job.scene.volume.domain();
+            (
+                exr::encode_threshold_map(map, &index_from_world, &domain)?,
+                "threshold map".to_owned(),
+            )
+        }
+        Map::Fragments(_) => return Err(Error::contents(path, "not yet")),
+    };
     file.finish_with(&contents)?;
     job.note(&format!(
-        "wrote {}: threshold map {1}x{1} in {2:.2} s, {3}",
+        "wrote {}: {what} {1}x{1} in {2:.2} s, {3}",
         path.display(),
         job.settings.map_size,
         time.as_secs_f64(),

@@ -100,11 +100,7 @@ impl View<'_> {
 
     /// Transmittance at (u, v, depth).
     fn lookup(&self, light: Vec3) -> f32 {
-        if self.frame.methods[2] == 0 {
-            self.map.nearest(light.x, light.y, light.z)
-        } else {
-            self.map.bilinear(light.x, light.y, light.z)
-        }
+        self.map.filtered(self.frame.methods[2], light.x, light.y, light.z)
     }
 
     /// Radiance scattered towards the camera, and the transmittance of the whole ray.

@@ -1,7 +1,11 @@
 //! The CPU backend: the passes on all cores. It is the default on machines without a GPU and the
 //! referee of the other backends.
 
+mod link_neighbors;
 mod march_view;
+mod raster_slices;
+mod sort_fragments;
+mod trace_slices;
 mod trace_threshold;
 
 use crate::backend::Backend;
@@ -9,7 +13,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::shadow::ThresholdMap;
+use crate::shadow::{Links, Map, Runs};
 use crate::volume::Volume;
 
 /// Renders with rayon's current thread pool.
@@ -30,11 +34,37 @@ impl Backend for CpuBackend {
         Ok(trace_threshold::trace_threshold(volume, frame, progress))
     }
 
+    /// Takes no more than the nodes that it returns: `memory` is never reached.
+    fn trace_slices(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        _memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        trace_slices::trace_slices(volume, frame, progress)
+    }
+
+    /// Rows of texels are the tiles, whose lists are small: `memory` is never reached.
+    fn raster_slices(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        _memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        raster_slices::raster_slices(volume, frame, progress)
+    }
+
+    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
+        Ok(link_neighbors::link_neighbors(runs, size))
+    }
+
     fn march_view(
         &self,
         volume: &Volume,
         frame: &Frame,
-        map: &ThresholdMap,
+        map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
         Ok(march_view::march_view(volume, frame, map, progress))

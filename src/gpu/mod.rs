@@ -2,33 +2,50 @@
 //! a caller's. Never imports `kernel`, so that a GPU answer cannot come from the CPU.
 //!
 //! ```text
-//! Volume --upload--> GpuVolume ---+
-//! Frame  --frame---> GpuFrame ----+--trace_threshold--> GpuMap ---+
-//!                                 +-------------------------------+--march_view--> GpuImage
+//! Volume --upload--> GpuVolume --+--trace_threshold--> GpuMap ----------------------------+
+//! Frame  --frame---> GpuFrame ---+--trace_slices-----> GpuFragments ----------------------+--march_view--> GpuImage
+//!                                +--raster_slices----> GpuLists --sort_fragments--> GpuFragments
 //! ```
 
 mod adapter;
+mod bindings;
+mod fragments;
 mod link;
+mod lists;
+mod readback;
 mod renderer;
+mod tiles;
 mod volume;
 
 use crate::backend::Backend;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::shadow::{ShadowMap, ThresholdMap};
+use crate::shadow::{FragmentMap, Links, Map, Runs, ShadowMap};
 use crate::volume::Volume;
 pub use adapter::{AdapterChoice, adapters};
+pub use fragments::{GpuFragments, INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 pub use link::{linked, shadow_wgsl};
-pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
+pub use lists::GpuLists;
+pub use renderer::{GpuFrame, GpuImage, GpuMap, GpuShadow, Renderer};
 pub use volume::GpuVolume;
 
 /// Shader roots, one a pass: its name, which is the entry point's, and its source with imports.
-pub const PASSES: [(&str, &str); 2] = [
+pub const PASSES: [(&str, &str); 6] = [
     ("trace_threshold", include_str!("../../shaders/trace_threshold.wgsl")),
+    ("trace_slices", include_str!("../../shaders/trace_slices.wgsl")),
+    ("raster_slices", include_str!("../../shaders/raster_slices.wgsl")),
+    ("sort_fragments", include_str!("../../shaders/sort_fragments.wgsl")),
+    ("link_neighbors", include_str!("../../shaders/link_neighbors.wgsl")),
     ("march_view", include_str!("../../shaders/march_view.wgsl")),
 ];
+
+/// A pass by its name.
+fn pass(name: &str) -> Result<(&'static str, &'static str)> {
+    let found = PASSES.into_iter().find(|(pass, _)| *pass == name);
+    found.ok_or_else(|| Error::value("shader", format!("no pass '{name}'")))
+}
 
 /// Renders on a graphics adapter, from and to memory of the host.
 #[derive(Debug)]
@@ -75,26 +92,75 @@ impl Backend for GpuBackend {
         Ok(texels)
     }
 
+    fn trace_slices(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        tiles::trace_slices(&self.renderer, volume, frame, memory, progress)
+    }
+
+    fn raster_slices(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        tiles::raster_slices(&self.renderer, volume, frame, memory, progress)
+    }
+
+    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
+        let gpu = &self.renderer;
+        let fragments = gpu.upload_fragments(runs, size)?;
+        let mut linked = None;
+        gpu.submit(|encoder| linked = Some(gpu.link_neighbors(encoder, fragments)))?;
+        let linked = linked.ok_or_else(|| Error::gpu("nothing was recorded"))?;
+        let mut links: Vec<[u32; 2]> = gpu.read_buffer(linked.links(), linked.links().size())?;
+        links.truncate(runs.nodes().len());
+        Ok(Links::new(runs, links))
+    }
+
     fn march_view(
         &self,
         volume: &Volume,
         frame: &Frame,
-        map: &ThresholdMap,
+        map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
         progress.begin("picture", 1);
         let gpu = &self.renderer;
         let volume = gpu.upload(volume)?;
-        let frame_buffer = gpu.frame(frame, &volume)?;
-        let gpu_map = gpu.map(map.size())?;
-        gpu.write(&gpu_map, map.texels());
+        let mut frame = *frame;
+        frame.counts[2] = u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
+        let frame_buffer = gpu.frame(&frame, &volume)?;
         let [width, height, ..] = frame.sizes;
         let image = gpu.image(width, height)?;
-        gpu.submit(|encoder| {
-            gpu.march_view(encoder, &volume, &frame_buffer, &gpu_map, &image);
-        })?;
+        let march = |shadow: GpuShadow<'_>| {
+            gpu.submit(|encoder| {
+                gpu.march_view(encoder, &volume, &frame_buffer, shadow, &image);
+            })
+        };
+        match map {
+            Map::Threshold(map) => {
+                let gpu_map = gpu.map(map.size())?;
+                gpu.write(&gpu_map, map.texels());
+                march(GpuShadow::Threshold(&gpu_map))?;
+            }
+            Map::Fragments(map) => march(GpuShadow::Fragments(&uploaded(gpu, map)?))?,
+        }
         let pixels = gpu.read(image.texture())?;
         progress.advance(1);
         Ok(Image { width, height, pixels })
     }
+}
+
+fn uploaded(gpu: &Renderer, map: &FragmentMap) -> Result<GpuFragments> {
+    let fragments = gpu.upload_fragments(map.runs(), map.size())?;
+    Ok(match map.links() {
+        Some(links) => gpu.upload_links(fragments, links.links()),
+        None => fragments,
+    })
 }

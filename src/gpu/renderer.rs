@@ -3,19 +3,21 @@
 
 use bytemuck::bytes_of;
 use wgpu::util::DeviceExt;
-use wgpu::{BindGroupEntry, BindGroupLayoutEntry, BindingResource, BindingType, ShaderStages};
+use wgpu::{BindGroupEntry, BindingResource};
 
+use super::bindings::{self, FORMAT, at, entry, pipeline, read, read_write};
+use super::fragments::GpuFragments;
 use super::volume::GpuVolume;
-use super::{PASSES, link};
+use super::{lists, pass};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
+use crate::settings::MapKind;
 use crate::volume::Volume;
 
 /// Threads along each edge of a workgroup, as in the shaders.
 const WORKGROUP: u32 = 8;
-/// Maps and pictures: four f32.
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-const TEXEL_BYTES: u32 = 16;
+/// Bytes of a map's texel or a picture's pixel.
+pub(super) const TEXEL_BYTES: u32 = 16;
 
 /// A frame's parameters on a device.
 #[derive(Clone, Debug)]
@@ -64,14 +66,67 @@ texture! {
     GpuImage
 }
 
+/// The map that a picture is lit through.
+#[derive(Clone, Copy, Debug)]
+pub enum GpuShadow<'a> {
+    /// Four numbers a texel.
+    Threshold(&'a GpuMap),
+    /// Lists of fragments, of all texels.
+    Fragments(&'a GpuFragments),
+}
+
 /// The passes, compiled for a device.
 #[derive(Debug)]
 pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
     sampler: wgpu::Sampler,
+    pub(super) passes: Passes,
+}
+
+/// Pipelines, named as their passes.
+#[derive(Debug)]
+pub(super) struct Passes {
     trace_threshold: wgpu::ComputePipeline,
+    pub(super) trace_slices: wgpu::ComputePipeline,
+    pub(super) raster_slices: wgpu::RenderPipeline,
+    pub(super) sort_fragments: wgpu::ComputePipeline,
+    pub(super) link_neighbors: wgpu::ComputePipeline,
     march_view: wgpu::ComputePipeline,
+    march_view_fragments: wgpu::ComputePipeline,
+}
+
+impl Passes {
+    fn new(device: &wgpu::Device) -> Result<Self> {
+        let (frame, tile, output) = (bindings::frame(), bindings::tile(), bindings::output());
+        let [voxels, trilinear] = bindings::volume();
+        let compute = |name, map, entries: &[_]| pipeline(device, pass(name)?, map, entries);
+        let threshold = |name, entries: &[_]| compute(name, MapKind::Threshold, entries);
+        let fragments = |name, entries: &[_]| compute(name, MapKind::Fragments, entries);
+        let [runs, nodes, heads, elements, counters] =
+            [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
+        let map = bindings::threshold_map();
+        let lists = [read(at::RUNS), read(at::NODES)];
+        let links = read_write(at::LINKS);
+        Ok(Self {
+            trace_threshold: threshold("trace_threshold", &[frame, voxels, trilinear, output])?,
+            trace_slices: fragments(
+                "trace_slices",
+                &[frame, voxels, trilinear, runs, nodes, tile, counters],
+            )?,
+            raster_slices: lists::raster_pipeline(device, pass("raster_slices")?)?,
+            sort_fragments: fragments(
+                "sort_fragments",
+                &[frame, runs, nodes, tile, heads, elements, counters],
+            )?,
+            link_neighbors: fragments("link_neighbors", &[lists[0], lists[1], links, tile])?,
+            march_view: threshold("march_view", &[frame, voxels, trilinear, map, output])?,
+            march_view_fragments: fragments(
+                "march_view",
+                &[frame, voxels, trilinear, output, lists[0], lists[1], read(at::LINKS)],
+            )?,
+        })
+    }
 }
 
 impl Renderer {
@@ -81,11 +136,6 @@ impl Renderer {
     /// If the device refuses a shader.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self> {
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let frame = uniform(0);
-        let [voxels, trilinear] = [texture(1, wgpu::TextureViewDimension::D3, true), sampler(2)];
-        let [map, out] = [texture(3, wgpu::TextureViewDimension::D2, false), output(4)];
-        let trace = pipeline(device, PASSES[0], &[frame, voxels, trilinear, out])?;
-        let march = pipeline(device, PASSES[1], &[frame, voxels, trilinear, map, out])?;
         let renderer = Self {
             device: device.clone(),
             queue: queue.clone(),
@@ -95,13 +145,46 @@ impl Renderer {
                 min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
             }),
-            trace_threshold: trace,
-            march_view: march,
+            passes: Passes::new(device)?,
         };
         match pollster::block_on(scope.pop()) {
             Some(error) => Err(Error::gpu(error.to_string())),
             None => Ok(renderer),
         }
+    }
+
+    pub(super) fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    pub(super) fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// Bytes that a shader can see in one buffer.
+    pub(super) fn largest_binding(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// A storage buffer of at least `bytes`, never empty.
+    pub(super) fn storage(&self, label: &str, bytes: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: bytes.max(8).next_multiple_of(8),
+            usage: wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_SRC
+                | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// What passes bind of a volume.
+    pub(super) fn volume_entries<'a>(&'a self, volume: &'a GpuVolume) -> [BindGroupEntry<'a>; 2] {
+        [
+            entry(at::VOXELS, BindingResource::TextureView(volume.view())),
+            entry(at::TRILINEAR, BindingResource::Sampler(&self.sampler)),
+        ]
     }
 
     /// Puts a volume's voxels on the device.
@@ -176,96 +259,47 @@ impl Renderer {
         frame: &GpuFrame,
         map: &GpuMap,
     ) {
-        let size = map.texture.size();
+        let [voxels, trilinear] = self.volume_entries(volume);
         let entries = [
-            entry(0, frame.buffer.as_entire_binding()),
-            entry(1, BindingResource::TextureView(volume.view())),
-            entry(2, BindingResource::Sampler(&self.sampler)),
-            entry(4, BindingResource::TextureView(&map.view)),
+            entry(at::FRAME, frame.buffer.as_entire_binding()),
+            voxels,
+            trilinear,
+            entry(at::OUTPUT, BindingResource::TextureView(&map.view)),
         ];
-        self.record(encoder, &self.trace_threshold, &entries, size);
+        let size = map.texture.width();
+        self.record(encoder, &self.passes.trace_threshold, &entries, [size, size]);
     }
 
-    /// Records pass `march_view`: fills `image` for the camera of `frame`, lit through `map`.
+    /// Records pass `march_view`: fills `image` for the camera of `frame`, lit through `shadow`.
     pub fn march_view(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         volume: &GpuVolume,
         frame: &GpuFrame,
-        map: &GpuMap,
+        shadow: GpuShadow<'_>,
         image: &GpuImage,
     ) {
-        let size = image.texture.size();
-        let entries = [
-            entry(0, frame.buffer.as_entire_binding()),
-            entry(1, BindingResource::TextureView(volume.view())),
-            entry(2, BindingResource::Sampler(&self.sampler)),
-            entry(3, BindingResource::TextureView(&map.view)),
-            entry(4, BindingResource::TextureView(&image.view)),
+        let [voxels, trilinear] = self.volume_entries(volume);
+        let mut entries = vec![
+            entry(at::FRAME, frame.buffer.as_entire_binding()),
+            voxels,
+            trilinear,
+            entry(at::OUTPUT, BindingResource::TextureView(&image.view)),
         ];
-        self.record(encoder, &self.march_view, &entries, size);
-    }
-
-    /// Records with `record`, submits, and waits for the device to finish.
-    ///
-    /// # Errors
-    /// What the device finds wrong with the work, or that it was lost.
-    pub fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Result<()> {
-        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let mut encoder =
-            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        record(&mut encoder);
-        self.queue.submit([encoder.finish()]);
-        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-        let found = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
-        if let Some(error) = found.into_iter().flatten().next() {
-            return Err(Error::gpu(error.to_string()));
-        }
-        waited.map(|_| ()).map_err(|error| Error::gpu(error.to_string()))
-    }
-
-    /// Copies a map or a picture to the host, row by row.
-    ///
-    /// # Errors
-    /// If the device fails.
-    pub fn read(&self, texture: &wgpu::Texture) -> Result<Vec<[f32; 4]>> {
-        let size = texture.size();
-        let row = size.width * TEXEL_BYTES;
-        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size: u64::from(padded) * u64::from(size.height),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(padded),
-            rows_per_image: Some(size.height),
+        let pipeline = match shadow {
+            GpuShadow::Threshold(map) => {
+                entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)));
+                &self.passes.march_view
+            }
+            GpuShadow::Fragments(map) => {
+                entries.push(entry(at::RUNS, map.runs().as_entire_binding()));
+                entries.push(entry(at::NODES, map.nodes().as_entire_binding()));
+                entries.push(entry(at::LINKS, map.links().as_entire_binding()));
+                &self.passes.march_view_fragments
+            }
         };
-        self.submit(|encoder| {
-            let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-            encoder.copy_texture_to_buffer(texture.as_image_copy(), target, size);
-        })?;
-        let (sender, receiver) = std::sync::mpsc::channel();
-        buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            // Nobody listens only if the caller is gone.
-            let _ = sender.send(result);
-        });
-        let failed = |why: String| Error::gpu(format!("readback: {why}"));
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|error| failed(error.to_string()))?;
-        receiver
-            .recv()
-            .map_err(|error| failed(error.to_string()))?
-            .map_err(|error| failed(error.to_string()))?;
-        let bytes = buffer.get_mapped_range(..).map_err(|error| failed(error.to_string()))?;
-        let rows = bytes.chunks_exact(padded as usize);
-        Ok(rows
-            .flat_map(|r| bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&r[..row as usize]))
-            .collect())
+        let size = image.texture.size();
+        self.record(encoder, pipeline, &entries, [size.width, size.height]);
     }
 
     fn texture(
@@ -298,12 +332,12 @@ impl Renderer {
         Ok((texture, view))
     }
 
-    fn record(
+    pub(super) fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         pipeline: &wgpu::ComputePipeline,
         entries: &[BindGroupEntry<'_>],
-        size: wgpu::Extent3d,
+        [width, height]: [u32; 2],
     ) {
         let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
@@ -313,72 +347,6 @@ impl Renderer {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &bindings, &[]);
-        pass.dispatch_workgroups(
-            size.width.div_ceil(WORKGROUP),
-            size.height.div_ceil(WORKGROUP),
-            1,
-        );
+        pass.dispatch_workgroups(width.div_ceil(WORKGROUP), height.div_ceil(WORKGROUP), 1);
     }
-}
-
-fn pipeline(
-    device: &wgpu::Device,
-    (name, source): (&str, &str),
-    entries: &[BindGroupLayoutEntry],
-) -> Result<wgpu::ComputePipeline> {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(name),
-        source: wgpu::ShaderSource::Wgsl(link::linked(source)?.into()),
-    });
-    let bindings = device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(name),
-        bind_group_layouts: &[Some(&bindings)],
-        immediate_size: 0,
-    });
-    Ok(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(name),
-        layout: Some(&layout),
-        module: &module,
-        entry_point: Some(name),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    }))
-}
-
-fn entry(binding: u32, resource: BindingResource<'_>) -> BindGroupEntry<'_> {
-    BindGroupEntry { binding, resource }
-}
-
-fn layout_entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
-    BindGroupLayoutEntry { binding, visibility: ShaderStages::COMPUTE, ty, count: None }
-}
-
-fn uniform(binding: u32) -> BindGroupLayoutEntry {
-    let ty = wgpu::BufferBindingType::Uniform;
-    let least = std::num::NonZero::new(size_of::<Frame>() as u64);
-    layout_entry(
-        binding,
-        BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: least },
-    )
-}
-
-fn texture(
-    binding: u32,
-    view_dimension: wgpu::TextureViewDimension,
-    filterable: bool,
-) -> BindGroupLayoutEntry {
-    let sample_type = wgpu::TextureSampleType::Float { filterable };
-    layout_entry(binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
-}
-
-fn sampler(binding: u32) -> BindGroupLayoutEntry {
-    layout_entry(binding, BindingType::Sampler(wgpu::SamplerBindingType::Filtering))
-}
-
-fn output(binding: u32) -> BindGroupLayoutEntry {
-    let access = wgpu::StorageTextureAccess::WriteOnly;
-    let view_dimension = wgpu::TextureViewDimension::D2;
-    layout_entry(binding, BindingType::StorageTexture { access, format: FORMAT, view_dimension })
 }

@@ -2,8 +2,11 @@
 //! in the file of the same name under `shaders/kernel/`. Knows no backend and no threads.
 
 pub mod density;
+pub mod fitting;
+pub mod fragments;
 pub mod light;
 pub mod medium;
 pub mod ray;
+pub mod slices;
 pub mod threshold;
 pub mod view;

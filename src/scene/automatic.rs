@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::computed;
 use super::file::{CameraTable, GroundTable, LightTable, SceneFile};
 use super::framing::{frame, middle_of, shown_points};
 use super::{Camera, Ground, Light, LightKind, Medium, Projection, Scene};
@@ -71,7 +72,7 @@ pub fn complete(
     surroundings: Surroundings,
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
-    let settings = settings(file)?;
+    let settings = computed::settings(file)?;
     let visible = volume.visible_points(VISIBLE_SHARE);
     let bounds = Aabb::around(visible.iter().copied()).unwrap_or_else(|| volume.world_bounds());
     let light = light(&file.light, &bounds, &mut choices)?;
@@ -130,58 +131,6 @@ fn lit_ground(light: &Light, ground: Option<Ground>, ambient: DVec3, at: DVec3) 
     let albedo = ground.map_or(GROUND_ALBEDO, |ground| ground.albedo);
     let cosine = (-light.direction_at(at).y).max(0.0);
     albedo * (light.irradiance_at(at) * (cosine / std::f64::consts::PI) + ambient)
-}
-
-fn settings(file: &SceneFile) -> Result<Settings> {
-    let default = Settings::default();
-    let (image, shadow) = (&file.image, &file.shadow);
-    let count = |what: &str, given: Option<u32>, or: u32, most: u32| match given {
-        Some(n) if n == 0 || n > most => {
-            Err(Error::value(what, format!("{n} is not between 1 and {most}")))
-        }
-        given => Ok(given.unwrap_or(or)),
-    };
-    let exposure = image.exposure.unwrap_or(default.exposure);
-    if !(exposure > 0.0 && exposure.is_finite()) {
-        return Err(Error::value("image.exposure", format!("{exposure} is not above 0")));
-    }
-    let thresholds = shadow.thresholds.unwrap_or(default.thresholds);
-    let [low, middle, high] = thresholds;
-    // As f32, which the maps are: 1 - 1e-6 is far enough from 1.
-    if !(low >= 1e-6 && low + 1e-6 < middle && middle + 1e-6 < high && high <= 1.0 - 1e-6) {
-        let why = format!("{low}, {middle}, {high} do not rise between 0 and 1");
-        return Err(Error::value("shadow.thresholds", why));
-    }
-    Ok(Settings {
-        image_size: [
-            count("image.width", image.width, default.image_size[0], 1 << 14)?,
-            count("image.height", image.height, default.image_size[1], 1 << 14)?,
-        ],
-        samples: count("image.samples", image.samples, default.samples, 4096)?,
-        exposure,
-        map: named(shadow.map.as_ref(), default.map)?,
-        map_size: count("shadow.size", shadow.size, default.map_size, 1 << 13)?,
-        steps: count("shadow.steps", shadow.steps, default.steps, 1 << 20)?,
-        view_steps: shadow
-            .view_steps
-            .map(|n| count("shadow.view_steps", Some(n), 1, 1 << 20))
-            .transpose()?,
-        thresholds,
-        crossing: named(shadow.crossing.as_ref(), default.crossing)?,
-        lookup: named(shadow.lookup.as_ref(), default.lookup)?,
-        filter: named(shadow.filter.as_ref(), default.filter)?,
-        shading: named(shadow.shading.as_ref(), default.shading)?,
-        light_samples: count(
-            "shadow.light_samples",
-            shadow.light_samples,
-            default.light_samples,
-            1 << 16,
-        )?,
-    })
-}
-
-fn named<T: std::str::FromStr<Err = Error>>(given: Option<&String>, or: T) -> Result<T> {
-    given.map_or(Ok(or), |name| name.parse())
 }
 
 fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Light> {

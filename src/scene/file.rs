@@ -84,6 +84,11 @@ tables! {
         crossing: String,
         lookup: String,
         filter: String,
+        slices: String,
+        tolerance: f64,
+        truncation: f64,
+        links: bool,
+        memory: u64,
         shading: String,
         light_samples: u32,
     }

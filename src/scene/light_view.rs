@@ -149,6 +149,22 @@ impl LightView {
         (self.origin + u * self.origin_u + v * self.origin_v, direction.normalize())
     }
 
+    /// Distances along the view's axis of the volume's nearest and farthest corner: from the near
+    /// plane (directional) or from the light.
+    pub fn axial_extent(&self, volume: &Volume) -> [f64; 2] {
+        let corners = volume.world_corners();
+        let (near, far) = extent(corners.iter().map(|c| (self.light_from_world * c.extend(1.0)).z));
+        [near.max(0.0), far]
+    }
+
+    /// Voxel lengths between these two along the view's axis.
+    pub fn axial_voxels(&self, volume: &Volume) -> f64 {
+        let [near, far] = self.axial_extent(volume);
+        let axis = self.light_from_world.row(2).truncate().normalize_or_zero();
+        let index_axis = volume.world_from_index().inverse().transform_vector3(axis);
+        (far - near) * index_axis.length()
+    }
+
     /// (u, v, depth) of a world position; `None` behind a point or spot light.
     pub fn coordinates(&self, world: DVec3) -> Option<DVec3> {
         let light = self.light_from_world * world.extend(1.0);

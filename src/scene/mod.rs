@@ -4,6 +4,7 @@
 
 pub mod automatic;
 mod camera;
+mod computed;
 mod descriptors;
 pub mod file;
 mod framing;

@@ -1,9 +1,17 @@
 //! Shadow maps once they are built, behind one small interface: transmittance at (texel, depth).
 //! Knows neither how maps are built nor where they are kept.
 
+mod fragments;
 mod threshold;
 
+pub use crate::kernel::fragments::Node;
+pub use fragments::{
+    Fragment, FragmentLists, FragmentMap, Links, MOST_WALKED, NO_LINK, Runs, nearest_nodes,
+    truncate,
+};
 pub use threshold::ThresholdMap;
+
+use crate::scene::LightView;
 
 /// A map of transmittance over depth, seen from a light: N x N texels, (u, v) in 0..1, row 0 at
 /// v = 0.
@@ -44,6 +52,99 @@ pub trait ShadowMap: Sync {
         };
         let (upper, lower) = (row(y0), row(y1));
         upper + (lower - upper) * fy
+    }
+
+    /// Mean transmittance at (u, v, depth) of `width` x `width` texels around the one that holds the
+    /// point (percentage-closer filtering, Reeves et al. 1987); 1 outside of the map. Windows end at
+    /// the map's edge.
+    fn mean(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        if !inside(u, v) {
+            return 1.0;
+        }
+        brute_force_mean(self, [u, v].map(|c| window(c, width, self.size())), depth)
+    }
+
+    /// Transmittance at (u, v, depth) with a window of as many texels along its edge; 0 is bilinear.
+    fn filtered(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        match width {
+            0 => self.bilinear(u, v, depth),
+            1 => self.nearest(u, v, depth),
+            _ => self.mean(width, u, v, depth),
+        }
+    }
+}
+
+/// The first and the last texel of a window around coordinate `c` of a map.
+fn window(c: f32, width: u32, size: u32) -> [u32; 2] {
+    let middle = ((c * size as f32) as u32).min(size - 1);
+    [middle.saturating_sub(width / 2), (middle + width / 2).min(size - 1)]
+}
+
+/// Mean over a window of texels [[x0, x1], [y0, y1]], each looked up by itself.
+fn brute_force_mean(
+    map: &(impl ShadowMap + ?Sized),
+    [[x0, x1], [y0, y1]]: [[u32; 2]; 2],
+    depth: f32,
+) -> f32 {
+    // The order of the sum is that of walks along links.
+    let texels = (y0..=y1).rev().flat_map(|y| (x0..=x1).map(move |x| (x, y)));
+    let sum: f32 = texels.map(|(x, y)| map.texel_transmittance(x, y, depth)).sum();
+    sum / ((x1 - x0 + 1) * (y1 - y0 + 1)) as f32
+}
+
+/// A map of either kind.
+#[derive(Clone, Debug)]
+pub enum Map {
+    /// Four numbers a texel.
+    Threshold(ThresholdMap),
+    /// Lists of fragments.
+    Fragments(FragmentMap),
+}
+
+impl Map {
+    /// How the map lies in the world.
+    pub fn view(&self) -> &LightView {
+        match self {
+            Self::Threshold(map) => map.view(),
+            Self::Fragments(map) => map.view(),
+        }
+    }
+
+    /// The threshold map, if it is one.
+    pub fn as_threshold(&self) -> Option<&ThresholdMap> {
+        match self {
+            Self::Threshold(map) => Some(map),
+            Self::Fragments(_) => None,
+        }
+    }
+
+    /// The fragment map, if it is one.
+    pub fn as_fragments(&self) -> Option<&FragmentMap> {
+        match self {
+            Self::Fragments(map) => Some(map),
+            Self::Threshold(_) => None,
+        }
+    }
+
+    fn inner(&self) -> &dyn ShadowMap {
+        match self {
+            Self::Threshold(map) => map,
+            Self::Fragments(map) => map,
+        }
+    }
+}
+
+impl ShadowMap for Map {
+    fn size(&self) -> u32 {
+        self.inner().size()
+    }
+
+    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
+        self.inner().texel_transmittance(x, y, depth)
+    }
+
+    fn mean(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.inner().mean(width, u, v, depth)
     }
 }
 

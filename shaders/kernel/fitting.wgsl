@@ -1,0 +1,136 @@
+// How fragments become nodes (depth, optical depth): all of them, or as few as a tolerance on
+// transmittance allows. The way and its bound: src/kernel/fitting.rs. A root that imports this defines
+// `keep_node(node: vec2<f32>)`, which takes each node once it is settled, and `kept_node(k: u32)`, which
+// gives back the k-th.
+
+const POINT_SPACING: f32 = 0.25;
+const FIT_SHARE: f32 = 0.88;
+const LOWEST_SHARE: f32 = 0.25;
+const DARK_SHARE: f32 = 0.1;
+const MOST_POINTS: f32 = 256.0;
+const STEEPEST: f32 = 3.4028234663852886e38;
+const SMALLEST: f32 = 1e-30;
+
+struct Fitter {
+    // Largest error of transmittance at the points; 0 keeps every fragment.
+    tolerance: f32,
+    begun: bool,
+    // The last node kept.
+    anchor: vec2<f32>,
+    // Slopes of optical depth over depth from there that pass all points since.
+    slopes: vec2<f32>,
+    // The last point, on the true function.
+    last: vec2<f32>,
+}
+
+var<private> fitter: Fitter;
+
+fn fitter_start(tolerance: f32) {
+    let slopes = vec2<f32>(0.0, STEEPEST);
+    fitter = Fitter(tolerance * FIT_SHARE, false, vec2<f32>(0.0), slopes, vec2<f32>(0.0));
+}
+
+// Adds a fragment from depth bounds.x to bounds.y, not in front of the one before.
+fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
+    if (!fitter.begun) {
+        fitter.begun = true;
+        fitter.anchor = vec2<f32>(bounds.x, 0.0);
+        fitter.last = fitter.anchor;
+        keep_node(fitter.anchor);
+    } else if (bounds.x > fitter.last.x) {
+        // Nothing between two fragments: optical depth stays.
+        fitter_point(vec2<f32>(bounds.x, fitter.last.y));
+    }
+    let start = fitter.last;
+    let across = vec2<f32>(max(bounds.y - start.x, 0.0), optical_depth);
+    if (fitter.tolerance > 0.0 && across.x > 0.0) {
+        let pieces = min(ceil(optical_depth / POINT_SPACING), MOST_POINTS);
+        for (var i: f32 = 1.0; i < pieces; i += 1.0) {
+            let inner = start + across * (i / pieces);
+            if (exp(-inner.y) <= fitter.tolerance * DARK_SHARE) {
+                break;
+            }
+            fitter_point(inner);
+        }
+    }
+    fitter_point(vec2<f32>(max(bounds.y, start.x), start.y + optical_depth));
+}
+
+// Gives the last node to keep_node.
+fn fitter_finish() {
+    if (fitter.begun && any(fitter.last != fitter.anchor)) {
+        fitter_close();
+    }
+}
+
+// Whether what follows is too dark to matter to a fit.
+fn fitter_is_dark() -> bool {
+    return exp(-fitter.last.y) < fitter.tolerance * DARK_SHARE;
+}
+
+// Slopes from the last node kept that pass a point within the tolerance.
+fn fitter_slopes(point: vec2<f32>) -> vec2<f32> {
+    let through = exp(-point.y);
+    let least = -log(min(through + fitter.tolerance, 1.0));
+    let lowest = max(max(through - fitter.tolerance, through * LOWEST_SHARE), SMALLEST);
+    return (vec2<f32>(least, -log(lowest)) - fitter.anchor.y) / (point.x - fitter.anchor.x);
+}
+
+// The line from the last node has to pass near a point.
+fn fitter_point(point: vec2<f32>) {
+    if (fitter.tolerance == 0.0) {
+        fitter.last = point;
+        fitter.anchor = point;
+        keep_node(point);
+        return;
+    }
+    if (point.x > fitter.anchor.x) {
+        let allowed = fitter_slopes(point);
+        let slopes = vec2<f32>(max(fitter.slopes.x, allowed.x), min(fitter.slopes.y, allowed.y));
+        if (slopes.x <= slopes.y) {
+            fitter.slopes = slopes;
+            fitter.last = point;
+            return;
+        }
+        fitter_close();
+    }
+    if (point.x > fitter.anchor.x) {
+        let allowed = fitter_slopes(point);
+        fitter.slopes = vec2<f32>(max(0.0, allowed.x), min(STEEPEST, allowed.y));
+    } else {
+        // A surface too opaque to be part of a line.
+        keep_node(point);
+        fitter.anchor = point;
+        fitter.slopes = vec2<f32>(0.0, STEEPEST);
+    }
+    fitter.last = point;
+}
+
+// Ends the line at the last point: through it if that is allowed, else as near as it may.
+fn fitter_close() {
+    if (fitter.tolerance == 0.0) {
+        return;
+    }
+    let across = fitter.last - fitter.anchor;
+    let slope = min(max(across.y / max(across.x, SMALLEST), fitter.slopes.x), fitter.slopes.y);
+    fitter.anchor = vec2<f32>(fitter.last.x, fitter.anchor.y + slope * across.x);
+    fitter.slopes = vec2<f32>(0.0, STEEPEST);
+    keep_node(fitter.anchor);
+}
+
+// How many of `count` raw nodes to keep so that one line to the last one stands for the rest: what is left
+// out lies where transmittance minus its final value is below `truncation`.
+fn truncated(count: u32, truncation: f32) -> u32 {
+    let end = exp(-kept_node(count - 1u).y);
+    var low: u32 = 0u;
+    var high = count;
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        if (exp(-kept_node(middle).y) - end >= truncation) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return low + 1u;
+}

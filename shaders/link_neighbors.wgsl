@@ -1,0 +1,50 @@
+// Pass link_neighbors: from each node of a texel to the nearest in depth of the texels to the right and
+// above. One thread a texel. (Real-time deep shadow maps for hair, "Neighbor Linking".)
+#import kernel/fragments
+#import kernel/tile
+
+@group(0) @binding(5) var<storage, read> runs: array<vec2<u32>>;
+@group(0) @binding(6) var<storage, read> nodes: array<vec2<f32>>;
+@group(0) @binding(7) var<storage, read_write> links: array<vec2<u32>>;
+
+const NO_LINK: u32 = 0xffffffffu;
+
+fn depth_of(list: List, k: u32) -> f32 {
+    return nodes[list.first + k * list.stride].x;
+}
+
+// Both lists rise in depth, so one pass does; the nearer to the light of two equally near ones.
+fn link(list: List, neighbor: List, direction: u32) {
+    var at: u32 = 0u;
+    for (var i: u32 = 0u; i < list.count; i++) {
+        let depth = depth_of(list, i);
+        while (at + 1u < neighbor.count) {
+            let next = depth_of(neighbor, at + 1u);
+            if (abs(next - depth) >= abs(depth_of(neighbor, at) - depth) && next > depth) {
+                break;
+            }
+            at++;
+        }
+        links[list.first + i * list.stride][direction] = select(at, NO_LINK, neighbor.count == 0u);
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn link_neighbors(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (any(id.xy >= tile.extent)) {
+        return;
+    }
+    let texel = id.y * tile.extent.x + id.x;
+    let list = list_of_run(runs[texel]);
+    let none = List(0u, 0u, 1u);
+    var right = none;
+    if (id.x + 1u < tile.extent.x) {
+        right = list_of_run(runs[texel + 1u]);
+    }
+    var upper = none;
+    if (id.y > 0u) {
+        upper = list_of_run(runs[texel - tile.extent.x]);
+    }
+    link(list, right, 0u);
+    link(list, upper, 1u);
+}

@@ -1,0 +1,53 @@
+//! Pass `raster_slices`: planes through the volume, drawn from the last to the first into linked lists
+//! of fragments, which `sort_fragments` sorts. The twin of the GPU's lists, not of its rasteriser: rows
+//! of texels are its tiles.
+
+use rayon::prelude::*;
+
+use super::sort_fragments::sort_fragments;
+use super::trace_slices::joined;
+use crate::error::Result;
+use crate::frame::Frame;
+use crate::kernel::density::Density;
+use crate::kernel::slices::{Slabs, slab_bounds, slab_optical_depth, slabs_of};
+use crate::progress::Progress;
+use crate::shadow::{Fragment, FragmentLists, Runs};
+use crate::volume::Volume;
+
+/// Nodes of all texels, row 0 at v = 0.
+pub(super) fn raster_slices(
+    volume: &Volume,
+    frame: &Frame,
+    progress: &dyn Progress,
+) -> Result<Runs> {
+    let size = frame.sizes[3];
+    progress.begin("shadow map", u64::from(size));
+    let density = Density::of(volume);
+    let rows: Vec<Result<Runs>> = (0..size)
+        .into_par_iter()
+        .map(|y| {
+            let lists = raster_row(&density, frame, y);
+            progress.advance(1);
+            sort_fragments(&lists, frame)
+        })
+        .collect();
+    joined(rows)
+}
+
+fn raster_row(density: &Density<'_>, frame: &Frame, y: u32) -> FragmentLists {
+    let size = frame.sizes[3];
+    let at = |i: u32| (i as f32 + 0.5) / size as f32;
+    let texels: Vec<Slabs> = (0..size).map(|x| slabs_of(frame, at(x), at(y))).collect();
+    let planes = texels.iter().map(|slabs| slabs.last).max().unwrap_or(0);
+    let mut lists = FragmentLists::new(texels.len());
+    for i in (0..planes).rev() {
+        for (x, slabs) in texels.iter().enumerate() {
+            let [front, back] = slab_bounds(slabs, i);
+            if (slabs.first..slabs.last).contains(&i) && back > front {
+                let optical_depth = slab_optical_depth(density, frame, &slabs.ray, [front, back]);
+                lists.push(x, Fragment { front, back, optical_depth });
+            }
+        }
+    }
+    lists
+}

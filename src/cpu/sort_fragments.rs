@@ -1,0 +1,17 @@
+//! Pass `sort_fragments`: linked lists, sorted by depth, as nodes in contiguous runs.
+
+use crate::error::Result;
+use crate::frame::Frame;
+use crate::shadow::{FragmentLists, Runs};
+
+/// The nodes of all lists: fitted within the frame's tolerance, or raw and truncated.
+pub(super) fn sort_fragments(lists: &FragmentLists, frame: &Frame) -> Result<Runs> {
+    let [.., tolerance, truncation] = frame.slices.to_array();
+    let mut runs = Runs::default();
+    let mut nodes = Vec::new();
+    for texel in 0..lists.texels() {
+        lists.sorted_nodes(texel, [tolerance, truncation], &mut nodes);
+        runs.push(&nodes)?;
+    }
+    Ok(runs)
+}

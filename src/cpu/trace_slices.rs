@@ -1,0 +1,73 @@
+//! Pass `trace_slices`: every slab of every texel's ray, in order, into nodes.
+
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::frame::Frame;
+use crate::kernel::density::Density;
+use crate::kernel::fitting::Fitter;
+use crate::kernel::fragments::Node;
+use crate::kernel::slices::{slab_bounds, slab_optical_depth, slabs_of};
+use crate::progress::Progress;
+use crate::shadow::{Runs, truncate};
+use crate::volume::Volume;
+
+/// Nodes of all texels, row 0 at v = 0.
+pub(super) fn trace_slices(
+    volume: &Volume,
+    frame: &Frame,
+    progress: &dyn Progress,
+) -> Result<Runs> {
+    let size = frame.sizes[3];
+    progress.begin("shadow map", u64::from(size));
+    let density = Density::of(volume);
+    let rows: Vec<Result<Runs>> = (0..size)
+        .into_par_iter()
+        .map(|y| {
+            let mut row = Runs::default();
+            let mut nodes = Vec::new();
+            for x in 0..size {
+                let at = |i: u32| (i as f32 + 0.5) / size as f32;
+                trace_texel(&density, frame, [at(x), at(y)], &mut nodes);
+                row.push(&nodes)?;
+            }
+            progress.advance(1);
+            Ok(row)
+        })
+        .collect();
+    joined(rows)
+}
+
+/// Rows of texels one after the other.
+pub(super) fn joined(rows: Vec<Result<Runs>>) -> Result<Runs> {
+    let mut all = Runs::default();
+    for row in rows {
+        all.append(&row?)?;
+    }
+    Ok(all)
+}
+
+/// One texel's nodes, in place of what `nodes` held.
+fn trace_texel(density: &Density<'_>, frame: &Frame, [u, v]: [f32; 2], nodes: &mut Vec<Node>) {
+    let [.., tolerance, truncation] = frame.slices.to_array();
+    let slabs = slabs_of(frame, u, v);
+    let mut fitter = Fitter::new(tolerance);
+    nodes.clear();
+    for i in slabs.first..slabs.last {
+        let bounds = slab_bounds(&slabs, i);
+        if bounds[1] <= bounds[0] {
+            continue;
+        }
+        let optical_depth = slab_optical_depth(density, frame, &slabs.ray, bounds);
+        if optical_depth > 0.0 {
+            fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
+            if fitter.is_dark() {
+                break;
+            }
+        }
+    }
+    fitter.finish(&mut |node| nodes.push(node));
+    if tolerance == 0.0 {
+        truncate(nodes, truncation);
+    }
+}

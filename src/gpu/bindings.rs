@@ -1,0 +1,127 @@
+//! What shaders bind, and compute pipelines over it. Binding numbers mean the same in every pass.
+
+use wgpu::{
+    BindGroupEntry, BindGroupLayoutEntry, BindingResource, BindingType, BufferBindingType,
+    ShaderStages,
+};
+
+use super::link;
+use crate::error::Result;
+use crate::frame::Frame;
+use crate::settings::MapKind;
+
+/// Maps and pictures: four f32.
+pub(super) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+/// The bindings of all passes, as the shaders number them.
+pub(super) mod at {
+    pub(crate) const FRAME: u32 = 0;
+    pub(crate) const VOXELS: u32 = 1;
+    pub(crate) const TRILINEAR: u32 = 2;
+    pub(crate) const THRESHOLD_MAP: u32 = 3;
+    pub(crate) const OUTPUT: u32 = 4;
+    pub(crate) const RUNS: u32 = 5;
+    pub(crate) const NODES: u32 = 6;
+    pub(crate) const LINKS: u32 = 7;
+    pub(crate) const TILE: u32 = 8;
+    pub(crate) const HEADS: u32 = 9;
+    pub(crate) const ELEMENTS: u32 = 10;
+    pub(crate) const COUNTERS: u32 = 11;
+}
+
+/// A compute pipeline for a pass, its shader's name and source.
+pub(super) fn pipeline(
+    device: &wgpu::Device,
+    (name, source): (&str, &str),
+    map: MapKind,
+    entries: &[BindGroupLayoutEntry],
+) -> Result<wgpu::ComputePipeline> {
+    let (module, layout) = shader(device, (name, source), map, entries)?;
+    Ok(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(name),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(name),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    }))
+}
+
+/// A pass's shader and the layout of what it binds.
+pub(super) fn shader(
+    device: &wgpu::Device,
+    (name, source): (&str, &str),
+    map: MapKind,
+    entries: &[BindGroupLayoutEntry],
+) -> Result<(wgpu::ShaderModule, wgpu::PipelineLayout)> {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(name),
+        source: wgpu::ShaderSource::Wgsl(link::linked(source, map)?.into()),
+    });
+    let bindings = device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(name),
+        bind_group_layouts: &[Some(&bindings)],
+        immediate_size: 0,
+    });
+    Ok((module, layout))
+}
+
+pub(super) fn entry(binding: u32, resource: BindingResource<'_>) -> BindGroupEntry<'_> {
+    BindGroupEntry { binding, resource }
+}
+
+fn layout_entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
+    BindGroupLayoutEntry { binding, visibility: ShaderStages::COMPUTE, ty, count: None }
+}
+
+fn buffer(binding: u32, ty: BufferBindingType, least: usize) -> BindGroupLayoutEntry {
+    let min_binding_size = std::num::NonZero::new(least as u64);
+    layout_entry(binding, BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size })
+}
+
+pub(super) fn frame() -> BindGroupLayoutEntry {
+    buffer(at::FRAME, BufferBindingType::Uniform, size_of::<Frame>())
+}
+
+pub(super) fn tile() -> BindGroupLayoutEntry {
+    buffer(at::TILE, BufferBindingType::Uniform, size_of::<super::fragments::Tile>())
+}
+
+pub(super) fn read(binding: u32) -> BindGroupLayoutEntry {
+    buffer(binding, BufferBindingType::Storage { read_only: true }, 0)
+}
+
+pub(super) fn read_write(binding: u32) -> BindGroupLayoutEntry {
+    buffer(binding, BufferBindingType::Storage { read_only: false }, 0)
+}
+
+/// The volume and how it is sampled.
+pub(super) fn volume() -> [BindGroupLayoutEntry; 2] {
+    let sampler = BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    [
+        texture(at::VOXELS, wgpu::TextureViewDimension::D3, true),
+        layout_entry(at::TRILINEAR, sampler),
+    ]
+}
+
+pub(super) fn threshold_map() -> BindGroupLayoutEntry {
+    texture(at::THRESHOLD_MAP, wgpu::TextureViewDimension::D2, false)
+}
+
+fn texture(
+    binding: u32,
+    view_dimension: wgpu::TextureViewDimension,
+    filterable: bool,
+) -> BindGroupLayoutEntry {
+    let sample_type = wgpu::TextureSampleType::Float { filterable };
+    layout_entry(binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
+}
+
+pub(super) fn output() -> BindGroupLayoutEntry {
+    let access = wgpu::StorageTextureAccess::WriteOnly;
+    let view_dimension = wgpu::TextureViewDimension::D2;
+    let ty = BindingType::StorageTexture { access, format: FORMAT, view_dimension };
+    layout_entry(at::OUTPUT, ty)
+}

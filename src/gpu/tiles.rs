@@ -1,0 +1,120 @@
+//! Fragment maps of any size: built in tiles of whole rows that fit the memory allowed and what the
+//! device binds at once, again with more room where a tile had too little. No fragment is ever lost.
+
+use super::fragments::Tile;
+use super::lists::ELEMENT_BYTES;
+use super::renderer::Renderer;
+use crate::error::{ErrorKind, Result};
+use crate::frame::{Frame, SLABS_PER_VOXEL};
+use crate::progress::Progress;
+use crate::shadow::{Node, Runs};
+use crate::volume::Volume;
+
+/// Nodes a texel that fits first get room for: no preset's fit at the default tolerance takes more.
+const FITTED_NODES: u32 = 32;
+/// Fragments a texel that drawn lists first get room for.
+const DRAWN_FRAGMENTS: u64 = 64;
+/// Rows of texels in a block.
+const BLOCK_ROWS: u32 = 8;
+
+/// Pass `trace_slices` over all tiles.
+pub(super) fn trace_slices(
+    gpu: &Renderer,
+    volume: &Volume,
+    frame: &Frame,
+    memory: u64,
+    progress: &dyn Progress,
+) -> Result<Runs> {
+    let size = frame.sizes[3];
+    progress.begin("shadow map", u64::from(size));
+    let budget = memory.min(gpu.largest_binding());
+    let gpu_volume = gpu.upload(volume)?;
+    let frame_buffer = gpu.frame(frame, &gpu_volume)?;
+    let fitted = frame.slices.z > 0.0;
+    let mut capacity = if fitted { FITTED_NODES } else { most_nodes(volume, frame) };
+    let mut all = Runs::default();
+    let mut first = 0;
+    while first < size {
+        let block = Tile::rows(size, 0, BLOCK_ROWS, capacity).block_texels();
+        let blocks = budget / (block * u64::from(capacity) * size_of::<Node>() as u64).max(1);
+        let rows = u32::try_from(blocks * u64::from(BLOCK_ROWS)).unwrap_or(size).max(BLOCK_ROWS);
+        let rows = rows.min(size - first);
+        let fragments = gpu.fragments(Tile::rows(size, first, rows, capacity))?;
+        gpu.submit(|encoder| gpu.trace_slices(encoder, &gpu_volume, &frame_buffer, &fragments))?;
+        if let Some(needed) = gpu.nodes_missing(&fragments)? {
+            capacity = needed;
+            continue;
+        }
+        all.append(&gpu.read_fragments(&fragments)?)?;
+        first += rows;
+        progress.advance(u64::from(rows));
+    }
+    Ok(all)
+}
+
+/// Nodes of a texel's raw list at most: one more than its slabs (each gap between two stretches of
+/// slabs, which costs a node, is a slab without).
+fn most_nodes(volume: &Volume, frame: &Frame) -> u32 {
+    if frame.counts[1] > 0 {
+        return frame.counts[1] + 1;
+    }
+    let voxels = volume.domain().size().length() as f32;
+    let slabs = (voxels * SLABS_PER_VOXEL).ceil() as u32 + 1;
+    slabs.clamp(frame.steps[0], frame.steps[1]) + 1
+}
+
+/// Passes `raster_slices` and `sort_fragments` over all tiles.
+pub(super) fn raster_slices(
+    gpu: &Renderer,
+    volume: &Volume,
+    frame: &Frame,
+    memory: u64,
+    progress: &dyn Progress,
+) -> Result<Runs> {
+    let size = frame.sizes[3];
+    let planes = frame.counts[1];
+    progress.begin("shadow map", u64::from(size));
+    // Nodes take as much again as elements.
+    let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
+    let most = most.min(u64::from(u32::MAX - 1));
+    let gpu_volume = gpu.upload(volume)?;
+    let frame_buffer = gpu.frame(frame, &gpu_volume)?;
+    let mut all = Runs::default();
+    // The counter of fragments has 32 bits.
+    let countable = u64::from(u32::MAX) / (u64::from(size) * u64::from(planes)).max(1);
+    let mut rows = u64::from(size).min(countable).max(1) as u32;
+    let (mut first, mut capacity) = (0, 0);
+    while first < size {
+        rows = rows.min(size - first);
+        let guess = u64::from(rows) * u64::from(size) * DRAWN_FRAGMENTS;
+        let tile = Tile::rows(size, first, rows, guess.max(capacity).min(most) as u32);
+        let lists = gpu.lists(tile);
+        gpu.submit(|encoder| {
+            gpu.raster_slices(encoder, &gpu_volume, &frame_buffer, planes, &lists);
+        })?;
+        let drawn = gpu.fragments_drawn(&lists)?;
+        if u64::from(drawn) > most {
+            if rows == 1 {
+                let (needed, limit) = (format!("{drawn} fragments"), format!("{most} fragments"));
+                let what = "a row of fragment lists".to_owned();
+                return Err(ErrorKind::Limit { what, needed, limit }.into());
+            }
+            rows = rows.div_ceil(2);
+            continue;
+        }
+        if drawn > tile.capacity {
+            capacity = u64::from(drawn);
+            continue;
+        }
+        let mut sorted = None;
+        gpu.submit(|encoder| {
+            sorted = Some(gpu.sort_fragments(encoder, &frame_buffer, &lists, drawn));
+        })?;
+        if let Some(fragments) = sorted {
+            all.append(&gpu.read_fragments(&fragments?)?)?;
+        }
+        first += rows;
+        progress.advance(u64::from(rows));
+    }
+    Ok(all)
+}

@@ -1,0 +1,79 @@
+//! A light ray cut into slabs, and the optical depth of each.
+
+use super::density::{Density, sample_density};
+use super::light::light_ray;
+use super::ray::{Ray, intersect_box, step_count};
+use crate::frame::{Frame, SLAB_SAMPLES_PER_VOXEL, SLABS_PER_VOXEL};
+
+/// The slabs of a texel's ray: slab `i` lies between depths `start + i step` and `start + (i + 1)
+/// step`, clipped to where the ray is inside the volume.
+#[derive(Clone, Copy, Debug)]
+pub struct Slabs {
+    /// The ray in voxel indices; distances along it are depths in world lengths.
+    pub ray: Ray,
+    /// Depth where the ray enters the volume.
+    pub enter: f32,
+    /// Depth where it leaves; it misses if this is not greater.
+    pub exit: f32,
+    /// Depth of the front of slab 0, before clipping.
+    pub start: f32,
+    /// Depth of a slab.
+    pub step: f32,
+    /// The first slab that reaches into the volume.
+    pub first: u32,
+    /// One past the last.
+    pub last: u32,
+}
+
+/// The slabs of the ray through map position `(u, v)`: of the ray's own, equally spaced from entry to
+/// exit, or between planes across the light's axis that all rays share.
+pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
+    let ray = light_ray(frame, u, v).transformed(&frame.index_from_frame);
+    let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+    let (enter, exit) = intersect_box(&ray, min, max);
+    let none = Slabs { ray, enter, exit, start: enter, step: 0.0, first: 0, last: 0 };
+    if exit <= enter {
+        return none;
+    }
+    let planes = frame.counts[1];
+    if planes == 0 {
+        let extent = exit - enter;
+        let voxels = extent * ray.direction.length();
+        let count = step_count(voxels, SLABS_PER_VOXEL, frame.steps[0], frame.steps[1]);
+        return Slabs { step: extent / count as f32, last: count, ..none };
+    }
+    // How much longer a way along this ray is than along the axis.
+    let direction =
+        frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
+    let along = direction.truncate().length();
+    let (start, step) =
+        (frame.slices.x * along, (frame.slices.y - frame.slices.x) * along / planes as f32);
+    let first = (((enter - start) / step).max(0.0) as u32).min(planes - 1);
+    let last = ((exit - start) / step).ceil().max(0.0) as u32;
+    Slabs { start, step, first, last: last.clamp(first + 1, planes), ..none }
+}
+
+/// Depths of the front and the back of slab `i` in the volume; empty if the second is not greater.
+pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
+    let front = slabs.start + i as f32 * slabs.step;
+    let back = slabs.start + (i + 1) as f32 * slabs.step;
+    [front.max(slabs.enter), back.min(slabs.exit)]
+}
+
+/// Optical depth of the ray between two depths: midpoints, as many as its voxels ask for (rounding
+/// asks for none).
+pub fn slab_optical_depth(
+    density: &Density<'_>,
+    frame: &Frame,
+    ray: &Ray,
+    [front, back]: [f32; 2],
+) -> f32 {
+    let voxels = (back - front) * ray.direction.length();
+    let count = (voxels * SLAB_SAMPLES_PER_VOXEL - 0.01).ceil().clamp(1.0, 65_536.0);
+    let step = (back - front) / count;
+    let mut sum = 0.0;
+    for i in 0..count as u32 {
+        sum += sample_density(density, ray.at(front + (i as f32 + 0.5) * step));
+    }
+    sum * step * frame.domain_min.w
+}

@@ -1,0 +1,94 @@
+//! Links from each node to the depth-nearest nodes of the texels to the right and above, and filters
+//! that walk along them. (Real-time deep shadow maps for hair, "Neighbor Linking" and "Spatial
+//! filtering".)
+
+use super::lists::Runs;
+use crate::kernel::fragments::Node;
+
+/// No node to link to: the neighbour's list is empty, or there is no such neighbour.
+pub const NO_LINK: u32 = u32::MAX;
+
+/// Nodes that a walk from a link passes before a search takes over.
+pub const MOST_WALKED: u32 = 8;
+
+/// Of a texel's nodes to those of a neighbour: for each node the index (in `neighbour`) of the
+/// nearest in depth, the nearer to the light of two equal ones. Both rise in depth, so one pass does.
+pub fn nearest_nodes(nodes: &[Node], neighbour: &[Node], mut link: impl FnMut(usize, u32)) {
+    let mut at = 0;
+    for (i, node) in nodes.iter().enumerate() {
+        while let (Some(here), Some(next)) = (neighbour.get(at), neighbour.get(at + 1)) {
+            if (next.depth - node.depth).abs() >= (here.depth - node.depth).abs()
+                && next.depth > node.depth
+            {
+                break;
+            }
+            at += 1;
+        }
+        link(i, if neighbour.is_empty() { NO_LINK } else { at as u32 });
+    }
+}
+
+/// Links of all nodes of a square map: to the right (u) and upwards (against v).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Links {
+    /// For each node of the map the index within the right and the upper texel's nodes.
+    pub(super) links: Vec<[u32; 2]>,
+}
+
+impl Links {
+    /// Of a map's nodes, in their order.
+    ///
+    /// # Panics
+    /// If there is not one for each node of `runs`.
+    pub fn new(runs: &Runs, links: Vec<[u32; 2]>) -> Self {
+        assert_eq!(links.len(), runs.nodes().len(), "links of {} nodes", runs.nodes().len());
+        Self { links }
+    }
+
+    /// For each node of the map: the index of the depth-nearest node within the right and within the
+    /// upper texel's list, or [`NO_LINK`].
+    pub fn links(&self) -> &[[u32; 2]] {
+        &self.links
+    }
+}
+
+/// Where a walk from texel to texel is: how many of the texel's nodes lie in front of the depth.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) texel: usize,
+    pub(super) before: usize,
+}
+
+/// Moves from `from` to the neighbour `texel` by the link `direction` (0 right, 1 up) of the last node
+/// in front of `depth`, then a few nodes further or back to where `depth` is; where the two lists have
+/// little in common, a search finds it.
+pub(super) fn step(
+    runs: &Runs,
+    links: &Links,
+    from: Place,
+    texel: usize,
+    direction: usize,
+    depth: f32,
+) -> Place {
+    let nodes = runs.of(texel);
+    let own = runs.of(from.texel).len();
+    if own > 0 && !nodes.is_empty() {
+        let node = runs.starts()[from.texel] as usize + from.before.saturating_sub(1).min(own - 1);
+        let mut before = (links.links[node][direction] as usize).min(nodes.len());
+        for _ in 0..MOST_WALKED {
+            if nodes.get(before).is_some_and(|node| node.depth <= depth) {
+                before += 1;
+            } else if before > 0 && nodes[before - 1].depth > depth {
+                before -= 1;
+            } else {
+                return Place { texel, before };
+            }
+        }
+    }
+    search(runs, texel, depth)
+}
+
+/// Finds `depth` in a texel's list.
+pub(super) fn search(runs: &Runs, texel: usize, depth: f32) -> Place {
+    Place { texel, before: crate::kernel::fragments::nodes_before(runs.of(texel), depth) }
+}

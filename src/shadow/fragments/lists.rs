@@ -1,0 +1,192 @@
+//! Per-texel linked lists of fragments, as any caster leaves them: unordered. (Real-time deep shadow
+//! maps for hair, "Creating list entries".)
+
+use super::FragmentMap;
+use crate::kernel::fitting::{Fitter, truncated};
+use crate::kernel::fragments::{Node, OPAQUE_OPTICAL_DEPTH};
+
+/// What a caster leaves on a texel's ray: a slab of medium between two depths, or a surface at one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fragment {
+    /// Depth where the ray enters it, in world lengths along the texel's ray.
+    pub front: f32,
+    /// Depth where the ray leaves it; equal to `front` for a surface.
+    pub back: f32,
+    /// Its optical depth along the ray, at least 0.
+    pub optical_depth: f32,
+}
+
+impl Fragment {
+    /// A surface at `depth` that takes `alpha` (0..1) of the light.
+    pub fn surface(depth: f32, alpha: f32) -> Self {
+        let optical_depth = (-(1.0 - alpha).max(0.0).ln()).clamp(0.0, OPAQUE_OPTICAL_DEPTH);
+        Self { front: depth, back: depth, optical_depth }
+    }
+
+    /// Share of the light that it takes, 0..1.
+    pub fn alpha(&self) -> f32 {
+        -(-self.optical_depth).exp_m1()
+    }
+}
+
+/// An element of the element buffer.
+#[derive(Clone, Copy, Debug)]
+struct Element {
+    fragment: Fragment,
+    next: u32,
+}
+
+/// The end of a list.
+const NONE: u32 = u32::MAX;
+
+/// A head buffer and an element buffer: a linked list of fragments for each texel, last pushed first.
+#[derive(Clone, Debug)]
+pub struct FragmentLists {
+    heads: Vec<u32>,
+    elements: Vec<Element>,
+}
+
+impl FragmentLists {
+    /// Empty lists for `texels` texels.
+    pub fn new(texels: usize) -> Self {
+        Self { heads: vec![NONE; texels], elements: Vec::new() }
+    }
+
+    /// Puts a fragment on a texel's list. One without opacity, or whose numbers are not finite, leaves
+    /// no trace.
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    pub fn push(&mut self, texel: usize, fragment: Fragment) {
+        let Fragment { front, back, optical_depth } = fragment;
+        let some = front.is_finite() && back >= front && optical_depth > 0.0;
+        if some && back.is_finite() && self.elements.len() < NONE as usize {
+            let fragment =
+                Fragment { optical_depth: optical_depth.min(OPAQUE_OPTICAL_DEPTH), ..fragment };
+            let next = std::mem::replace(&mut self.heads[texel], self.elements.len() as u32);
+            self.elements.push(Element { fragment, next });
+        }
+    }
+
+    /// Texels.
+    pub fn texels(&self) -> usize {
+        self.heads.len()
+    }
+
+    /// Fragments on all lists.
+    pub fn len(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// Whether no list has a fragment.
+    pub fn is_empty(&self) -> bool {
+        self.elements.is_empty()
+    }
+
+    /// A texel's fragments, the last pushed first.
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    pub fn list(&self, texel: usize) -> impl Iterator<Item = Fragment> {
+        let element = |at: u32| self.elements.get(at as usize);
+        std::iter::successors(element(self.heads[texel]), move |e| element(e.next))
+            .map(|element| element.fragment)
+    }
+
+    /// A texel's list sorted by depth and turned into nodes: fitted within `tolerance` if that is
+    /// above 0, else truncated (0: not). Replaces what `nodes` held.
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    pub fn sorted_nodes(
+        &self,
+        texel: usize,
+        [tolerance, truncation]: [f32; 2],
+        nodes: &mut Vec<Node>,
+    ) {
+        let mut fragments: Vec<Fragment> = self.list(texel).collect();
+        // Stable, so that fragments of one depth keep an order.
+        fragments.sort_by(|a, b| a.front.total_cmp(&b.front));
+        nodes.clear();
+        let mut fitter = Fitter::new(tolerance);
+        for fragment in fragments {
+            let extent = [fragment.front, fragment.back];
+            fitter.add(extent, fragment.optical_depth, &mut |node| nodes.push(node));
+        }
+        fitter.finish(&mut |node| nodes.push(node));
+        if tolerance == 0.0 {
+            truncate(nodes, truncation);
+        }
+    }
+}
+
+/// Cuts a raw list where transmittance is within `truncation` of its final value; one line to the last
+/// node stands for the rest.
+pub fn truncate(nodes: &mut Vec<Node>, truncation: f32) {
+    let kept = truncated(nodes, truncation);
+    if let Some(&last) = nodes.last()
+        && kept < nodes.len()
+    {
+        nodes.truncate(kept);
+        nodes.push(last);
+    }
+}
+
+/// Texels' nodes one after the other.
+#[derive(Clone, Debug, Default)]
+pub struct Runs {
+    /// Where the nodes of each texel begin, and one past the last; empty for no texels.
+    pub(super) starts: Vec<u32>,
+    pub(super) nodes: Vec<Node>,
+}
+
+impl Runs {
+    /// Adds a texel.
+    ///
+    /// # Errors
+    /// If there would be more nodes than can be counted in 32 bits.
+    pub fn push(&mut self, nodes: &[Node]) -> crate::Result<()> {
+        if self.starts.is_empty() {
+            self.starts.push(0);
+        }
+        self.nodes.extend_from_slice(nodes);
+        self.starts.push(FragmentMap::counted(self.nodes.len())?);
+        Ok(())
+    }
+
+    /// Adds all texels of `other`.
+    ///
+    /// # Errors
+    /// If there would be more nodes than can be counted in 32 bits.
+    pub fn append(&mut self, other: &Self) -> crate::Result<()> {
+        if self.starts.is_empty() {
+            self.starts.push(0);
+        }
+        let before = self.nodes.len();
+        FragmentMap::counted(before + other.nodes.len())?;
+        self.nodes.extend_from_slice(&other.nodes);
+        self.starts.extend(other.starts.iter().skip(1).map(|start| before as u32 + start));
+        Ok(())
+    }
+
+    /// Texels.
+    pub fn texels(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Nodes of all texels.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Where each texel's nodes begin, and one past the last.
+    pub fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// Nodes of a texel, by rising depth; none if there is no such texel.
+    pub fn of(&self, texel: usize) -> &[Node] {
+        let bounds = self.starts.get(texel).zip(self.starts.get(texel + 1));
+        bounds.and_then(|(&a, &b)| self.nodes.get(a as usize..b as usize)).unwrap_or_default()
+    }
+}

@@ -1,0 +1,158 @@
+//! The fragment map as data: for each texel its fragments as nodes of a polyline of optical depth.
+//!
+//! ```text
+//! casters --(texel, front, back, optical depth)--> FragmentLists --sort, fit, compact--> Runs
+//!                                                                                         |
+//! slabs in order --------------------------fit while marching---------------------------> Runs
+//!                                                                                         |
+//!                             links between neighbouring texels  + ---------------> FragmentMap
+//! ```
+
+mod links;
+mod lists;
+
+pub use links::{Links, MOST_WALKED, NO_LINK, nearest_nodes};
+pub use lists::{Fragment, FragmentLists, Runs, truncate};
+
+use super::{ShadowMap, inside};
+use crate::error::{ErrorKind, Result};
+use crate::frame::Frame;
+use crate::kernel::fragments::{
+    Node, exponential_transmittance, nodes_before, optical_depth_between,
+};
+use crate::scene::LightView;
+use links::{Place, search, step};
+
+/// Lists of fragments, turned into transmittance over depth.
+#[derive(Clone, Debug)]
+pub struct FragmentMap {
+    size: u32,
+    runs: Runs,
+    links: Option<Links>,
+    view: LightView,
+    /// How steep exponential shadow tests are, 1 / world length; 0 for exact ones.
+    sharpness: f32,
+}
+
+impl FragmentMap {
+    /// A map of `size` squared texels, row 0 at v = 0, built from `view` for `frame`.
+    ///
+    /// # Panics
+    /// If the number of texels is another one.
+    pub fn new(runs: Runs, view: LightView, frame: &Frame) -> Self {
+        let size = frame.sizes[3];
+        assert_eq!(runs.texels(), size as usize * size as usize, "texels of a {size}^2 map");
+        Self { size, runs, links: None, view, sharpness: frame.filtering.x }
+    }
+
+    /// The same map with links between neighbours, which wide filters then follow.
+    #[must_use]
+    pub fn with_links(self, links: Links) -> Self {
+        Self { links: Some(links), ..self }
+    }
+
+    /// The nodes of all texels.
+    pub fn runs(&self) -> &Runs {
+        &self.runs
+    }
+
+    /// Links between neighbours, if there are some.
+    pub fn links(&self) -> Option<&Links> {
+        self.links.as_ref()
+    }
+
+    /// How the map lies in the world.
+    pub fn view(&self) -> &LightView {
+        &self.view
+    }
+
+    /// The fragments of a texel by rising depth, stretches without opacity left out.
+    pub fn fragments(&self, x: u32, y: u32) -> impl Iterator<Item = Fragment> {
+        self.nodes(x, y)
+            .windows(2)
+            .filter(|pair| pair[1].optical_depth > pair[0].optical_depth)
+            .map(|pair| Fragment {
+                front: pair[0].depth,
+                back: pair[1].depth,
+                optical_depth: pair[1].optical_depth - pair[0].optical_depth,
+            })
+    }
+
+    /// The nodes of a texel, by rising depth.
+    pub fn nodes(&self, x: u32, y: u32) -> &[Node] {
+        self.runs.of(self.texel(x, y))
+    }
+
+    /// Bytes of nodes and of where each texel's begin, links left out.
+    pub fn bytes(&self) -> u64 {
+        (size_of_val(self.runs.nodes()) + size_of_val(self.runs.starts())) as u64
+    }
+
+    /// A number of nodes as the 32 bits that it is kept in.
+    ///
+    /// # Errors
+    /// If it is larger.
+    pub(super) fn counted(nodes: usize) -> Result<u32> {
+        u32::try_from(nodes).map_err(|_| {
+            let needed = format!("{nodes} nodes");
+            let limit = "2^32 - 1: use fewer texels or steps, or a tolerance".to_owned();
+            ErrorKind::Limit { what: "fragment map".to_owned(), needed, limit }.into()
+        })
+    }
+
+    fn texel(&self, x: u32, y: u32) -> usize {
+        y as usize * self.size as usize + x as usize
+    }
+
+    fn transmittance(&self, place: Place, depth: f32) -> f32 {
+        let nodes = self.runs.of(place.texel);
+        if self.sharpness > 0.0 {
+            return exponential_transmittance(nodes, place.before, depth, self.sharpness);
+        }
+        (-optical_depth_between(nodes, place.before, depth)).exp()
+    }
+
+    /// Mean over a window from its lower left texel, each next texel found by a link.
+    fn linked_mean(&self, links: &Links, window: [[u32; 2]; 2], depth: f32) -> f32 {
+        let [[x0, x1], [y0, y1]] = window;
+        let mut row = search(&self.runs, self.texel(x0, y1), depth);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for y in (y0..=y1).rev() {
+            if y < y1 {
+                row = step(&self.runs, links, row, self.texel(x0, y), 1, depth);
+            }
+            let mut place = row;
+            for x in x0..=x1 {
+                if x > x0 {
+                    place = step(&self.runs, links, place, self.texel(x, y), 0, depth);
+                }
+                sum += self.transmittance(place, depth);
+                count += 1.0;
+            }
+        }
+        sum / count
+    }
+}
+
+impl ShadowMap for FragmentMap {
+    fn size(&self) -> u32 {
+        self.size
+    }
+
+    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
+        let texel = self.texel(x, y);
+        let before = nodes_before(self.runs.of(texel), depth);
+        self.transmittance(Place { texel, before }, depth)
+    }
+
+    fn mean(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        if !inside(u, v) {
+            return 1.0;
+        }
+        let window = [u, v].map(|c| super::window(c, width, self.size));
+        match &self.links {
+            Some(links) => self.linked_mean(links, window, depth),
+            None => super::brute_force_mean(self, window, depth),
+        }
+    }
+}
