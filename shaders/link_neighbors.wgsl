@@ -5,28 +5,24 @@
 
 @group(0) @binding(5) var<storage, read> runs: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read> nodes: array<vec2<f32>>;
-@group(0) @binding(7) var<storage, read_write> links: array<vec2<u32>>;
-
-const NO_LINK: u32 = 0xffffffffu;
+@group(0) @binding(7) var<storage, read_write> links: array<u32>;
 
 fn depth_of(list: List, k: u32) -> f32 {
     return nodes[list.first + k * list.stride].x;
 }
 
-// Both lists rise in depth, so one pass does; the nearer to the light of two equally near ones.
-fn link(list: List, neighbor: List, direction: u32) {
-    var at: u32 = 0u;
-    for (var i: u32 = 0u; i < list.count; i++) {
-        let depth = depth_of(list, i);
-        while (at + 1u < neighbor.count) {
-            let next = depth_of(neighbor, at + 1u);
-            if (abs(next - depth) >= abs(depth_of(neighbor, at) - depth) && next > depth) {
-                break;
-            }
-            at++;
+// How far from node `at` of a neighbour's list the depth-nearest one is, going back never: both lists rise
+// in depth, so one pass over each does. Of two equally near ones the one nearer to the light.
+fn nearest(neighbor: List, start: u32, depth: f32) -> u32 {
+    var at = start;
+    while (at + 1u < neighbor.count) {
+        let next = depth_of(neighbor, at + 1u);
+        if (abs(next - depth) >= abs(depth_of(neighbor, at) - depth) && next > depth) {
+            break;
         }
-        links[list.first + i * list.stride][direction] = select(at, NO_LINK, neighbor.count == 0u);
+        at++;
     }
+    return at;
 }
 
 @compute @workgroup_size(8, 8)
@@ -45,6 +41,13 @@ fn link_neighbors(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.y > 0u) {
         upper = list_of_run(runs[texel - tile.extent.x]);
     }
-    link(list, right, 0u);
-    link(list, upper, 1u);
+    var to_right: u32 = 0u;
+    var to_upper: u32 = 0u;
+    for (var i: u32 = 0u; i < list.count; i++) {
+        let depth = depth_of(list, i);
+        to_right = nearest(right, to_right, depth);
+        to_upper = nearest(upper, to_upper, depth);
+        let link = packed_link(right, to_right) | (packed_link(upper, to_upper) << 16u);
+        links[list.first + i * list.stride] = link;
+    }
 }

@@ -29,17 +29,21 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
     return Steps(index_ray, inside.x, extent / f32(count), count);
 }
 
-// Radiance scattered towards the camera, and the transmittance of the whole ray.
+// Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes two
+// samples of density and one of the light, in the middle of what it holds.
 fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
-    let extinction_step = frame.domain_min.w * steps.step;
+    let extinction_half = frame.domain_min.w * (0.5 * steps.step);
     var light = vec3<f32>(0.0);
     var through: f32 = 1.0;
     for (var i: u32 = 0u; i < steps.count; i++) {
-        let t = steps.enter + (f32(i) + 0.5) * steps.step;
-        let tau = sample_density(ray_at(steps.index_ray, t)) * extinction_step;
+        let begin = steps.enter + f32(i) * steps.step;
+        let front = sample_density(ray_at(steps.index_ray, begin + 0.25 * steps.step));
+        let back = sample_density(ray_at(steps.index_ray, begin + 0.75 * steps.step));
+        let tau = (front + back) * extinction_half;
         if (tau <= 0.0) {
             continue;
         }
+        let t = begin + steps.step * ((0.25 * front + 0.75 * back) / (front + back));
         let point = ray_at(ray, t);
         let cosine = -dot(ray.direction, light_direction_at(point));
         let lit = irradiance_at(point)

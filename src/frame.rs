@@ -16,8 +16,9 @@ use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
 pub const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
 /// Steps along a light ray at least, for small volumes.
 pub const LIGHT_STEPS_LEAST: u32 = 64;
-/// Steps along a camera ray for each voxel length that it crosses.
-pub const VIEW_STEPS_PER_VOXEL: f32 = 2.0;
+/// Steps along a camera ray for each voxel length that it crosses. (A step takes two samples of
+/// density and one of the light.)
+pub const VIEW_STEPS_PER_VOXEL: f32 = 1.0;
 /// Slabs along a light ray for each voxel length that it crosses, at most [`Settings::steps`]. More
 /// than steps of a threshold map: between slabs optical depth is taken to be linear.
 pub const SLABS_PER_VOXEL: f32 = 8.0;
@@ -27,7 +28,7 @@ pub const SLAB_SAMPLES_PER_VOXEL: f32 = 4.0;
 /// the most that floats bear, which sets how close to a surface they are right).
 const EXPONENTIAL_SHARPNESS: f64 = 80.0;
 /// Steps along a camera ray at least.
-pub const VIEW_STEPS_LEAST: u32 = 128;
+pub const VIEW_STEPS_LEAST: u32 = 64;
 /// Steps along a camera ray at most, unless [`Settings::view_steps`] says otherwise.
 pub const VIEW_STEPS_MOST: u32 = 8192;
 /// Transmittance below which a camera ray ends: a quarter of what an 8-bit picture can show.

@@ -167,6 +167,7 @@ fn constants_are_the_same_on_both_sides() {
     ];
     let lists = [
         ("NO_LINK", vec![f64::from(NO_LINK)]),
+        ("FARTHEST", one(3e38)),
         ("MOST_WALKED", vec![f64::from(MOST_WALKED)]),
         ("INTERLEAVED", vec![f64::from(deepshadow::gpu::INTERLEAVED)]),
         ("INTERLEAVED_STRIDE", vec![f64::from(deepshadow::gpu::INTERLEAVED_STRIDE)]),

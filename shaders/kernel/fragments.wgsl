@@ -18,6 +18,14 @@ fn list_of_run(run: vec2<u32>) -> List {
     return List(run.x, run.y & ~INTERLEAVED, select(1u, INTERLEAVED_STRIDE, interleaved));
 }
 
+// A link: the place of a node in the list of the texel to the right in the lower sixteen bits, of the one
+// above in the upper; NO_LINK where that list is empty or the place is beyond them.
+const NO_LINK: u32 = 0xffffu;
+
+fn packed_link(neighbor: List, place: u32) -> u32 {
+    return select(min(place, NO_LINK), NO_LINK, neighbor.count == 0u);
+}
+
 // Optical depth at a depth between the nodes a, in front of it, and b, behind it.
 fn optical_depth_at(a: vec2<f32>, b: vec2<f32>, depth: f32) -> f32 {
     return a.y + (b.y - a.y) * ((depth - a.x) / (b.x - a.x));

@@ -36,17 +36,9 @@ fn shadow_lookup(light: vec3<f32>) -> f32 {
     let low = vec2<u32>(place);
     let high = min(low + 1u, vec2<u32>(last));
     let f = fract(place);
-    let upper = mix(
-        texel_transmittance(low, light.z),
-        texel_transmittance(vec2<u32>(high.x, low.y), light.z),
-        f.x,
-    );
-    let lower = mix(
-        texel_transmittance(vec2<u32>(low.x, high.y), light.z),
-        texel_transmittance(high, light.z),
-        f.x,
-    );
-    return mix(upper, lower, f.y);
+    let four = four_transmittances(low, high, light.z);
+    let rows = mix(four.xz, four.yw, f.x);
+    return mix(rows.x, rows.y, f.y);
 }
 
 // Deeper than every volume.

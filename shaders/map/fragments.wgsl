@@ -5,12 +5,12 @@
 // First node and count of each texel, row by row.
 @group(0) @binding(5) var<storage, read> runs: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read> nodes: array<vec2<f32>>;
-// For each node the nearest in depth of the texel to the right and of the one above, as places in
-// those texels' lists; NO_LINK without.
-@group(0) @binding(7) var<storage, read> links: array<vec2<u32>>;
+// For each node its links to the texels to the right and above.
+@group(0) @binding(7) var<storage, read> links: array<u32>;
 
-const NO_LINK: u32 = 0xffffffffu;
-// Nodes that a walk from a link passes before a search takes over.
+// Deeper than every node.
+const FARTHEST: f32 = 3e38;
+// Nodes that a walk from a guess passes before a search takes over.
 const MOST_WALKED: u32 = 8u;
 
 fn list_of(texel: vec2<u32>) -> List {
@@ -36,47 +36,93 @@ fn nodes_before(list: List, depth: f32) -> u32 {
     return low;
 }
 
-// Transmittance at a depth that `before` nodes lie in front of.
-fn list_transmittance(list: List, before: u32, depth: f32) -> f32 {
-    if (before == 0u) {
-        return 1.0;
+// Where a depth lies in a list: behind `before` nodes, the last of them a, the next one b.
+struct Place {
+    before: u32,
+    a: vec2<f32>,
+    b: vec2<f32>,
+}
+
+// The nodes on both sides of a place; in front of the first there is no optical depth, and behind the last
+// it stays.
+fn place_at(list: List, before: u32) -> Place {
+    var a = vec2<f32>(-FARTHEST, 0.0);
+    if (before > 0u) {
+        a = node_of(list, before - 1u);
     }
-    let a = node_of(list, before - 1u);
-    let b = node_of(list, min(before, list.count - 1u));
-    if (frame.filtering.x > 0.0) {
-        let in_front = node_of(list, max(before, 2u) - 2u);
-        return exponential_transmittance(in_front, a, b, depth, frame.filtering.x);
+    var b = vec2<f32>(FARTHEST, a.y);
+    if (before < list.count) {
+        b = node_of(list, before);
     }
-    if (before == list.count) {
-        return exp(-a.y);
+    return Place(before, a, b);
+}
+
+// The place of a depth in a list, near a guess: a few nodes further or back, else by a search.
+fn place_near(list: List, guess: u32, depth: f32) -> Place {
+    var place = place_at(list, min(guess, list.count));
+    for (var i: u32 = 0u; i < MOST_WALKED; i++) {
+        if (place.b.x <= depth) {
+            place = place_at(list, place.before + 1u);
+        } else if (place.a.x > depth) {
+            place = place_at(list, place.before - 1u);
+        } else {
+            return place;
+        }
     }
-    return exp(-optical_depth_at(a, b, depth));
+    return place_at(list, nodes_before(list, depth));
+}
+
+// Transmittance at a depth in its place.
+fn place_transmittance(list: List, place: Place, depth: f32) -> f32 {
+    if (frame.filtering.x > 0.0 && place.before > 0u) {
+        let in_front = node_of(list, max(place.before, 2u) - 2u);
+        return exponential_transmittance(in_front, place.a, place.b, depth, frame.filtering.x);
+    }
+    return exp(-optical_depth_at(place.a, place.b, depth));
 }
 
 // Transmittance along the central ray of a texel to a depth.
 fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     let list = list_of(texel);
-    return list_transmittance(list, nodes_before(list, depth), depth);
+    return place_transmittance(list, place_at(list, nodes_before(list, depth)), depth);
+}
+
+// Where the last lookup of this invocation ended: a ray's next lookup is not far from there.
+var<private> last_places: vec4<u32>;
+
+// Transmittances of four texels: upper left, upper right, lower left, lower right.
+fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32> {
+    let lists = array<List, 4>(
+        list_of(low),
+        list_of(vec2<u32>(high.x, low.y)),
+        list_of(vec2<u32>(low.x, high.y)),
+        list_of(high),
+    );
+    let places = array<Place, 4>(
+        place_near(lists[0], last_places.x, depth),
+        place_near(lists[1], last_places.y, depth),
+        place_near(lists[2], last_places.z, depth),
+        place_near(lists[3], last_places.w, depth),
+    );
+    last_places =
+        vec4<u32>(places[0].before, places[1].before, places[2].before, places[3].before);
+    return vec4<f32>(
+        place_transmittance(lists[0], places[0], depth),
+        place_transmittance(lists[1], places[1], depth),
+        place_transmittance(lists[2], places[2], depth),
+        place_transmittance(lists[3], places[3], depth),
+    );
 }
 
 // The place of a depth in a list, from the place `before` in the list of a neighbour by the link
-// `direction` (0 right, 1 up): a few nodes further or back; a search where the two lists have little in
-// common.
-fn linked_place(own: List, before: u32, list: List, direction: u32, depth: f32) -> u32 {
-    if (own.count > 0u && list.count > 0u) {
+// `direction` (0 right, 1 up).
+fn linked_place(own: List, before: u32, list: List, direction: u32, depth: f32) -> Place {
+    var guess: u32 = 0u;
+    if (own.count > 0u) {
         let node = min(max(before, 1u) - 1u, own.count - 1u);
-        var place = min(links[own.first + node * own.stride][direction], list.count);
-        for (var i: u32 = 0u; i < MOST_WALKED; i++) {
-            if (place < list.count && node_of(list, place).x <= depth) {
-                place++;
-            } else if (place > 0u && node_of(list, place - 1u).x > depth) {
-                place--;
-            } else {
-                return place;
-            }
-        }
+        guess = (links[own.first + node * own.stride] >> (16u * direction)) & NO_LINK;
     }
-    return nodes_before(list, depth);
+    return place_near(list, guess, depth);
 }
 
 // Mean transmittance over a window of texels, its ends included: from its lower left texel along the
@@ -86,13 +132,13 @@ fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
         return brute_force_mean(low, high, depth);
     }
     var row = list_of(vec2<u32>(low.x, high.y));
-    var row_place = nodes_before(row, depth);
+    var row_place = place_at(row, nodes_before(row, depth));
     var sum: f32 = 0.0;
     for (var i: u32 = 0u; i <= high.y - low.y; i++) {
         let y = high.y - i;
         if (i > 0u) {
             let upper = list_of(vec2<u32>(low.x, y));
-            row_place = linked_place(row, row_place, upper, 1u, depth);
+            row_place = linked_place(row, row_place.before, upper, 1u, depth);
             row = upper;
         }
         var list = row;
@@ -100,10 +146,10 @@ fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
         for (var x = low.x; x <= high.x; x++) {
             if (x > low.x) {
                 let right = list_of(vec2<u32>(x, y));
-                place = linked_place(list, place, right, 0u, depth);
+                place = linked_place(list, place.before, right, 0u, depth);
                 list = right;
             }
-            sum += list_transmittance(list, place, depth);
+            sum += place_transmittance(list, place, depth);
         }
     }
     let extent = vec2<f32>(high - low + 1u);

@@ -7,7 +7,7 @@ use crate::shadow::{Links, NO_LINK, Runs, nearest_nodes};
 /// Links of all nodes of a map of `size` squared texels.
 pub(super) fn link_neighbors(runs: &Runs, size: u32) -> Links {
     let size = size as usize;
-    let rows: Vec<Vec<[u32; 2]>> = (0..size)
+    let rows: Vec<Vec<[u16; 2]>> = (0..size)
         .into_par_iter()
         .map(|y| {
             let mut row = Vec::new();

@@ -103,19 +103,24 @@ impl View<'_> {
         self.map.filtered(self.frame.methods[2], light.x, light.y, light.z)
     }
 
-    /// Radiance scattered towards the camera, and the transmittance of the whole ray.
+    /// Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes
+    /// two samples of density and one of the light, in the middle of what it holds.
     fn single_scattering(&self, ray: &Ray, steps: &Steps) -> (Vec3, f32) {
         let frame = self.frame;
         let albedo = frame.albedo.truncate();
         let ambient = frame.ambient.truncate();
-        let extinction_step = frame.domain_min.w * steps.step;
+        let extinction_half = frame.domain_min.w * (0.5 * steps.step);
+        let sample = |t: f32| sample_density(&self.density, steps.index_ray.at(t));
         let (mut light, mut through) = (Vec3::ZERO, 1.0_f32);
         for i in 0..steps.count {
-            let t = steps.enter + (i as f32 + 0.5) * steps.step;
-            let tau = sample_density(&self.density, steps.index_ray.at(t)) * extinction_step;
+            let begin = steps.enter + i as f32 * steps.step;
+            let front = sample(begin + 0.25 * steps.step);
+            let back = sample(begin + 0.75 * steps.step);
+            let tau = (front + back) * extinction_half;
             if tau <= 0.0 {
                 continue;
             }
+            let t = begin + steps.step * ((0.25 * front + 0.75 * back) / (front + back));
             let point = ray.at(t);
             let cosine = -ray.direction.dot(light_direction_at(frame, point));
             let lit = irradiance_at(frame, point)

@@ -69,7 +69,7 @@ impl GpuFragments {
         &self.nodes
     }
 
-    /// Links of each node, two u32; a few bytes of nothing without.
+    /// Links of each node, two u16 in one u32; a few bytes of nothing without.
     pub fn links(&self) -> &wgpu::Buffer {
         &self.links
     }
@@ -125,10 +125,10 @@ impl Renderer {
     }
 
     /// Puts links on the device, one for each node of `fragments` in the buffer's order.
-    pub fn upload_links(&self, fragments: GpuFragments, links: &[[u32; 2]]) -> GpuFragments {
+    pub fn upload_links(&self, fragments: GpuFragments, links: &[[u16; 2]]) -> GpuFragments {
         let links = self.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("links"),
-            contents: bytemuck::cast_slice(if links.is_empty() { &[[0; 2]] } else { links }),
+            contents: bytemuck::cast_slice(if links.is_empty() { &[[0_u16; 2]; 4] } else { links }),
             usage: wgpu::BufferUsages::STORAGE,
         });
         GpuFragments { links, linked: true, ..fragments }
@@ -162,7 +162,7 @@ impl Renderer {
         encoder: &mut wgpu::CommandEncoder,
         fragments: GpuFragments,
     ) -> GpuFragments {
-        let links = self.storage("links", fragments.nodes.size());
+        let links = self.storage("links", fragments.nodes.size() / 2);
         let entries = [
             entry(at::RUNS, fragments.runs.as_entire_binding()),
             entry(at::NODES, fragments.nodes.as_entire_binding()),

@@ -118,7 +118,7 @@ impl Backend for GpuBackend {
         let mut linked = None;
         gpu.submit(|encoder| linked = Some(gpu.link_neighbors(encoder, fragments)))?;
         let linked = linked.ok_or_else(|| Error::gpu("nothing was recorded"))?;
-        let mut links: Vec<[u32; 2]> = gpu.read_buffer(linked.links(), linked.links().size())?;
+        let mut links: Vec<[u16; 2]> = gpu.read_buffer(linked.links(), linked.links().size())?;
         links.truncate(runs.nodes().len());
         Ok(Links::new(runs, links))
     }

@@ -167,11 +167,11 @@ impl Renderer {
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
-    /// A storage buffer of at least `bytes`, never empty.
+    /// A storage buffer of at least `bytes`, never less than one element of any kind.
     pub(super) fn storage(&self, label: &str, bytes: u64) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            size: bytes.max(8).next_multiple_of(8),
+            size: bytes.max(16).next_multiple_of(8),
             usage: wgpu::BufferUsages::STORAGE
                 | wgpu::BufferUsages::COPY_SRC
                 | wgpu::BufferUsages::COPY_DST,

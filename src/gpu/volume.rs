@@ -40,7 +40,7 @@ impl GpuVolume {
                 format!("{limit}"),
             ));
         }
-        let texels = Texels::of(volume, device.features());
+        let texels = Texels::of(volume, device);
         let bytes = texels.bytes.len() as u64;
         if bytes > limits.max_buffer_size {
             let limit = format!("{} bytes", limits.max_buffer_size);
@@ -86,12 +86,14 @@ struct Texels {
 }
 
 impl Texels {
-    /// f32 as they are if the device filters it; else eight bits where all values are k / 255 of a
-    /// common scale (data stored as u8), else f16 relative to the largest value. (Some drivers filter
-    /// eight-bit textures in eight-bit arithmetic.)
-    fn of(volume: &Volume, features: wgpu::Features) -> Self {
+    /// Eight bits where all values are k / 255 of a common scale (data stored as u8), else f16
+    /// relative to the largest value, whose rounding (2^-12) lies below what 8-bit texture weights do;
+    /// hardware samples these at twice to four times the rate of f32. Software drivers get f32: some
+    /// filter eight-bit textures in eight-bit arithmetic.
+    fn of(volume: &Volume, device: &wgpu::Device) -> Self {
         let values = volume.values().as_slice().unwrap_or_default();
-        if features.contains(wgpu::Features::FLOAT32_FILTERABLE) {
+        let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        if software && device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {
             let bytes = bytemuck::cast_slice(values).to_vec();
             return Self { format: TextureFormat::R32Float, bytes, scale: 1.0 };
         }

@@ -5,15 +5,16 @@
 use super::lists::Runs;
 use crate::kernel::fragments::Node;
 
-/// No node to link to: the neighbour's list is empty, or there is no such neighbour.
-pub const NO_LINK: u32 = u32::MAX;
+/// No node to link to: the neighbour's list is empty, there is no such neighbour, or the node's place is
+/// beyond sixteen bits.
+pub const NO_LINK: u16 = u16::MAX;
 
 /// Nodes that a walk from a link passes before a search takes over.
 pub const MOST_WALKED: u32 = 8;
 
 /// Of a texel's nodes to those of a neighbour: for each node the index (in `neighbour`) of the
 /// nearest in depth, the nearer to the light of two equal ones. Both rise in depth, so one pass does.
-pub fn nearest_nodes(nodes: &[Node], neighbour: &[Node], mut link: impl FnMut(usize, u32)) {
+pub fn nearest_nodes(nodes: &[Node], neighbour: &[Node], mut link: impl FnMut(usize, u16)) {
     let mut at = 0;
     for (i, node) in nodes.iter().enumerate() {
         while let (Some(here), Some(next)) = (neighbour.get(at), neighbour.get(at + 1)) {
@@ -24,7 +25,8 @@ pub fn nearest_nodes(nodes: &[Node], neighbour: &[Node], mut link: impl FnMut(us
             }
             at += 1;
         }
-        link(i, if neighbour.is_empty() { NO_LINK } else { at as u32 });
+        let place = u16::try_from(at).unwrap_or(NO_LINK);
+        link(i, if neighbour.is_empty() { NO_LINK } else { place });
     }
 }
 
@@ -32,7 +34,7 @@ pub fn nearest_nodes(nodes: &[Node], neighbour: &[Node], mut link: impl FnMut(us
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Links {
     /// For each node of the map the index within the right and the upper texel's nodes.
-    pub(super) links: Vec<[u32; 2]>,
+    pub(super) links: Vec<[u16; 2]>,
 }
 
 impl Links {
@@ -40,14 +42,14 @@ impl Links {
     ///
     /// # Panics
     /// If there is not one for each node of `runs`.
-    pub fn new(runs: &Runs, links: Vec<[u32; 2]>) -> Self {
+    pub fn new(runs: &Runs, links: Vec<[u16; 2]>) -> Self {
         assert_eq!(links.len(), runs.nodes().len(), "links of {} nodes", runs.nodes().len());
         Self { links }
     }
 
     /// For each node of the map: the index of the depth-nearest node within the right and within the
     /// upper texel's list, or [`NO_LINK`].
-    pub fn links(&self) -> &[[u32; 2]] {
+    pub fn links(&self) -> &[[u16; 2]] {
         &self.links
     }
 }
@@ -72,17 +74,16 @@ pub(super) fn step(
 ) -> Place {
     let nodes = runs.of(texel);
     let own = runs.of(from.texel).len();
-    if own > 0 && !nodes.is_empty() {
-        let node = runs.starts()[from.texel] as usize + from.before.saturating_sub(1).min(own - 1);
-        let mut before = (links.links[node][direction] as usize).min(nodes.len());
-        for _ in 0..MOST_WALKED {
-            if nodes.get(before).is_some_and(|node| node.depth <= depth) {
-                before += 1;
-            } else if before > 0 && nodes[before - 1].depth > depth {
-                before -= 1;
-            } else {
-                return Place { texel, before };
-            }
+    let node = runs.starts()[from.texel] as usize + from.before.saturating_sub(1);
+    let guess = if own > 0 { links.links[node][direction] } else { 0 };
+    let mut before = usize::from(guess).min(nodes.len());
+    for _ in 0..MOST_WALKED {
+        if nodes.get(before).is_some_and(|node| node.depth <= depth) {
+            before += 1;
+        } else if before > 0 && nodes[before - 1].depth > depth {
+            before -= 1;
+        } else {
+            return Place { texel, before };
         }
     }
     search(runs, texel, depth)
