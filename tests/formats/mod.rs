@@ -1,5 +1,6 @@
 //! Claims about volume files. Each format has files of its own.
 
+mod deep_exr;
 mod dense_fixtures;
 mod dense_hostile;
 mod dense_truth;
