@@ -1,6 +1,7 @@
 //! Claims about volume files. Each format has files of its own.
 
 mod deep_exr;
+mod deep_exr_odd;
 mod dense_fixtures;
 mod dense_hostile;
 mod dense_truth;
