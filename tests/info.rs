@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use deepshadow::io::deep_exr::{DeepHeader, Slab, encode_slabs};
 use serde_json::{Value as Json, json};
 
 use super::cli::{Folder, must_succeed, stderr};
@@ -118,6 +119,51 @@ fn openvdb_facts_are_those_of_the_real_library() {
             }
         }
     }
+}
+
+#[test]
+fn deep_images_are_told_by_their_samples() {
+    let folder = Folder::new();
+    let header = DeepHeader::new([4, 2], Vec::new()).with("depth_unit", "world");
+    let bytes = encode_slabs(&header, |x, _| {
+        (0..x).map(|k| {
+            let front = k as f32 + 1.0;
+            Slab::with_alpha(front, front + 1.0, 0.5)
+        })
+    });
+    fs::write(folder.path().join("map.exr"), bytes.unwrap()).unwrap();
+    let found = json_of(&folder, "info map.exr --json");
+    assert_eq!((&found["format"], &found["grids"]), (&json!("deep-exr"), &json!([])));
+    assert_eq!(found["metadata"]["depth_unit"], "world");
+    let float = |name: &str| json!({ "name": name, "type": "float" });
+    let deep = &found["deep"];
+    for (key, due) in [
+        ("width", json!(4)),
+        ("height", json!(2)),
+        ("data_window", json!([[0, 0], [3, 1]])),
+        ("channels", json!([float("A"), float("Z"), float("ZBack")])),
+        ("samples", json!(12)),
+        ("samples_per_pixel", json!({ "min": 0, "mean": 1.5, "max": 3 })),
+        ("empty_pixels", json!(2)),
+        ("depth", json!({ "min": 1.0, "max": 4.0 })),
+        ("final_alpha", json!({ "min": 0.0, "mean": 0.531_25, "max": 0.875 })),
+        ("compression", json!("zips")),
+    ] {
+        assert_eq!(deep[key], due, "{key}");
+    }
+    let headers_only = json_of(&folder, "info map.exr --json --no-stats");
+    assert_eq!(headers_only["deep"]["samples"], Json::Null);
+
+    let output = folder.run("info map.exr");
+    must_succeed(&output);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in ["map.exr: deep-exr", "4 x 2", "A (float), Z (float)", "0 .. 3, mean 1.5", "1 .. 4"]
+    {
+        assert!(text.contains(part), "'{part}' is missing in:\n{text}");
+    }
+    let output = folder.run("render map.exr --backend cpu");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("a deep image, no volume"), "{}", stderr(&output));
 }
 
 #[test]

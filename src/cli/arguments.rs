@@ -86,7 +86,7 @@ pub(super) struct SceneArguments {
 #[derive(Debug, Args)]
 pub(super) struct FileArguments {
     /// Format of the file, whatever it begins with: openvdb, npy, nrrd, metaimage, pvm, nifti, vti,
-    /// mitsuba-vol, den, nanovdb, raw.
+    /// mitsuba-vol, den, nanovdb, deep-exr, raw.
     #[arg(long, value_name = "FORMAT", value_parser = valid::<Format>, help_heading = "Volume")]
     pub from: Option<String>,
     /// Grid of a file that holds several.

@@ -1,5 +1,5 @@
-//! The formats of volumes, told apart by what a file begins with. Knows nothing of their contents
-//! beyond that.
+//! The formats of volumes and deep images, told apart by what a file begins with. Knows nothing of
+//! their contents beyond that.
 
 use std::fs::File;
 use std::io::Read;
@@ -7,10 +7,11 @@ use std::path::Path;
 
 use flate2::read::GzDecoder;
 
+use super::deep_exr::DeepFile;
 use super::vdb::VdbFile;
 use crate::error::{Error, Result};
 
-/// A format that volumes are read from.
+/// A format that is read: of volumes, but for deep images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
@@ -34,11 +35,13 @@ pub enum Format {
     MitsubaVol,
     /// VolPack's densities, `.den`.
     Den,
+    /// Deep OpenEXR, `.exr`: no volume, but what a map or a camera saw of one.
+    DeepExr,
     /// Numbers and nothing else.
     Raw,
 }
 
-const NAMES: [(&str, Format); 11] = [
+const NAMES: [(&str, Format); 12] = [
     ("openvdb", Format::OpenVdb),
     ("nanovdb", Format::NanoVdb),
     ("npy", Format::Npy),
@@ -49,6 +52,7 @@ const NAMES: [(&str, Format); 11] = [
     ("vti", Format::Vti),
     ("mitsuba-vol", Format::MitsubaVol),
     ("den", Format::Den),
+    ("deep-exr", Format::DeepExr),
     ("raw", Format::Raw),
 ];
 
@@ -78,6 +82,10 @@ impl Format {
     /// is known and not read.
     fn detect(start: &[u8], size: u64) -> Result<Self, &'static str> {
         let begins = |mark: &[u8]| start.starts_with(mark);
+        if let Some(deep) = DeepFile::recognizes(start) {
+            let flat = "a flat OpenEXR picture; of OpenEXR only deep images are read";
+            return if deep { Ok(Self::DeepExr) } else { Err(flat) };
+        }
         let found = if VdbFile::recognizes(start) {
             Self::OpenVdb
         } else if begins(b"NanoVDB") {

@@ -73,6 +73,9 @@ fn sparse(volume: &Volume) -> bool {
 /// Opens a file by what it begins with, or as `table` says.
 fn load_file(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
     let format = format_of(path, table)?;
+    if format == Format::DeepExr {
+        return Err(Error::contents(path, "a deep image, no volume"));
+    }
     if format != Format::OpenVdb {
         if format != Format::Raw {
             let what = format!("{}, a {} file", path.display(), format.name());

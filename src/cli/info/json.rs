@@ -13,6 +13,9 @@ pub(super) fn write(report: &Report) -> String {
         "metadata": object(&report.metadata),
         "grids": grids,
     });
+    if let Some(deep) = &report.deep {
+        object["deep"] = deep.json();
+    }
     if let Some(why) = &report.unreachable {
         object["unreachable"] = why.as_str().into();
     }

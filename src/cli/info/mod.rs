@@ -1,5 +1,6 @@
-//! `info`: what a volume file holds, for people or for programs.
+//! `info`: what a volume file or a deep image holds, for people or for programs.
 
+mod deep;
 mod json;
 mod report;
 mod text;
@@ -16,7 +17,7 @@ use report::Report;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Volume file.
+    /// Volume file or deep OpenEXR image.
     file: PathBuf,
     /// One JSON object on stdout, for programs.
     #[arg(long)]

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DMat4;
 use serde_json::Value as Json;
 
+use super::deep::DeepReport;
 use super::json;
 use crate::error::{Error, Result};
 use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile};
@@ -21,6 +22,8 @@ pub(super) struct Report {
     /// Why there may be more grids than are listed.
     pub unreachable: Option<String>,
     pub grids: Vec<GridReport>,
+    /// Of a deep image, which has no grids.
+    pub deep: Option<DeepReport>,
 }
 
 /// One grid; what is not known is `None`.
@@ -69,12 +72,23 @@ impl Report {
             metadata: Vec::new(),
             unreachable: None,
             grids: Vec::new(),
+            deep: None,
         };
-        if format == Format::OpenVdb {
-            report.fill_from_vdb(table, statistics, statistics && histograms)?;
-        } else {
-            let file = DenseFile::open(path, format, table)?;
-            report.grids.push(GridReport::of_dense(&file, statistics, statistics && histograms)?);
+        match format {
+            Format::OpenVdb => {
+                report.fill_from_vdb(table, statistics, statistics && histograms)?;
+            }
+            Format::DeepExr => {
+                let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+                let deep = DeepReport::of(path, max_bytes, statistics)?;
+                report.metadata = deep.metadata();
+                report.deep = Some(deep);
+            }
+            _ => {
+                let file = DenseFile::open(path, format, table)?;
+                let grid = GridReport::of_dense(&file, statistics, statistics && histograms)?;
+                report.grids.push(grid);
+            }
         }
         Ok(report)
     }

@@ -8,11 +8,16 @@ use super::report::{GridReport, Histogram, Report};
 
 pub(super) fn write(report: &Report) -> String {
     let mut text = String::new();
-    let count = report.grids.len();
-    let grids = if count == 1 { "grid" } else { "grids" };
-    let name = report.path.display();
+    let (name, format) = (report.path.display(), report.format.name());
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "{name}: {}, {count} {grids}", report.format.name());
+    let _ = match (&report.deep, report.grids.len()) {
+        (Some(_), _) => writeln!(text, "{name}: {format}"),
+        (None, 1) => writeln!(text, "{name}: {format}, 1 grid"),
+        (None, count) => writeln!(text, "{name}: {format}, {count} grids"),
+    };
+    if let Some(deep) = &report.deep {
+        let _ = deep.text(&mut text);
+    }
     metadata(&mut text, "  ", &report.metadata);
     for grid in &report.grids {
         let _ = table(&mut text, grid);

@@ -1,0 +1,142 @@
+//! What `info` finds out about a deep image, and how it is said.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use serde_json::{Value as Json, json};
+
+use super::json::number;
+use crate::error::Result;
+use crate::io::deep_exr::{Attribute, Channel, DeepFile, DeepHeader, DeepStatistics, Window};
+
+/// A deep image; what is not known is `None`.
+pub(super) struct DeepReport {
+    size: [u32; 2],
+    header: DeepHeader,
+    statistics: Option<DeepStatistics>,
+    other_parts: Vec<String>,
+    file_bytes: u64,
+}
+
+impl DeepReport {
+    /// Looks through the file, at samples if `values`; no line is kept.
+    pub(super) fn of(path: &Path, max_bytes: u64, values: bool) -> Result<Self> {
+        let mut file = DeepFile::open(path, max_bytes)?;
+        let statistics = if values { Some(file.statistics()?) } else { None };
+        Ok(Self {
+            size: file.size(),
+            header: file.header().clone(),
+            statistics,
+            other_parts: file.other_parts().to_vec(),
+            file_bytes: file.file_bytes(),
+        })
+    }
+
+    /// All attributes but those that have fields of their own.
+    pub(super) fn metadata(&self) -> Vec<(String, Json)> {
+        let attributes = self.header.attributes.iter();
+        attributes.map(|(name, value)| (name.clone(), attribute(value))).collect()
+    }
+
+    pub(super) fn json(&self) -> Json {
+        let channel =
+            |channel: &Channel| json!({ "name": channel.name, "type": channel.pixel_type.name() });
+        let window = |window: &Window| json!([window.min, window.max]);
+        let none = || Json::Null;
+        let found = self.statistics.as_ref();
+        let samples_per_pixel = found.map_or_else(none, |found| {
+            json!({ "min": found.fewest, "mean": number(found.mean_samples()), "max": found.most })
+        });
+        let depth = found
+            .and_then(|found| found.depth)
+            .map_or_else(none, |[low, high]| json!({ "min": number(low), "max": number(high) }));
+        let opacity = found.map_or_else(none, |found| {
+            let [min, mean, max] = found.opacity.map(number);
+            json!({ "min": min, "mean": mean, "max": max })
+        });
+        json!({
+            "width": self.size[0],
+            "height": self.size[1],
+            "data_window": window(&self.header.data_window),
+            "display_window": window(&self.header.display_window),
+            "channels": self.header.channels.iter().map(channel).collect::<Vec<_>>(),
+            "samples": found.map(|found| found.samples),
+            "samples_per_pixel": samples_per_pixel,
+            "empty_pixels": found.map(|found| found.empty_pixels),
+            "depth": depth,
+            "final_alpha": opacity,
+            "other_parts": self.other_parts,
+            "compression": self.header.compression.name(),
+            "file_bytes": self.file_bytes,
+            "memory_bytes": self.memory_bytes(),
+        })
+    }
+
+    /// Bytes of memory that the image takes once read.
+    fn memory_bytes(&self) -> Option<u64> {
+        let found = self.statistics.as_ref()?;
+        Some(4 * found.pixels + found.samples * self.header.sample_bytes() as u64)
+    }
+
+    pub(super) fn text(&self, text: &mut String) -> std::fmt::Result {
+        let [width, height] = self.size;
+        let [x, y] = self.header.data_window.min;
+        write!(text, "  pixels      {width} x {height}, first {x},{y}")?;
+        match self.header.display_window.size() {
+            Some([width, height]) => writeln!(text, ", of a picture of {width} x {height}")?,
+            None => writeln!(text)?,
+        }
+        let channels = self.header.channels.iter();
+        let channels =
+            channels.map(|c| format!("{} ({})", c.name.escape_debug(), c.pixel_type.name()));
+        writeln!(text, "  channels    {}", channels.collect::<Vec<_>>().join(", "))?;
+        if let Some(found) = &self.statistics {
+            let [least, mean, most] = found.opacity;
+            writeln!(
+                text,
+                "  samples     {}, a pixel {} .. {}, mean {}",
+                found.samples,
+                found.fewest,
+                found.most,
+                found.mean_samples()
+            )?;
+            writeln!(text, "  empty       {} of {} pixels", found.empty_pixels, found.pixels)?;
+            if let Some([near, far]) = found.depth {
+                writeln!(text, "  depth       {near} .. {far}")?;
+            }
+            writeln!(text, "  final alpha {least} .. {most}, mean {mean}")?;
+        }
+        let compression = self.header.compression.name();
+        write!(text, "  stored      {} bytes, compression {compression}", self.file_bytes)?;
+        match self.memory_bytes() {
+            Some(bytes) => writeln!(text, ", {bytes} bytes in memory")?,
+            None => writeln!(text)?,
+        }
+        for part in &self.other_parts {
+            writeln!(text, "  not read    part {part}")?;
+        }
+        Ok(())
+    }
+}
+
+/// An attribute; bytes of unknown types by their number.
+fn attribute(value: &Attribute) -> Json {
+    let floats = |values: &[f32]| values.iter().map(|&value| number(value.into())).collect();
+    match value {
+        Attribute::Int(value) => (*value).into(),
+        Attribute::Float(value) => number((*value).into()),
+        Attribute::Double(value) => number(*value),
+        Attribute::Text(text) => text.as_str().into(),
+        Attribute::IntVec2(values) => values.to_vec().into(),
+        Attribute::IntVec3(values) => values.to_vec().into(),
+        Attribute::FloatVec2(values) => floats(values),
+        Attribute::FloatVec3(values) => floats(values),
+        Attribute::Matrix3x3(values) => floats(values),
+        Attribute::Matrix4x4(values) => floats(values),
+        Attribute::IntBox2(values) => values.to_vec().into(),
+        Attribute::FloatBox2(values) => floats(values),
+        Attribute::Other { type_name, bytes } => {
+            format!("{} bytes of type {type_name}", bytes.len()).into()
+        }
+    }
+}
