@@ -6,6 +6,7 @@ pub mod dense;
 pub mod exr;
 pub mod fog;
 pub mod format;
+mod histogram;
 mod load;
 pub mod number;
 pub mod png;
@@ -14,4 +15,5 @@ pub mod vdb;
 
 pub use atomic::PendingFile;
 pub use format::Format;
+pub use histogram::{FiniteRange, Histogram};
 pub use load::{format_of, load_volume};

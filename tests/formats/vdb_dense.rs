@@ -1,7 +1,8 @@
 //! A dense box is what the voxels are, one by one, and never larger than allowed.
 
 use deepshadow::ErrorKind;
-use deepshadow::io::vdb::{Grid, IndexBox, VdbFile};
+use deepshadow::io::vdb::{Grid, IndexBox, SurveyDepth, VdbFile};
+use deepshadow::io::{FiniteRange, Histogram};
 use glam::IVec3;
 
 use super::vdb_bytes::OneGrid;
@@ -79,4 +80,28 @@ fn an_inverted_box_is_empty() {
     let grid = VdbFile::open(fixture("ball_blosc.vdb")).unwrap().load(0).unwrap();
     let nothing = IndexBox { min: IVec3::splat(60), max: IVec3::new(62, 50, 62) };
     assert_eq!(grid.densify(nothing, 0).unwrap().values.len(), 0);
+}
+
+/// Also where a histogram is made without keeping voxels, as `info` does.
+#[test]
+fn a_streamed_histogram_counts_what_a_loaded_grid_holds() {
+    const BINS: usize = 7;
+    for name in ["ball_blosc.vdb", "types_zip.vdb"] {
+        let file = VdbFile::open(fixture(name)).unwrap();
+        for (index, header) in file.grids().iter().enumerate() {
+            let Ok(grid) = file.load(index) else { continue };
+            let mut range = FiniteRange::default();
+            grid.for_each_active(|value, _| range.add(value));
+            let due = range.0.map(|range| {
+                let mut due = Histogram::new(range, BINS);
+                grid.for_each_active(|value, voxels| due.add(value, voxels));
+                due
+            });
+            let survey = file.survey(index, SurveyDepth::Histogram(BINS)).unwrap();
+            assert_eq!(survey.histogram, due, "{name}, {}", header.name);
+            let counted: u64 = due.map_or(0, |due| due.counts.iter().sum());
+            assert_eq!(counted, survey.active_voxels, "{name}, {}", header.name);
+            assert_eq!(survey.statistics, grid.statistics(), "{name}, {}", header.name);
+        }
+    }
 }

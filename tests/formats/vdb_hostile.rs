@@ -41,7 +41,7 @@ fn exercise(bytes: Vec<u8>, what: &str) -> usize {
             let Ok(grid) = file.load(index) else { continue };
             loaded += 1;
             assert!(survey.is_ok(), "{what}: loads and cannot be surveyed");
-            let survey = file.survey(index, SurveyDepth::Values).unwrap();
+            let survey = file.survey(index, SurveyDepth::Histogram(5)).unwrap();
             assert_eq!(survey.active_voxels, grid.active_voxel_count(), "{what}");
             assert_eq!(survey.memory_bytes, grid.memory_bytes(), "{what}");
             if let Some(bounds) = grid.active_bounds() {

@@ -10,8 +10,8 @@ use super::json;
 use crate::error::{Error, Result};
 use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile};
 use crate::io::format::Format;
-use crate::io::format_of;
 use crate::io::vdb::{GridHeader, Statistics, SurveyDepth, Transform, VdbFile};
+use crate::io::{FiniteRange, Histogram, format_of};
 use crate::scene::file::VolumeTable;
 
 /// A file and its grids.
@@ -45,13 +45,6 @@ pub(super) struct GridReport {
     pub compression: String,
     pub file_bytes: u64,
     pub memory_bytes: Option<u64>,
-}
-
-/// Active voxels by value, in bins of equal width.
-pub(super) struct Histogram {
-    pub low: f64,
-    pub high: f64,
-    pub counts: Vec<u64>,
 }
 
 const BINS: usize = 16;
@@ -106,22 +99,15 @@ impl Report {
             }
             None => 0..file.grids().len(),
         };
-        let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
         for index in wanted {
-            self.grids.push(GridReport::of_vdb(&file, index, values, histograms, max_bytes)?);
+            self.grids.push(GridReport::of_vdb(&file, index, values, histograms)?);
         }
         Ok(())
     }
 }
 
 impl GridReport {
-    fn of_vdb(
-        file: &VdbFile,
-        index: usize,
-        values: bool,
-        histogram: bool,
-        max_bytes: u64,
-    ) -> Result<Self> {
+    fn of_vdb(file: &VdbFile, index: usize, values: bool, histogram: bool) -> Result<Self> {
         let header: &GridHeader = &file.grids()[index];
         let mut report = Self {
             name: header.name.clone(),
@@ -145,7 +131,11 @@ impl GridReport {
         if header.refused.is_some() {
             return Ok(report);
         }
-        let depth = if values { SurveyDepth::Values } else { SurveyDepth::Topology };
+        let depth = match (values, histogram) {
+            (_, true) => SurveyDepth::Histogram(BINS),
+            (true, false) => SurveyDepth::Values,
+            (false, false) => SurveyDepth::Topology,
+        };
         let survey = file.survey(index, depth)?;
         report.active_voxels = Some(survey.active_voxels);
         report.active_bounds = survey
@@ -153,15 +143,11 @@ impl GridReport {
             .map(|bounds| [bounds.min, bounds.max].map(|corner| corner.to_array().map(i64::from)));
         report.memory_bytes = Some(survey.memory_bytes);
         report.statistics = survey.statistics;
-        // The range must be known before values are counted, so the grid is kept for two passes.
-        if histogram && survey.memory_bytes <= max_bytes {
-            let grid = file.load(index)?;
-            report.histogram = Histogram::of(|each| grid.for_each_active(each));
-        }
+        report.histogram = survey.histogram;
         Ok(report)
     }
 
-    fn of_dense(file: &DenseFile, values: bool, histogram: bool) -> Result<Self> {
+    fn of_dense(file: &DenseFile, values: bool, with_histogram: bool) -> Result<Self> {
         let header = file.header();
         let lengths = header.dims.map(|n| n as u64);
         let text = |(key, value): &(String, String)| (key.clone(), Json::from(value.as_str()));
@@ -204,10 +190,9 @@ impl GridReport {
             let mut tallies = vec![Tally::default(); header.components];
             voxels.for_each(|value, component| tallies[component].add(value));
             report.statistics = tallies.iter().map(Tally::statistics).collect();
-            if histogram {
+            if with_histogram {
                 let density = voxels.density();
-                report.histogram =
-                    Histogram::of(|each| density.iter().for_each(|&value| each(value, 1)));
+                report.histogram = histogram(|each| density.iter().for_each(|&value| each(value)));
             }
         }
         Ok(report)
@@ -251,29 +236,12 @@ impl Tally {
     }
 }
 
-impl Histogram {
-    /// Of the finite numbers that `values` hands to what it is given, each with how many voxels
-    /// have it; `None` without any. It is run twice.
-    fn of(values: impl Fn(&mut dyn FnMut(f32, u64))) -> Option<Self> {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        values(&mut |value, _| {
-            if value.is_finite() {
-                (low, high) = (low.min(f64::from(value)), high.max(f64::from(value)));
-            }
-        });
-        if low > high {
-            return None;
-        }
-        let mut counts = vec![0_u64; if low < high { BINS } else { 1 }];
-        let scale = counts.len() as f64 / (high - low);
-        values(&mut |value, voxels| {
-            if value.is_finite() {
-                // A single value gives 0 times infinity, which is bin 0.
-                let bin = ((f64::from(value) - low) * scale) as usize;
-                let last = counts.len() - 1;
-                counts[bin.min(last)] = counts[bin.min(last)].saturating_add(voxels);
-            }
-        });
-        Some(Self { low, high, counts })
-    }
+/// The histogram of what `values` hands to what it is given; `None` without finite numbers. It is
+/// run twice.
+fn histogram(values: impl Fn(&mut dyn FnMut(f32))) -> Option<Histogram> {
+    let mut range = FiniteRange::default();
+    values(&mut |value| range.add(value));
+    let mut histogram = Histogram::new(range.0?, BINS);
+    values(&mut |value| histogram.add(value, 1));
+    Some(histogram)
 }

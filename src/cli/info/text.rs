@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde_json::Value as Json;
 
-use super::report::{GridReport, Histogram, Report};
+use super::report::{GridReport, Report};
+use crate::io::Histogram;
 
 pub(super) fn write(report: &Report) -> String {
     let mut text = String::new();

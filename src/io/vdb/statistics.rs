@@ -4,6 +4,7 @@
 use super::mask;
 use super::topology::Topology;
 use super::value::Value;
+use crate::io::{FiniteRange, Histogram};
 
 /// Statistics of one component of the active values. A tile counts as many times as it has voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +21,7 @@ pub struct Statistics {
 
 /// What a statistic is made from.
 #[derive(Clone, Copy)]
-pub(super) struct Tally {
+struct Tally {
     min: f64,
     max: f64,
     sum: f64,
@@ -29,7 +30,7 @@ pub(super) struct Tally {
 }
 
 /// One tally for each component; the second and third are used by vectors only.
-pub(super) type Tallies = [Tally; 3];
+type Tallies = [Tally; 3];
 
 const NOTHING: Tally =
     Tally { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, count: 0, nan_count: 0 };
@@ -63,35 +64,72 @@ impl Tally {
     }
 }
 
-/// The tallies of a leaf's active values.
-pub(super) fn of_leaf<T: Value>(values: &[T], active: &[u64]) -> Tallies {
-    let mut tallies = [NOTHING; 3];
-    for (component, tally) in tallies.iter_mut().enumerate().take(T::COMPONENTS) {
-        for voxel in mask::set_bits(active) {
-            tally.add(values[voxel].component(component), 1);
-        }
-    }
-    tallies
+/// What is found out about the active values of a leaf, or of more.
+#[derive(Clone, Copy)]
+pub(super) struct Findings {
+    tallies: Tallies,
+    /// Of the values as numbers for rendering.
+    range: FiniteRange,
 }
 
-/// The statistics of a tree from its tiles and its leaves' tallies.
-pub(super) fn combine<T: Value>(
-    topology: &Topology<T>,
-    leaves: impl IntoIterator<Item = Tallies>,
-) -> Vec<Statistics> {
-    let mut all = [NOTHING; 3];
-    for tile in topology.tiles().filter(|tile| tile.active) {
-        for (component, tally) in all.iter_mut().enumerate() {
-            tally.add(tile.value.component(component), tile.voxels());
+impl Findings {
+    /// Of a leaf.
+    pub(super) fn of_leaf<T: Value>(values: &[T], active: &[u64]) -> Self {
+        let mut findings = Self { tallies: [NOTHING; 3], range: FiniteRange::default() };
+        for (component, tally) in findings.tallies.iter_mut().enumerate().take(T::COMPONENTS) {
+            for voxel in mask::set_bits(active) {
+                tally.add(values[voxel].component(component), 1);
+            }
         }
+        for voxel in mask::set_bits(active) {
+            findings.range.add(values[voxel].to_f32());
+        }
+        findings
     }
-    for leaf in leaves {
-        for (tally, more) in all.iter_mut().zip(&leaf) {
+
+    /// Of a tree's tiles; the leaves are merged into it one by one, in their order.
+    pub(super) fn of_tiles<T: Value>(topology: &Topology<T>) -> Self {
+        let mut findings = Self { tallies: [NOTHING; 3], range: FiniteRange::default() };
+        for tile in topology.tiles().filter(|tile| tile.active) {
+            for (component, tally) in findings.tallies.iter_mut().enumerate() {
+                tally.add(tile.value.component(component), tile.voxels());
+            }
+            findings.range.add(tile.value.to_f32());
+        }
+        findings
+    }
+
+    /// Takes in what was found elsewhere.
+    pub(super) fn merge(&mut self, other: &Self) {
+        for (tally, more) in self.tallies.iter_mut().zip(&other.tallies) {
             tally.merge(more);
         }
+        self.range.merge(other.range);
     }
-    if all[0].count == 0 && all[0].nan_count == 0 {
-        return Vec::new();
+
+    /// One for each of `components`; none without active voxels.
+    pub(super) fn statistics(&self, components: usize) -> Vec<Statistics> {
+        if self.tallies[0].count == 0 && self.tallies[0].nan_count == 0 {
+            return Vec::new();
+        }
+        self.tallies[..components].iter().map(Tally::statistics).collect()
     }
-    all[..T::COMPONENTS].iter().map(Tally::statistics).collect()
+
+    /// The smallest and the largest finite value.
+    pub(super) fn range(&self) -> Option<[f64; 2]> {
+        self.range.0
+    }
+}
+
+/// The active tiles by value; leaves are to follow.
+pub(super) fn tile_histogram<T: Value>(
+    topology: &Topology<T>,
+    range: [f64; 2],
+    bins: usize,
+) -> Histogram {
+    let mut histogram = Histogram::new(range, bins);
+    for tile in topology.tiles().filter(|tile| tile.active) {
+        histogram.add(tile.value.to_f32(), tile.voxels());
+    }
+    histogram
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::grid_type::{slot_of, slot_offset};
 use super::index_box::IndexBox;
 use super::mask;
-use super::statistics::{self, Statistics};
+use super::statistics::{Findings, Statistics};
 use super::topology::{RootContent, Tiles, Topology, branch_slots};
 use super::value::Value;
 
@@ -156,9 +156,10 @@ impl<T: Value> Tree<T> {
 
     /// Statistics of the active values, one for each component; none without active voxels.
     pub fn statistics(&self) -> Vec<Statistics> {
-        let leaves: Vec<_> =
-            self.par_leaves().map(|leaf| statistics::of_leaf(leaf.values, leaf.active)).collect();
-        statistics::combine(&self.topology, leaves)
+        let mut all = Findings::of_tiles(&self.topology);
+        let leaves = self.par_leaves().map(|leaf| Findings::of_leaf(leaf.values, leaf.active));
+        leaves.collect::<Vec<_>>().iter().for_each(|leaf| all.merge(leaf));
+        all.statistics(T::COMPONENTS)
     }
 
     /// Bytes of memory held.

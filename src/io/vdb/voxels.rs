@@ -10,12 +10,14 @@ use super::grid_type::ValueType;
 use super::header::GridHeader;
 use super::index_box::IndexBox;
 use super::leaves::{LeafFormat, LeafWorkspace};
+use super::mask;
 use super::source::{Reader, Source};
-use super::statistics::{self, Statistics, Tallies};
+use super::statistics::{self, Findings, Statistics};
 use super::topology::{self, Topology};
 use super::tree::Tree;
 use super::value::{AnyValue, Value};
 use super::value_block::Encoding;
+use crate::io::Histogram;
 
 /// Bytes to read at once.
 const CHUNK: usize = 256 << 10;
@@ -27,6 +29,8 @@ pub enum SurveyDepth {
     Topology,
     /// All values, without keeping them: statistics too.
     Values,
+    /// All values, twice, without keeping them: a histogram of this many bins too.
+    Histogram(usize),
 }
 
 /// What a grid holds, found without keeping its voxels.
@@ -40,6 +44,9 @@ pub struct Survey {
     /// Statistics of the active values, one for each component; none without active voxels and
     /// none with [`SurveyDepth::Topology`].
     pub statistics: Vec<Statistics>,
+    /// The active voxels by value, as numbers for rendering (see [`Value::to_f32`]); `None` unless
+    /// asked for, and without finite values.
+    pub histogram: Option<Histogram>,
     /// Number of leaves.
     pub leaf_count: u64,
     /// Number of active tiles.
@@ -114,22 +121,37 @@ pub(super) fn load(source: &Source, header: &GridHeader) -> Parsed<Grid> {
 pub(super) fn survey(source: &Source, header: &GridHeader, depth: SurveyDepth) -> Parsed<Survey> {
     for_value_type!(header, T => {
         let (mut topology, format) = read_topology::<T>(source, header)?;
-        let mut leaves = Vec::new();
-        if depth == SurveyDepth::Values {
-            leaves = tally_leaves(&format, &mut block_reader(source, header), &mut topology)?;
+        let mut found = Findings::of_tiles(&topology);
+        let reader = || block_reader(source, header);
+        if depth != SurveyDepth::Topology {
+            let each = Findings::of_leaf::<T>;
+            visit_leaves(&format, &mut reader(), &mut topology, each, |leaf| found.merge(&leaf))?;
         }
         let mut survey = Survey {
             active_voxels: topology.active_voxel_count(),
             active_bounds: topology.active_bounds(),
             statistics: Vec::new(),
+            histogram: None,
             leaf_count: topology.leaf_origins.len() as u64,
             active_tile_count: topology.tiles().filter(|tile| tile.active).count() as u64,
             memory_bytes: topology.memory_bytes() as u64,
         };
         let voxels = survey.leaf_count * format.shape.leaf_voxels() as u64;
         survey.memory_bytes += voxels * size_of::<T>() as u64;
-        if depth == SurveyDepth::Values {
-            survey.statistics = statistics::combine(&topology, leaves);
+        if depth != SurveyDepth::Topology {
+            survey.statistics = found.statistics(T::COMPONENTS);
+        }
+        if let (SurveyDepth::Histogram(bins), Some(range)) = (depth, found.range()) {
+            let mut all = statistics::tile_histogram(&topology, range, bins);
+            let each = |values: &[T], active: &[u64]| {
+                let mut histogram = Histogram::new(range, bins);
+                for voxel in mask::set_bits(active) {
+                    histogram.add(values[voxel].to_f32(), 1);
+                }
+                histogram
+            };
+            visit_leaves(&format, &mut reader(), &mut topology, each, |leaf| all.merge(&leaf))?;
+            survey.histogram = Some(all);
         }
         Ok(survey)
     })
@@ -176,31 +198,32 @@ fn block_reader<'a>(source: &'a Source, header: &GridHeader) -> Reader<'a> {
     Reader::new(source, header.place.blocks, header.place.end, CHUNK)
 }
 
-/// The tallies of all leaves in their order; replaces the topology's masks by the buffers' own.
-fn tally_leaves<T: Value>(
+/// Hands what `each` makes of a leaf's values and active mask to `take`, leaf by leaf in their order,
+/// keeping no values; replaces the topology's masks by the buffers' own.
+fn visit_leaves<T: Value, R: Send>(
     format: &LeafFormat<T>,
     reader: &mut Reader,
     topology: &mut Topology<T>,
-) -> Parsed<Vec<Tallies>> {
+    each: impl Fn(&[T], &[u64]) -> R + Sync,
+    mut take: impl FnMut(R),
+) -> Parsed<()> {
     let count = topology.leaf_origins.len();
     format.check_room(count, reader)?;
     let (voxels, words) = (format.shape.leaf_voxels(), format.shape.leaf_words());
-    let mut tallies = Vec::new();
     format.for_each_batch(reader, count, |first, batch| {
         let range = first * words..(first + batch.len()) * words;
-        let of_batch: Result<Vec<_>, Fault> = topology.leaf_active[range]
+        let of_batch: Result<Vec<R>, Fault> = topology.leaf_active[range]
             .par_chunks_exact_mut(words)
             .zip(batch)
             .map_init(
                 || (LeafWorkspace::default(), vec![T::default(); voxels]),
                 |(workspace, values), (active, leaf)| {
                     format.decode(leaf, workspace, active, values)?;
-                    Ok(statistics::of_leaf(values, active))
+                    Ok(each(values, active))
                 },
             )
             .collect();
-        tallies.extend(of_batch?);
+        of_batch?.into_iter().for_each(&mut take);
         Ok(())
-    })?;
-    Ok(tallies)
+    })
 }
