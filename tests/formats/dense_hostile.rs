@@ -58,6 +58,24 @@ fn mutated_dense_files_give_an_answer_or_an_error() {
     }
 }
 
+/// A header may name any file of the machine that reads it.
+#[cfg(unix)]
+#[test]
+fn voxels_in_a_device_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for encoding in ["raw", "ascii", "gzip"] {
+        let path = folder.path().join("v.nhdr");
+        let text = format!(
+            "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nencoding: {encoding}\n\
+             data file: /dev/zero\n"
+        );
+        std::fs::write(&path, text).unwrap();
+        let file = DenseFile::open(&path, Format::Nrrd, &VolumeTable::default()).unwrap();
+        let error = file.voxels().err().unwrap().to_string();
+        assert!(error.contains("not in a file"), "{error}");
+    }
+}
+
 #[test]
 fn mutated_real_dense_files_give_an_answer_or_an_error() {
     let names = [

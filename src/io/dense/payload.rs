@@ -43,8 +43,13 @@ impl Payload {
             Self::Stored { path, offset, packing, skip } => (path, *offset, *packing, *skip),
         };
         let failed = |error| Error::file(path, error);
+        // A header may name any file: opening a pipe waits, and a device never ends.
+        let metadata = std::fs::metadata(path).map_err(failed)?;
+        if !metadata.is_file() {
+            return Err(Error::contents(path, "the header's voxels are not in a file"));
+        }
+        let left = metadata.len().saturating_sub(offset);
         let mut stored = File::open(path).map_err(failed)?;
-        let left = stored.metadata().map_err(failed)?.len().saturating_sub(offset);
         stored.seek(SeekFrom::Start(offset)).map_err(failed)?;
         let unpacked = match packing {
             Packing::Bare if left.saturating_sub(skip) < due as u64 => {
