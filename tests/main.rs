@@ -10,6 +10,8 @@ mod embedding;
 mod formats;
 mod fragments;
 mod info;
+#[path = "fuzz/readers.rs"]
+mod readers;
 mod scene_files;
 mod shaders;
 mod support;

@@ -5,6 +5,7 @@ mod deep_exr_odd;
 mod dense_fixtures;
 mod dense_hostile;
 mod dense_truth;
+mod fuzz_targets;
 mod vdb_blocks;
 mod vdb_bytes;
 mod vdb_dense;
