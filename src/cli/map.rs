@@ -7,8 +7,9 @@ use clap::Args;
 use super::arguments::{OutputArguments, SceneArguments};
 use super::job::{Job, default_output};
 use crate::error::{Error, Result};
+use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::{PendingFile, exr};
-use crate::shadow::Map;
+use crate::shadow::{FragmentMap, Map};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -16,10 +17,13 @@ pub(super) struct Arguments {
     scene: SceneArguments,
     #[command(flatten)]
     output: OutputArguments,
+    /// Of a fragment map only what its lists come to, as a flat image: count, front, back, A.
+    #[arg(long)]
+    statistics: bool,
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<()> {
-    let Arguments { scene, output } = arguments;
+    let Arguments { scene, output, statistics } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.input, "exr"));
     if path.extension().is_none_or(|ending| ending != "exr") {
         return Err(Error::contents(path, "a map's name must end in .exr"));
@@ -38,7 +42,16 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
                 "threshold map".to_owned(),
             )
         }
-        Map::Fragments(_) => return Err(Error::contents(path, "not yet")),
+        Map::Fragments(map) => {
+            let domain = job.scene.volume.domain();
+            let tolerance = job.settings.tolerance;
+            let contents = if statistics {
+                encode_fragment_statistics(map)?
+            } else {
+                encode_fragment_map(map, tolerance, &index_from_world, &domain)?
+            };
+            (contents, format!("fragment map, {}", held(map)))
+        }
     };
     file.finish_with(&contents)?;
     job.note(&format!(
@@ -49,4 +62,13 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         job.backend.description(),
     ));
     Ok(())
+}
+
+/// What a fragment map holds, for people.
+fn held(map: &FragmentMap) -> String {
+    let runs = map.runs();
+    let most = runs.starts().windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
+    let mean = runs.nodes().len() as f64 / runs.texels().max(1) as f64;
+    let mebibytes = map.bytes() as f64 / f64::from(1 << 20);
+    format!("{mean:.1} nodes a texel, at most {most}, {mebibytes:.1} MiB,")
 }

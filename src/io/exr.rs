@@ -1,11 +1,11 @@
 //! Flat OpenEXR through the `exr` crate: pictures in linear radiance, shadow maps with what a reader
-//! needs to look things up in them. (The crate has no deep data; deep files are not made here.)
+//! needs to look things up in them. (The crate has no deep data: that is `deep_exr`.)
 
 use std::io::Cursor;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage, Layer,
-    LayerAttributes, SmallVec, Text, WritableImage,
+    LayerAttributes, Text, WritableImage,
 };
 
 use glam::{DMat4, DVec3};
@@ -85,19 +85,23 @@ fn vector(v: DVec3) -> AttributeValue {
 }
 
 fn encode_rgba(
-    [width, height]: [u32; 2],
+    size: [u32; 2],
     pixels: &[[f32; 4]],
     attributes: Vec<(&str, AttributeValue)>,
 ) -> Result<Vec<u8>> {
-    let channel = |name: &str, c: usize| {
-        AnyChannel::new(name, FlatSamples::F32(pixels.iter().map(|p| p[c]).collect()))
-    };
-    let channels = SmallVec::from_vec(vec![
-        channel("R", 0),
-        channel("G", 1),
-        channel("B", 2),
-        channel("A", 3),
-    ]);
+    let channel = |c: usize| pixels.iter().map(|p| p[c]).collect();
+    let names = ["R", "G", "B", "A"].into_iter().enumerate();
+    encode_channels(size, names.map(|(c, name)| (name, channel(c))).collect(), attributes)
+}
+
+/// Named channels of f32, each a number a pixel, row 0 on top.
+pub(super) fn encode_channels(
+    [width, height]: [u32; 2],
+    channels: Vec<(&str, Vec<f32>)>,
+    attributes: Vec<(&str, AttributeValue)>,
+) -> Result<Vec<u8>> {
+    let channels = channels.into_iter();
+    let channels = channels.map(|(name, v)| AnyChannel::new(name, FlatSamples::F32(v))).collect();
     let mut layer = Layer::new(
         (width as usize, height as usize),
         LayerAttributes::default(),

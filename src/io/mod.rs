@@ -6,6 +6,7 @@ pub mod dense;
 pub mod exr;
 pub mod fog;
 pub mod format;
+pub mod fragment_map;
 mod histogram;
 mod load;
 pub mod number;

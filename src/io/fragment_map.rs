@@ -1,0 +1,70 @@
+//! Fragment maps as OpenEXR: the lists as a deep image, or what they come to as a flat one.
+
+use glam::{DMat4, DVec3};
+
+use super::deep_exr::{Attribute, DeepHeader, Slab, encode_slabs};
+use super::exr::encode_channels;
+use crate::error::Result;
+use crate::math::Aabb;
+use crate::shadow::{FragmentMap, ShadowMap};
+
+/// A fragment map as deep OpenEXR: a pixel a texel, row 0 (v = 0) on top, a sample a fragment: Z and
+/// ZBack (depths in world lengths along the texel's ray), A (opacity), f32, ZIPS. Its attributes are a
+/// threshold map's where they apply ([`super::exr::encode_threshold_map`]), with `kind` = `fragments`,
+/// and `tolerance` (float): the largest error of transmittance that fitting may have made, 0 for none.
+///
+/// # Errors
+/// If the encoder fails.
+pub fn encode_fragment_map(
+    map: &FragmentMap,
+    tolerance: f64,
+    index_from_world: &DMat4,
+    domain: &Aabb,
+) -> Result<Vec<u8>> {
+    let view = map.view();
+    let rows =
+        |matrix: &DMat4| Attribute::Matrix4x4(matrix.transpose().to_cols_array().map(|x| x as f32));
+    let vector = |v: DVec3| Attribute::FloatVec3(v.as_vec3().to_array());
+    let mut header = DeepHeader::new([map.size(); 2], Vec::new())
+        .with("software", concat!("deepshadow ", env!("CARGO_PKG_VERSION")))
+        .with("kind", "fragments")
+        .with("tolerance", tolerance as f32)
+        .with("depth_unit", "world")
+        .with("depth_from", if view.position.is_some() { "light" } else { "near plane" })
+        .with("light_from_world", rows(&view.light_from_world))
+        .with("index_from_world", rows(index_from_world))
+        .with("domain_min", vector(domain.min))
+        .with("domain_max", vector(domain.max));
+    if let Some(position) = view.position {
+        header = header.with("light_position", vector(position));
+    }
+    encode_slabs(&header, |x, y| {
+        map.fragments(x, y).map(|fragment| Slab {
+            front: fragment.front,
+            back: fragment.back,
+            optical_depth: fragment.optical_depth,
+        })
+    })
+}
+
+/// What a fragment map's lists come to as flat OpenEXR, f32: `count` of fragments, `front` of the first
+/// and `back` of the last (world lengths along the texel's ray; 0 without fragments), A: the opacity of
+/// the whole list.
+///
+/// # Errors
+/// If the encoder fails.
+pub fn encode_fragment_statistics(map: &FragmentMap) -> Result<Vec<u8>> {
+    let size = map.size();
+    let mut channels = ["count", "front", "back", "A"].map(|name| (name, Vec::new()));
+    for (x, y) in (0..size).flat_map(|y| (0..size).map(move |x| (x, y))) {
+        let nodes = map.nodes(x, y);
+        let (first, last) =
+            (nodes.first().copied().unwrap_or_default(), nodes.last().copied().unwrap_or_default());
+        let opacity = -(-last.optical_depth).exp_m1();
+        let numbers = [map.fragments(x, y).count() as f32, first.depth, last.depth, opacity];
+        for ((_, channel), number) in channels.iter_mut().zip(numbers) {
+            channel.push(number);
+        }
+    }
+    encode_channels([size; 2], channels.into(), Vec::new())
+}
