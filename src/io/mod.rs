@@ -12,6 +12,7 @@ mod load;
 pub mod number;
 pub mod png;
 pub mod raw;
+pub mod remap;
 pub mod vdb;
 
 pub use atomic::PendingFile;

@@ -5,6 +5,23 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 
+/// Runs the expression with `$type` standing for the numbers' type.
+macro_rules! for_type {
+    ($value_type:expr, $type:ident => $result:expr) => {
+        for_type!(@ $value_type, $type => $result;
+            U8: u8, I8: i8, U16: u16, I16: i16, U32: u32, I32: i32, U64: u64, I64: i64,
+            F16: f16, F32: f32, F64: f64)
+    };
+    (@ $value_type:expr, $type:ident => $result:expr; $($variant:ident: $number:ty),*) => {
+        match $value_type {
+            $(ValueType::$variant => {
+                type $type = $number;
+                $result
+            })*
+        }
+    };
+}
+
 /// The number types of voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
@@ -48,6 +65,36 @@ impl ValueType {
     }
 }
 
+impl ValueType {
+    /// Smallest and largest number of an integer type; `None` for floating-point numbers.
+    pub fn limits(self) -> Option<[f64; 2]> {
+        Some(match self {
+            Self::U8 => [0.0, u8::MAX.into()],
+            Self::I8 => [i8::MIN.into(), i8::MAX.into()],
+            Self::U16 => [0.0, u16::MAX.into()],
+            Self::I16 => [i16::MIN.into(), i16::MAX.into()],
+            Self::U32 => [0.0, u32::MAX.into()],
+            Self::I32 => [i32::MIN.into(), i32::MAX.into()],
+            Self::U64 => [0.0, u64::MAX as f64],
+            Self::I64 => [i64::MIN as f64, i64::MAX as f64],
+            Self::F16 | Self::F32 | Self::F64 => return None,
+        })
+    }
+
+    /// Appends the numbers of this type that are nearest to `values`, little endian; NaN is 0 where
+    /// the type has none.
+    pub fn encode(self, values: &[f64], bytes: &mut Vec<u8>) {
+        for_type!(self, N => {
+            bytes.extend(values.iter().flat_map(|&value| N::of_f64(value).to_le_bytes()));
+        });
+    }
+
+    /// The little-endian numbers of this type in `bytes`.
+    pub fn decode(self, bytes: &[u8]) -> Vec<f64> {
+        for_type!(self, N => numbers::<N>(bytes).map(Number::to_f64).collect())
+    }
+}
+
 impl std::str::FromStr for ValueType {
     type Err = Error;
 
@@ -81,42 +128,86 @@ impl std::str::FromStr for Endian {
     }
 }
 
-/// Runs the expression with `$type` standing for the numbers' type.
-macro_rules! for_type {
-    ($value_type:expr, $type:ident => $result:expr) => {
-        for_type!(@ $value_type, $type => $result;
-            U8: u8, I8: i8, U16: u16, I16: i16, U32: u32, I32: i32, U64: u64, I64: i64,
-            F16: f16, F32: f32, F64: f64)
-    };
-    (@ $value_type:expr, $type:ident => $result:expr; $($variant:ident: $number:ty),*) => {
-        match $value_type {
-            $(ValueType::$variant => {
-                type $type = $number;
-                $result
-            })*
-        }
-    };
-}
-
 /// What the types have in common; wide enough for all but the last digits of 64-bit integers.
 trait Number: Copy + std::str::FromStr {
     fn to_f64(self) -> f64;
+    /// The nearest number; integers are cut at their limits.
+    fn of_f64(value: f64) -> Self;
+    /// The number itself, where it is an integer.
+    fn to_i128(self) -> Option<i128>;
+    /// The nearest number.
+    fn of_i128(value: i128) -> Self;
+    /// The number in as many bytes as it has.
+    fn of_le_bytes(bytes: &[u8]) -> Self;
 }
 
-macro_rules! numbers {
+macro_rules! integers {
     ($($number:ty),*) => {
         $(impl Number for $number {
             fn to_f64(self) -> f64 {
                 self as f64
             }
+            fn of_f64(value: f64) -> Self {
+                value.round() as Self
+            }
+            fn to_i128(self) -> Option<i128> {
+                Some(self.into())
+            }
+            fn of_i128(value: i128) -> Self {
+                value.clamp(Self::MIN.into(), Self::MAX.into()) as Self
+            }
+            fn of_le_bytes(bytes: &[u8]) -> Self {
+                let mut number = [0; size_of::<Self>()];
+                number.copy_from_slice(bytes);
+                Self::from_le_bytes(number)
+            }
         })*
     };
 }
-numbers!(u8, i8, u16, i16, u32, i32, u64, i64, f32, f64);
+integers!(u8, i8, u16, i16, u32, i32, u64, i64);
+
+macro_rules! floats {
+    ($($number:ty),*) => {
+        $(impl Number for $number {
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+            fn of_f64(value: f64) -> Self {
+                value as Self
+            }
+            fn to_i128(self) -> Option<i128> {
+                None
+            }
+            fn of_i128(value: i128) -> Self {
+                value as Self
+            }
+            fn of_le_bytes(bytes: &[u8]) -> Self {
+                let mut number = [0; size_of::<Self>()];
+                number.copy_from_slice(bytes);
+                Self::from_le_bytes(number)
+            }
+        })*
+    };
+}
+floats!(f32, f64);
 
 impl Number for f16 {
     fn to_f64(self) -> f64 {
         f64::from(self)
+    }
+    fn of_f64(value: f64) -> Self {
+        Self::from_f64(value)
+    }
+    fn to_i128(self) -> Option<i128> {
+        None
+    }
+    fn of_i128(value: i128) -> Self {
+        Self::from_f64(value as f64)
+    }
+    fn of_le_bytes(bytes: &[u8]) -> Self {
+        let mut number = [0; size_of::<Self>()];
+        number.copy_from_slice(bytes);
+        Self::from_le_bytes(number)
     }
 }
 
@@ -141,6 +232,34 @@ pub fn decode<T: Send>(
             convert(number.to_f64())
         })
         .collect())
+}
+
+/// The little-endian numbers in `bytes` as little-endian numbers of another type, each the nearest
+/// one; integers keep all their digits.
+pub fn cast(bytes: &[u8], from: ValueType, to: ValueType) -> Vec<u8> {
+    const CHUNK: usize = 1 << 14;
+    let chunks = bytes.par_chunks(CHUNK * from.size());
+    let parts: Vec<Vec<u8>> = chunks
+        .map(|chunk| {
+            let mut bytes = Vec::new();
+            if from.limits().is_none() {
+                to.encode(&from.decode(chunk), &mut bytes);
+                return bytes;
+            }
+            let whole: Vec<i128> =
+                for_type!(from, N => numbers::<N>(chunk).filter_map(Number::to_i128).collect());
+            for_type!(to, N => {
+                bytes.extend(whole.into_iter().flat_map(|value| N::of_i128(value).to_le_bytes()));
+            });
+            bytes
+        })
+        .collect();
+    parts.concat()
+}
+
+/// The little-endian numbers in `bytes`.
+fn numbers<N: Number>(bytes: &[u8]) -> impl Iterator<Item = N> {
+    bytes.chunks_exact(size_of::<N>()).map(N::of_le_bytes)
 }
 
 /// Turns at most `count` numbers of a text, with white space between them, into little-endian

@@ -13,6 +13,7 @@ mod vdb_fixtures;
 mod vdb_headers;
 mod vdb_hostile;
 mod vdb_truth;
+mod vdb_write;
 
 pub use vdb_hostile::fixtures as vdb_fixture_files;
 pub use vdb_truth::shared_files as shared_vdb;

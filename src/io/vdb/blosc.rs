@@ -124,6 +124,48 @@ fn unshuffle(shuffled: &[u8], type_size: usize, output: &mut [u8]) {
     }
 }
 
+/// Appends a chunk that unpacks to `bytes`, numbers of `type_size` bytes; `false`, with something
+/// useless appended, where it would not be shorter. The same bytes give the same chunk. `shuffled` is
+/// memory to work in.
+pub(super) fn compress(
+    bytes: &[u8],
+    type_size: usize,
+    shuffled: &mut Vec<u8>,
+    out: &mut Vec<u8>,
+) -> bool {
+    // Blosc itself copies less than this.
+    if bytes.len() < MIN_STREAM || !bytes.len().is_multiple_of(type_size) {
+        return false;
+    }
+    let start = out.len();
+    // Decoders split by this rule; those who know the flag are told where it does not apply.
+    let split = type_size <= MAX_STREAMS && bytes.len() / type_size >= MIN_STREAM;
+    let (streams, mark) = if split { (type_size, 0) } else { (1, NOT_SPLIT) };
+    out.extend([2, 1, LZ4 << 5 | SHUFFLED | mark, type_size as u8]);
+    // One block: all bytes, its size, the chunk's (filled in below), where the block starts.
+    for size in [bytes.len() as u32, bytes.len() as u32, 0, 20] {
+        out.extend(size.to_le_bytes());
+    }
+    shuffle(bytes, type_size, shuffled);
+    for stream in shuffled.chunks_exact(bytes.len() / streams) {
+        let packed = lz4_flex::block::compress(stream);
+        let stored = if packed.len() < stream.len() { &packed } else { stream };
+        out.extend((stored.len() as u32).to_le_bytes());
+        out.extend_from_slice(stored);
+    }
+    let size = out.len() - start;
+    out[start + 12..start + 16].copy_from_slice(&(size as u32).to_le_bytes());
+    size < bytes.len()
+}
+
+/// Inverse of [`unshuffle`] for whole numbers.
+fn shuffle(bytes: &[u8], type_size: usize, shuffled: &mut Vec<u8>) {
+    shuffled.clear();
+    for byte in 0..type_size {
+        shuffled.extend(bytes.iter().skip(byte).step_by(type_size));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -185,6 +227,24 @@ mod tests {
     fn a_copied_chunk_has_no_blocks() {
         let copied = [&chunk(0x23, 512, 512, &[])[..16], &numbers()].concat();
         assert_eq!(unpack(&copied).unwrap(), numbers());
+    }
+
+    #[test]
+    fn what_is_compressed_comes_back() {
+        let noise = |i: usize| (i.wrapping_mul(0x9e37_79b9) >> 7) as u8;
+        for length in [128, 136, 504, 512, 2048, 6144, 131_072] {
+            for type_size in [1, 2, 4, 8] {
+                let bytes: Vec<u8> =
+                    (0..length).map(|i| if i % 16 < 3 { noise(i) } else { 7 }).collect();
+                let mut chunk = Vec::new();
+                assert!(compress(&bytes, type_size, &mut Vec::new(), &mut chunk), "{length}");
+                let mut output = vec![0; length];
+                decompress(&chunk, 0, &mut output, &mut Vec::new()).unwrap();
+                assert!(output == bytes, "{length} bytes, {type_size} a number");
+            }
+        }
+        let noisy: Vec<u8> = (0..2048).map(noise).collect();
+        assert!(!compress(&noisy, 4, &mut Vec::new(), &mut Vec::new()), "noise does not shrink");
     }
 
     #[test]

@@ -22,10 +22,24 @@ pub struct Compression {
 }
 
 impl Compression {
+    /// Only active values, in Blosc chunks with LZ4: OpenVDB's own default.
+    pub const BLOSC: Self = Self { zip: false, active_mask: true, blosc: true };
+    /// Only active values, deflated.
+    pub const ZIP: Self = Self { zip: true, active_mask: true, blosc: false };
+    /// Only active values, as they are.
+    pub const ACTIVE_MASK: Self = Self { zip: false, active_mask: true, blosc: false };
+    /// All values, as they are.
+    pub const NONE: Self = Self { zip: false, active_mask: false, blosc: false };
+
     /// Takes the file's flags; `None` if there are unknown ones.
     pub(super) fn from_flags(flags: u32) -> Option<Self> {
         let has = |flag: u32| flags & flag != 0;
         (flags < 8).then_some(Self { zip: has(1), active_mask: has(2), blosc: has(4) })
+    }
+
+    /// The file's flags.
+    pub(super) fn flags(self) -> u32 {
+        u32::from(self.zip) | u32::from(self.active_mask) << 1 | u32::from(self.blosc) << 2
     }
 }
 
@@ -71,6 +85,41 @@ pub(super) fn take_run<'a>(
     };
     let data = bytes.take(length)?;
     Ok(if compression.blosc { Run::Blosc(data, start) } else { Run::Zip(data, start) })
+}
+
+/// How hard to deflate: zlib's own middle.
+const DEFLATE_LEVEL: u8 = 6;
+
+/// Appends a run in its frame. `part_bytes` is the size of the numbers in it; `shuffled` is memory to
+/// work in.
+pub(super) fn put_run(
+    run: &[u8],
+    compression: Compression,
+    part_bytes: usize,
+    shuffled: &mut Vec<u8>,
+    out: &mut Vec<u8>,
+) {
+    if !compression.zip && !compression.blosc {
+        out.extend_from_slice(run);
+        return;
+    }
+    let frame = out.len();
+    out.extend([0; 8]);
+    let packed = if compression.blosc {
+        blosc::compress(run, part_bytes, shuffled, out)
+    } else {
+        out.extend(miniz_oxide::deflate::compress_to_vec_zlib(run, DEFLATE_LEVEL));
+        out.len() - frame - 8 < run.len()
+    };
+    // What does not shrink is stored as it is, under its length as a negative number.
+    let length = if packed {
+        (out.len() - frame - 8) as i64
+    } else {
+        out.truncate(frame + 8);
+        out.extend_from_slice(run);
+        -(run.len() as i64)
+    };
+    out[frame..frame + 8].copy_from_slice(&length.to_le_bytes());
 }
 
 /// Memory to decompress in, for use again and again by one thread.

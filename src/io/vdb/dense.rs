@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::grid_type::slot_of;
 use super::index_box::IndexBox;
+use super::mask;
 use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
 use crate::error::{ErrorKind, Result};
@@ -31,9 +32,22 @@ impl<T: Value> Tree<T> {
         limit_bytes: u64,
         convert: impl Fn(T) -> U + Sync,
     ) -> Result<Dense<U>> {
+        self.densify_active(bounds, limit_bytes, |value, _| convert(value))
+    }
+
+    /// As [`Tree::densify`]; `convert` is told whether the voxel is active, too.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Limit`] if the array takes more than `limit_bytes`; it says how much it takes.
+    pub fn densify_active<U: Copy + Send + Sync>(
+        &self,
+        bounds: IndexBox,
+        limit_bytes: u64,
+        convert: impl Fn(T, bool) -> U + Sync,
+    ) -> Result<Dense<U>> {
         let voxels = checked_voxels(&bounds, size_of::<U>(), limit_bytes)?;
         let [nx, ny, nz] = bounds.dims().map(|length| length as usize);
-        let mut values = vec![convert(self.background()); voxels];
+        let mut values = vec![convert(self.background(), false); voxels];
 
         // The array is cut in slabs where the leaves are cut, and each slab is filled by a thread.
         let log_edge = self.leaves().next().map_or(3, |leaf| leaf.log_edge);
@@ -97,18 +111,17 @@ struct Slab<'a, T, U> {
 }
 
 impl<T: Value, U: Copy> Slab<'_, T, U> {
-    fn fill(&mut self, convert: &impl Fn(T) -> U) {
+    fn fill(&mut self, convert: &impl Fn(T, bool) -> U) {
         for tile in std::mem::take(&mut self.tiles) {
-            let value = convert(tile.value);
+            let value = convert(tile.value, tile.active);
             self.for_each_row(tile.bounds(), |row, _| row.fill(value));
         }
         for leaf in std::mem::take(&mut self.leaves) {
             let stride = 1 << (2 * leaf.log_edge);
             self.for_each_row(leaf.bounds(), |row, first| {
                 let first = slot_of(first, leaf.log_edge, 0);
-                let values = leaf.values[first..].iter().step_by(stride);
-                for (voxel, &value) in row.iter_mut().zip(values) {
-                    *voxel = convert(value);
+                for (voxel, slot) in row.iter_mut().zip((first..).step_by(stride)) {
+                    *voxel = convert(leaf.values[slot], mask::is_set(leaf.active, slot));
                 }
             });
         }

@@ -5,6 +5,7 @@ use glam::IVec3;
 use half::f16;
 
 use super::dense::Dense;
+use super::grid_type::ValueType;
 use super::index_box::IndexBox;
 use super::statistics::Statistics;
 use super::tree::Tree;
@@ -31,23 +32,39 @@ pub enum Grid {
 macro_rules! with_tree {
     ($grid:expr, $tree:ident => $result:expr) => {
         match $grid {
-            Grid::Float($tree) => $result,
-            Grid::Double($tree) => $result,
-            Grid::Half($tree) => $result,
-            Grid::Int32($tree) => $result,
-            Grid::Int64($tree) => $result,
-            Grid::Bool($tree) => $result,
-            Grid::Vec3s($tree) => $result,
-            Grid::Vec3d($tree) => $result,
-            Grid::Vec3i($tree) => $result,
+            $crate::io::vdb::Grid::Float($tree) => $result,
+            $crate::io::vdb::Grid::Double($tree) => $result,
+            $crate::io::vdb::Grid::Half($tree) => $result,
+            $crate::io::vdb::Grid::Int32($tree) => $result,
+            $crate::io::vdb::Grid::Int64($tree) => $result,
+            $crate::io::vdb::Grid::Bool($tree) => $result,
+            $crate::io::vdb::Grid::Vec3s($tree) => $result,
+            $crate::io::vdb::Grid::Vec3d($tree) => $result,
+            $crate::io::vdb::Grid::Vec3i($tree) => $result,
         }
     };
 }
+pub(super) use with_tree;
 
 impl Grid {
     /// The value of every voxel that the tree does not hold.
     pub fn background(&self) -> AnyValue {
         with_tree!(self, tree => tree.background().any())
+    }
+
+    /// The type of the values; `Bool` for mask grids too.
+    pub fn value_type(&self) -> ValueType {
+        match self {
+            Self::Float(_) => ValueType::Float,
+            Self::Double(_) => ValueType::Double,
+            Self::Half(_) => ValueType::Half,
+            Self::Int32(_) => ValueType::Int32,
+            Self::Int64(_) => ValueType::Int64,
+            Self::Bool(_) => ValueType::Bool,
+            Self::Vec3s(_) => ValueType::Vec3s,
+            Self::Vec3d(_) => ValueType::Vec3d,
+            Self::Vec3i(_) => ValueType::Vec3i,
+        }
     }
 
     /// The value at a voxel, and whether it is active.
@@ -87,6 +104,29 @@ impl Grid {
         with_tree!(self, tree => tree.memory_bytes())
     }
 
+    /// All voxels of `bounds`, x fastest, in their own type: little endian, the components of a vector
+    /// beside each other, booleans as bytes of 0 and 1.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] if they take more than `limit_bytes`.
+    pub fn dense_bytes(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Vec<u8>> {
+        with_tree!(self, tree => {
+            let dense = tree.densify(bounds, limit_bytes, |value| value)?;
+            Ok(encoded(&dense))
+        })
+    }
+
+    /// Whether each voxel of `bounds` is active, x fastest.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] if they take more than `limit_bytes`.
+    pub fn dense_activity(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Vec<bool>> {
+        with_tree!(self, tree => {
+            let dense = tree.densify_active(bounds, limit_bytes, |_, active| active)?;
+            Ok(dense.values.into_raw_vec_and_offset().0)
+        })
+    }
+
     /// All voxels of `bounds`, active or not, as numbers for rendering: vectors by their length,
     /// booleans as 0 and 1 (see [`Value::to_f32`]).
     ///
@@ -95,6 +135,13 @@ impl Grid {
     pub fn densify(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Dense<f32>> {
         with_tree!(self, tree => tree.densify(bounds, limit_bytes, Value::to_f32))
     }
+}
+
+fn encoded<T: Value>(dense: &Dense<T>) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(dense.values.len() * T::BYTES);
+    // The array is in standard layout: x runs fastest.
+    T::encode(dense.values.as_slice().unwrap_or_default(), &mut bytes);
+    bytes
 }
 
 macro_rules! from_tree {

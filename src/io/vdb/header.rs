@@ -15,7 +15,7 @@ pub(super) const MAGIC: i64 = 0x5644_4220;
 /// newer exists.
 const VERSIONS: std::ops::RangeInclusive<u32> = 222..=225;
 /// Stands in a unique name between the name and a number.
-const NAME_SEPARATOR: char = '\u{1e}';
+pub(super) const NAME_SEPARATOR: char = '\u{1e}';
 
 /// What stands before the first grid.
 pub(super) struct FileHeader {
@@ -60,6 +60,8 @@ pub struct GridHeader {
     /// Bytes of the grid in the file, without its descriptor.
     pub file_bytes: u64,
     pub(super) place: Place,
+    /// The transform's map as the file has it.
+    pub(super) map_bytes: Vec<u8>,
 }
 
 /// Where a grid lies in the file.
@@ -172,6 +174,7 @@ pub(super) fn read_grid_header(
         refused: None,
         file_bytes: place.end - place.grid,
         place,
+        map_bytes: Vec::new(),
         type_name,
     };
     header.place.shape = grid_type.shape;
@@ -180,7 +183,10 @@ pub(super) fn read_grid_header(
         None => header.refuse(format!("unknown compression flags {flags:#x}")),
     }
     match reader.parse(transform::read) {
-        Ok(named) => (header.map_name, header.transform) = (named.map, named.transform),
+        Ok(named) => {
+            (header.map_name, header.transform) = (named.map, named.transform);
+            header.map_bytes = named.bytes;
+        }
         // What follows a map of unknown length cannot be found.
         Err(Fault::Bad { why, .. }) => {
             header.refuse(why.clone());

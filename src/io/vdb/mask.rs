@@ -11,7 +11,11 @@ pub(super) struct SlotMask {
 impl SlotMask {
     /// Takes the file's words: little endian, bit i of the mask is bit i % 64 of word i / 64.
     pub(super) fn from_bytes(bytes: &[u8]) -> Self {
-        let words: Vec<u64> = words(bytes).collect();
+        Self::from_words(words(bytes).collect())
+    }
+
+    /// A mask of these words.
+    pub(super) fn from_words(words: Vec<u64>) -> Self {
         let mut count = 0;
         let before = words
             .iter()
@@ -89,4 +93,14 @@ pub(super) fn set_bits(words: &[u64]) -> impl Iterator<Item = usize> {
         })
         .map(move |word| 64 * index + word.trailing_zeros() as usize)
     })
+}
+
+/// Sets bit `slot` or clears it.
+pub(super) fn put(words: &mut [u64], slot: usize, set: bool) {
+    let bit = 1 << (slot % 64);
+    if set {
+        words[slot / 64] |= bit;
+    } else {
+        words[slot / 64] &= !bit;
+    }
 }

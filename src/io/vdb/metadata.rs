@@ -1,5 +1,8 @@
 //! The typed key-value pairs that a file and each of its grids carry. It knows nothing of grids.
 
+use std::collections::BTreeMap;
+use std::fmt;
+
 use super::fault::Parsed;
 use super::source::{Bytes, Reader};
 
@@ -60,6 +63,33 @@ impl MetaValue {
         }
     }
 
+    /// The value's bytes in the file.
+    fn bytes(&self) -> Vec<u8> {
+        fn all<const N: usize>(parts: impl IntoIterator<Item = [u8; N]>) -> Vec<u8> {
+            parts.into_iter().flatten().collect()
+        }
+        match self {
+            Self::Bool(value) => vec![u8::from(*value)],
+            Self::Int32(value) => value.to_le_bytes().to_vec(),
+            Self::Int64(value) => value.to_le_bytes().to_vec(),
+            Self::Float(value) => value.to_le_bytes().to_vec(),
+            Self::Double(value) => value.to_le_bytes().to_vec(),
+            Self::String(text) => text.as_bytes().to_vec(),
+            Self::Vec2i(values) => all(values.map(i32::to_le_bytes)),
+            Self::Vec2s(values) => all(values.map(f32::to_le_bytes)),
+            Self::Vec2d(values) => all(values.map(f64::to_le_bytes)),
+            Self::Vec3i(values) => all(values.map(i32::to_le_bytes)),
+            Self::Vec3s(values) => all(values.map(f32::to_le_bytes)),
+            Self::Vec3d(values) => all(values.map(f64::to_le_bytes)),
+            Self::Vec4i(values) => all(values.map(i32::to_le_bytes)),
+            Self::Vec4s(values) => all(values.map(f32::to_le_bytes)),
+            Self::Vec4d(values) => all(values.map(f64::to_le_bytes)),
+            Self::Mat4s(values) => all(values.map(f32::to_le_bytes)),
+            Self::Mat4d(values) => all(values.map(f64::to_le_bytes)),
+            Self::Other { bytes, .. } => bytes.clone(),
+        }
+    }
+
     fn parse(type_name: &str, data: &[u8], start: u64) -> Self {
         let mut bytes = Bytes::new(data, start);
         let value = Self::parse_known(type_name, &mut bytes);
@@ -94,6 +124,37 @@ impl MetaValue {
             "mat4d" => Self::Mat4d(bytes.each(Bytes::f64)?),
             _ => return Ok(None),
         }))
+    }
+}
+
+/// As people read it: numbers with commas between them, text as it is.
+impl fmt::Display for MetaValue {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        fn list<T: ToString>(values: &[T]) -> String {
+            values.iter().map(ToString::to_string).collect::<Vec<_>>().join(",")
+        }
+        match self {
+            Self::Bool(value) => write!(f, "{value}"),
+            Self::Int32(value) => write!(f, "{value}"),
+            Self::Int64(value) => write!(f, "{value}"),
+            Self::Float(value) => write!(f, "{value}"),
+            Self::Double(value) => write!(f, "{value}"),
+            Self::String(text) => f.write_str(text),
+            Self::Vec2i(values) => f.write_str(&list(values)),
+            Self::Vec2s(values) => f.write_str(&list(values)),
+            Self::Vec2d(values) => f.write_str(&list(values)),
+            Self::Vec3i(values) => f.write_str(&list(values)),
+            Self::Vec3s(values) => f.write_str(&list(values)),
+            Self::Vec3d(values) => f.write_str(&list(values)),
+            Self::Vec4i(values) => f.write_str(&list(values)),
+            Self::Vec4s(values) => f.write_str(&list(values)),
+            Self::Vec4d(values) => f.write_str(&list(values)),
+            Self::Mat4s(values) => f.write_str(&list(values)),
+            Self::Mat4d(values) => f.write_str(&list(values)),
+            Self::Other { type_name, bytes } => {
+                write!(f, "{} bytes of type {type_name}", bytes.len())
+            }
+        }
     }
 }
 
@@ -132,6 +193,30 @@ impl Metadata {
         self.entries.is_empty()
     }
 
+    /// Puts `value` under `key`, in place of what is there.
+    pub fn set(&mut self, key: &str, value: MetaValue) {
+        self.remove(key);
+        self.entries.push((key.to_owned(), value));
+    }
+
+    /// Takes away what is under `key`.
+    pub fn remove(&mut self, key: &str) {
+        self.entries.retain(|(name, _)| name != key);
+    }
+
+    /// Appends the entries as the file has them, by their keys as OpenVDB does, each key once.
+    pub(super) fn write(&self, out: &mut Vec<u8>) {
+        let sorted: BTreeMap<&str, &MetaValue> = self.iter().collect();
+        out.extend((sorted.len() as u32).to_le_bytes());
+        for (key, value) in sorted {
+            put_text(out, key);
+            put_text(out, value.type_name());
+            let bytes = value.bytes();
+            out.extend((bytes.len() as u32).to_le_bytes());
+            out.extend(bytes);
+        }
+    }
+
     /// Reads the entries one by one, so that a false count ends where the bytes end.
     pub(super) fn read(reader: &mut Reader) -> Parsed<Self> {
         let count = reader.u32()?;
@@ -147,4 +232,10 @@ impl Metadata {
         }
         Ok(Self { entries })
     }
+}
+
+/// Appends a text with its length.
+pub(super) fn put_text(out: &mut Vec<u8>, text: &str) {
+    out.extend((text.len() as u32).to_le_bytes());
+    out.extend(text.as_bytes());
 }

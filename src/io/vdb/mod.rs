@@ -1,6 +1,6 @@
-//! Reading OpenVDB files (`.vdb`, format 222 to 225): sparse grids of numbers, vectors and
-//! booleans, as a tree in memory. It knows nothing of rendering: values, transform and metadata
-//! come out as the file has them.
+//! Reading OpenVDB files (`.vdb`, format 222 to 225) and writing them (format 224): sparse grids of
+//! numbers, vectors and booleans, as a tree in memory. It knows nothing of rendering: values,
+//! transform and metadata come out as the file has them.
 //!
 //! ```no_run
 //! use deepshadow::io::vdb::{SurveyDepth, VdbFile};
@@ -22,7 +22,7 @@
 //! In practice: [`VdbFile::open`] reads headers only. [`VdbFile::load`] gives a [`Grid`], which is
 //! a [`Tree`] of one of the value types: ask it for single voxels, leaves, tiles or a dense box.
 //! [`VdbFile::survey`] counts and measures without keeping voxels. Leaves are decoded by all
-//! threads of rayon's current pool.
+//! threads of rayon's current pool. [`TreeBuilder`] makes trees, [`VdbWriter`] writes them.
 //!
 //! Every length and count of a file is held against the bytes that are left before memory is asked
 //! for, and every decompressed size is known beforehand, so that a broken or hostile file ends in
@@ -34,11 +34,14 @@
 //! frustum transforms ([`Transform::Refused`]; the voxels load), files before format 222.
 
 mod blosc;
+mod builder;
 mod compression;
 mod dense;
+mod edit;
 mod fault;
 mod file;
 mod grid;
+mod grid_edit;
 mod grid_type;
 mod header;
 mod index_box;
@@ -53,10 +56,15 @@ mod tree;
 mod value;
 mod value_block;
 mod voxels;
+mod write;
+mod write_block;
+mod write_tree;
 
+pub use builder::TreeBuilder;
 pub use compression::Compression;
 pub(super) use compression::decompress_blosc;
 pub use dense::Dense;
+pub use edit::EVERYWHERE;
 pub use file::VdbFile;
 pub use grid::Grid;
 pub use grid_type::ValueType;
@@ -68,3 +76,4 @@ pub use transform::Transform;
 pub use tree::{Leaf, Tile, Tree};
 pub use value::{AnyValue, Value};
 pub use voxels::{Survey, SurveyDepth};
+pub use write::{NewGrid, VdbWriter};

@@ -6,6 +6,7 @@
 use glam::{DMat4, DVec3};
 
 use super::fault::{Fault, Parsed};
+use super::metadata::put_text;
 use super::source::Bytes;
 
 /// Where a grid lies in the world.
@@ -22,10 +23,52 @@ pub enum Transform {
 pub(super) struct NamedTransform {
     pub(super) map: String,
     pub(super) transform: Transform,
+    /// Name and numbers as the file has them.
+    pub(super) bytes: Vec<u8>,
+}
+
+impl Transform {
+    /// The bytes of the simplest map that is `world_from_index`, with its name, as OpenVDB itself
+    /// chooses it.
+    pub(super) fn map_bytes(world_from_index: &DMat4) -> Vec<u8> {
+        let columns = world_from_index.to_cols_array_2d();
+        let scale = DVec3::new(columns[0][0], columns[1][1], columns[2][2]);
+        let translation = world_from_index.w_axis.truncate();
+        let rebuilt = DMat4::from_translation(translation) * DMat4::from_scale(scale);
+        let (name, numbers) = if rebuilt != *world_from_index {
+            ("AffineMap", world_from_index.to_cols_array().to_vec())
+        } else {
+            let uniform = scale == DVec3::splat(scale.x);
+            let (inverse, still) = (scale.recip(), translation == DVec3::ZERO);
+            let mut parts = vec![scale, scale.abs(), inverse, inverse * inverse, inverse * 0.5];
+            if !still {
+                parts.insert(0, translation);
+            }
+            let name = match (uniform, still) {
+                (true, true) => "UniformScaleMap",
+                (true, false) => "UniformScaleTranslateMap",
+                (false, true) => "ScaleMap",
+                (false, false) => "ScaleTranslateMap",
+            };
+            (name, parts.into_iter().flat_map(|part| part.to_array()).collect())
+        };
+        let mut bytes = Vec::new();
+        put_text(&mut bytes, name);
+        bytes.extend(numbers.into_iter().flat_map(f64::to_le_bytes));
+        bytes
+    }
 }
 
 /// Reads the map's name and numbers.
 pub(super) fn read(bytes: &mut Bytes) -> Parsed<NamedTransform> {
+    let whole = bytes.rest();
+    let before = bytes.taken();
+    let (map, transform) = read_parts(bytes)?;
+    let bytes = whole[..bytes.taken() - before].to_vec();
+    Ok(NamedTransform { map, transform, bytes })
+}
+
+fn read_parts(bytes: &mut Bytes) -> Parsed<(String, Transform)> {
     let start = bytes.position();
     let map = bytes.string()?;
     if map == "NonlinearFrustumMap" {
@@ -35,10 +78,11 @@ pub(super) fn read(bytes: &mut Bytes) -> Parsed<NamedTransform> {
         let inner = bytes.string()?;
         affine(&inner, bytes, inner_start)?;
         let why = "a frustum (NonlinearFrustumMap) is not an affine transform".to_owned();
-        return Ok(NamedTransform { map, transform: Transform::Refused(why) });
+        return Ok((map, Transform::Refused(why)));
     }
     let matrix = affine(&map, bytes, start)?;
-    Ok(NamedTransform { transform: usable(&map, matrix), map })
+    let transform = usable(&map, matrix);
+    Ok((map, transform))
 }
 
 fn affine(map: &str, bytes: &mut Bytes, start: u64) -> Parsed<DMat4> {

@@ -78,6 +78,14 @@ impl<T: Value> Tree<T> {
         Self { topology, leaf_values }
     }
 
+    pub(super) fn into_parts(self) -> (Topology<T>, Vec<T>) {
+        (self.topology, self.leaf_values)
+    }
+
+    pub(super) fn topology(&self) -> &Topology<T> {
+        &self.topology
+    }
+
     /// The value of every voxel that is neither in a leaf nor in a tile.
     pub fn background(&self) -> T {
         self.topology.background

@@ -36,6 +36,18 @@ pub trait Stored: Sized {
     /// Fills `values` from as many values stored as half floats.
     #[doc(hidden)]
     fn decode_half(bytes: &[u8], values: &mut [Self]);
+    /// Bytes of one number of a value at full width.
+    #[doc(hidden)]
+    const PART_BYTES: usize;
+    /// Appends the values at full width.
+    #[doc(hidden)]
+    fn encode(values: &[Self], bytes: &mut Vec<u8>);
+    /// Appends the values as half floats; nothing for types that are never stored so.
+    #[doc(hidden)]
+    fn encode_half(values: &[Self], bytes: &mut Vec<u8>);
+    /// The value that half floats keep of this one.
+    #[doc(hidden)]
+    fn through_half(self) -> Self;
     /// The value with the opposite sign; a boolean's opposite.
     #[doc(hidden)]
     fn negated(self) -> Self;
@@ -61,7 +73,7 @@ pub enum AnyValue {
 }
 
 macro_rules! number {
-    ($type:ty, $variant:ident, $half:expr, $from_half:expr, $negated:expr) => {
+    ($type:ty, $variant:ident, $half:expr, $from_half:expr, $to_half:expr, $negated:expr) => {
         impl Value for $type {
             const COMPONENTS: usize = 1;
             fn component(self, _: usize) -> f64 {
@@ -88,6 +100,17 @@ macro_rules! number {
                     *value = $from_half(f16::from_le_bytes(*bytes));
                 }
             }
+            const PART_BYTES: usize = size_of::<$type>();
+            fn encode(values: &[Self], bytes: &mut Vec<u8>) {
+                bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+            }
+            fn encode_half(values: &[Self], bytes: &mut Vec<u8>) {
+                let halves = values.iter().filter_map($to_half);
+                bytes.extend(halves.flat_map(f16::to_le_bytes));
+            }
+            fn through_half(self) -> Self {
+                $to_half(&self).map_or(self, $from_half)
+            }
             fn negated(self) -> Self {
                 $negated(self)
             }
@@ -98,11 +121,11 @@ macro_rules! number {
     };
 }
 
-number!(f32, Float, Some(2), f16::to_f32, |value: f32| -value);
-number!(f64, Double, Some(2), f16::to_f64, |value: f64| -value);
+number!(f32, Float, Some(2), f16::to_f32, |&value: &f32| Some(f16::from_f32(value)), |v: f32| -v);
+number!(f64, Double, Some(2), f16::to_f64, |&value: &f64| Some(f16::from_f64(value)), |v: f64| -v);
 // Integers are never stored as half floats.
-number!(i32, Int32, None, |half: f16| half.to_f32() as i32, i32::wrapping_neg);
-number!(i64, Int64, None, |half: f16| half.to_f32() as i64, i64::wrapping_neg);
+number!(i32, Int32, None, |half: f16| half.to_f32() as i32, |_: &i32| None, i32::wrapping_neg);
+number!(i64, Int64, None, |half: f16| half.to_f32() as i64, |_: &i64| None, i64::wrapping_neg);
 
 macro_rules! vector {
     ($type:ty, $variant:ident) => {
@@ -130,6 +153,16 @@ macro_rules! vector {
             }
             fn decode_half(bytes: &[u8], values: &mut [Self]) {
                 <$type>::decode_half(bytes, values.as_flattened_mut());
+            }
+            const PART_BYTES: usize = <$type>::PART_BYTES;
+            fn encode(values: &[Self], bytes: &mut Vec<u8>) {
+                <$type>::encode(values.as_flattened(), bytes);
+            }
+            fn encode_half(values: &[Self], bytes: &mut Vec<u8>) {
+                <$type>::encode_half(values.as_flattened(), bytes);
+            }
+            fn through_half(self) -> Self {
+                self.map(Stored::through_half)
             }
             fn negated(self) -> Self {
                 self.map(Stored::negated)
@@ -169,6 +202,16 @@ impl Stored for f16 {
     fn decode_half(bytes: &[u8], values: &mut [Self]) {
         Self::decode(bytes, values);
     }
+    const PART_BYTES: usize = 2;
+    fn encode(values: &[Self], bytes: &mut Vec<u8>) {
+        bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    }
+    fn encode_half(values: &[Self], bytes: &mut Vec<u8>) {
+        Self::encode(values, bytes);
+    }
+    fn through_half(self) -> Self {
+        self
+    }
     fn negated(self) -> Self {
         -self
     }
@@ -199,6 +242,14 @@ impl Stored for bool {
         }
     }
     fn decode_half(_: &[u8], _: &mut [Self]) {}
+    const PART_BYTES: usize = 1;
+    fn encode(values: &[Self], bytes: &mut Vec<u8>) {
+        bytes.extend(values.iter().map(|&value| u8::from(value)));
+    }
+    fn encode_half(_: &[Self], _: &mut Vec<u8>) {}
+    fn through_half(self) -> Self {
+        self
+    }
     fn negated(self) -> Self {
         !self
     }

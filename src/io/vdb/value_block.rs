@@ -19,7 +19,7 @@ pub(super) struct Encoding<T> {
 
 impl<T: Value> Encoding<T> {
     /// Bytes of a stored value, and whether it is half floats.
-    fn stored(&self) -> (usize, bool) {
+    pub(super) fn stored(&self) -> (usize, bool) {
         match T::HALF_BYTES {
             Some(bytes) if self.half => (bytes, true),
             _ => (T::BYTES, false),

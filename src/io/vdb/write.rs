@@ -1,0 +1,301 @@
+//! Writing OpenVDB files (format 224): what `file` reads, as OpenVDB 10 and Houdini take it. It knows
+//! nothing of where bytes go.
+//!
+//! In practice: the names of all grids first, then grid by grid, so that only one is in memory.
+//!
+//! ```
+//! use deepshadow::io::vdb::{Compression, Grid, Metadata, NewGrid, TreeBuilder, VdbWriter};
+//! use glam::{DMat4, IVec3};
+//!
+//! let mut tree = TreeBuilder::new(0.0_f32);
+//! tree.set(IVec3::new(1, 2, 3), 0.5, true);
+//! let grid = NewGrid::new(tree.finish().into(), &DMat4::IDENTITY).with_class("fog volume");
+//! let mut writer = VdbWriter::new(&["density"], Compression::BLOSC, &Metadata::default());
+//! writer.add(grid)?;
+//! let bytes = writer.finish()?;
+//! # assert!(deepshadow::io::vdb::VdbFile::recognizes(&bytes));
+//! # Ok::<(), deepshadow::Error>(())
+//! ```
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DMat4;
+
+use super::compression::Compression;
+use super::grid::{Grid, with_tree};
+use super::grid_type::ValueType;
+use super::header::{GridHeader, MAGIC, NAME_SEPARATOR};
+use super::metadata::{MetaValue, Metadata, put_text};
+use super::transform::Transform;
+use super::tree::Tree;
+use super::value::Value;
+use super::value_block::Encoding;
+use super::write_tree::{put_leaves, put_topology};
+use crate::error::{Error, Result};
+
+/// The format's version, and the library's whose files are like ours.
+const VERSION: u32 = 224;
+const LIBRARY: [u32; 2] = [10, 0];
+/// What the library keeps for itself of a file's bytes.
+const DELAYED_LOAD: &str = "file_delayed_load";
+
+/// A grid to be written.
+pub struct NewGrid {
+    grid: Grid,
+    metadata: Metadata,
+    map_bytes: Vec<u8>,
+    half: bool,
+    mask: bool,
+}
+
+impl NewGrid {
+    /// A grid with no metadata.
+    pub fn new(grid: Grid, world_from_index: &DMat4) -> Self {
+        let map_bytes = Transform::map_bytes(world_from_index);
+        Self { grid, metadata: Metadata::default(), map_bytes, half: false, mask: false }
+    }
+
+    /// A grid with the metadata and the transform of another one, whatever its map; stored as half
+    /// floats if that one is.
+    pub fn like(header: &GridHeader, grid: Grid) -> Self {
+        Self {
+            grid,
+            metadata: header.metadata.clone(),
+            map_bytes: header.map_bytes.clone(),
+            half: header.saved_as_half,
+            mask: header.value_type == ValueType::Mask,
+        }
+    }
+
+    /// The grid elsewhere.
+    #[must_use]
+    pub fn placed(self, world_from_index: &DMat4) -> Self {
+        Self { map_bytes: Transform::map_bytes(world_from_index), ..self }
+    }
+
+    /// The grid with this class: "level set", "fog volume", "staggered" or "unknown".
+    #[must_use]
+    pub fn with_class(mut self, class: &str) -> Self {
+        self.metadata.set("class", MetaValue::String(class.to_owned()));
+        self
+    }
+
+    /// The grid with its floating-point values stored as half floats, or at full width.
+    #[must_use]
+    pub fn with_half(self, half: bool) -> Self {
+        Self { half, ..self }
+    }
+
+    /// The metadata, to be added to. What the file itself says of a grid (name, counts, bounds,
+    /// compression) is set when it is written.
+    pub fn metadata(&mut self) -> &mut Metadata {
+        &mut self.metadata
+    }
+}
+
+/// A file in the making.
+pub struct VdbWriter {
+    out: Vec<u8>,
+    unique_names: Vec<String>,
+    /// Of the grids added so far.
+    type_names: Vec<String>,
+    compression: Compression,
+}
+
+impl VdbWriter {
+    /// A file of grids with these names (equal and empty ones are allowed), to be added in this
+    /// order.
+    pub fn new(names: &[&str], compression: Compression, metadata: &Metadata) -> Self {
+        let mut out = Vec::new();
+        out.extend(MAGIC.to_le_bytes());
+        for number in [VERSION, LIBRARY[0], LIBRARY[1]] {
+            out.extend(number.to_le_bytes());
+        }
+        // With offsets; then room for what tells the file from others.
+        out.push(1);
+        out.extend([b'0'; UUID_LENGTH]);
+        metadata.write(&mut out);
+        out.extend((names.len() as u32).to_le_bytes());
+        Self { out, unique_names: unique_names(names), type_names: Vec::new(), compression }
+    }
+
+    /// Writes the next grid. Constant regions become tiles; counts and bounds go into its metadata.
+    ///
+    /// # Errors
+    /// If there are more grids than names.
+    pub fn add(&mut self, grid: NewGrid) -> Result<()> {
+        let NewGrid { grid, metadata, map_bytes, half, mask } = grid;
+        let (grid, half) = match grid {
+            // A value type of its own only from format 225 on.
+            Grid::Half(tree) => (Grid::Float(tree.map(f32::from)), true),
+            other => (other, half),
+        };
+        let value_type = match (&grid, mask) {
+            (Grid::Bool(_), true) => ValueType::Mask,
+            (grid, _) => grid.value_type(),
+        };
+        with_tree!(grid, tree => self.add_tree(tree, &value_type, metadata, &map_bytes, half))
+    }
+
+    fn add_tree<T: Value>(
+        &mut self,
+        tree: Tree<T>,
+        value_type: &ValueType,
+        mut metadata: Metadata,
+        map_bytes: &[u8],
+        half: bool,
+    ) -> Result<()> {
+        let half = half && T::HALF_BYTES.is_some();
+        let tree = if half { tree.map(T::through_half) } else { tree };
+        let tree = tree.pruned();
+        self.describe(&tree, half, &mut metadata);
+        let suffix = if half { "_HalfFloat" } else { "" };
+        let type_name = format!("Tree_{}_5_4_3{suffix}", value_type.name());
+        let offsets = self.put_descriptor(&type_name, "", &mut metadata)?;
+        let grid_start = self.out.len();
+        self.put_grid_header(&metadata, map_bytes);
+        let compression = self.compression;
+        let encoding = Encoding { compression, half, background: tree.background() };
+        put_topology(&tree, &encoding, &mut self.out);
+        let blocks_start = self.out.len();
+        put_leaves(&tree, value_type, &encoding, &mut self.out);
+        self.put_offsets(offsets, [grid_start, blocks_start, self.out.len()]);
+        Ok(())
+    }
+
+    /// Writes the next grid as one that shares the voxels of the grid number `parent`; it has the
+    /// metadata and the transform of `header`.
+    ///
+    /// # Errors
+    /// If there are more grids than names, or if `parent` has not been added before.
+    pub fn add_instance(&mut self, header: &GridHeader, parent: usize) -> Result<()> {
+        let (Some(name), Some(type_name)) =
+            (self.unique_names.get(parent).cloned(), self.type_names.get(parent).cloned())
+        else {
+            return Err(Error::value("instance", "its parent comes before it in the file"));
+        };
+        let mut metadata = header.metadata.clone();
+        let offsets = self.put_descriptor(&type_name, &name, &mut metadata)?;
+        let grid_start = self.out.len();
+        self.put_grid_header(&metadata, &header.map_bytes);
+        self.put_offsets(offsets, [grid_start, 0, self.out.len()]);
+        Ok(())
+    }
+
+    /// The file's bytes; the same for the same grids.
+    ///
+    /// # Errors
+    /// If there are fewer grids than names.
+    pub fn finish(mut self) -> Result<Vec<u8>> {
+        let added = self.type_names.len();
+        if added < self.unique_names.len() {
+            let why = format!("{added} of {} were added", self.unique_names.len());
+            return Err(Error::value("grids", why));
+        }
+        let uuid = uuid(&self.out);
+        self.out[UUID_START..UUID_START + UUID_LENGTH].copy_from_slice(uuid.as_bytes());
+        Ok(self.out)
+    }
+
+    /// Puts counts and bounds into the metadata.
+    fn describe<T: Value>(&self, tree: &Tree<T>, half: bool, metadata: &mut Metadata) {
+        let nothing = ([i32::MAX; 3], [i32::MIN; 3]);
+        let bounds = tree.active_bounds();
+        let (min, max) = bounds.map_or(nothing, |b| (b.min.to_array(), b.max.to_array()));
+        let number = |count: u64| MetaValue::Int64(i64::try_from(count).unwrap_or(i64::MAX));
+        metadata.set("file_bbox_min", MetaValue::Vec3i(min));
+        metadata.set("file_bbox_max", MetaValue::Vec3i(max));
+        metadata.set("file_voxel_count", number(tree.active_voxel_count()));
+        metadata.set("file_mem_bytes", number(tree.memory_bytes()));
+        metadata.set("is_saved_as_half_float", MetaValue::Bool(half));
+    }
+
+    /// Writes the descriptor of the next grid and completes its metadata; where its offsets lie.
+    fn put_descriptor(
+        &mut self,
+        type_name: &str,
+        parent: &str,
+        metadata: &mut Metadata,
+    ) -> Result<usize> {
+        let Some(unique_name) = self.unique_names.get(self.type_names.len()) else {
+            let why = format!("more than the {} that were named", self.unique_names.len());
+            return Err(Error::value("grids", why));
+        };
+        self.type_names.push(type_name.to_owned());
+        let name = unique_name.split(NAME_SEPARATOR).next().unwrap_or_default();
+        metadata.set("name", MetaValue::String(name.to_owned()));
+        metadata.set("file_compression", MetaValue::String(self.compression.to_string()));
+        if metadata.get("class").is_none() {
+            metadata.set("class", MetaValue::String("unknown".to_owned()));
+        }
+        metadata.remove(DELAYED_LOAD);
+        put_text(&mut self.out, unique_name);
+        put_text(&mut self.out, type_name);
+        put_text(&mut self.out, parent);
+        let offsets = self.out.len();
+        self.out.extend([0; 24]);
+        Ok(offsets)
+    }
+
+    fn put_grid_header(&mut self, metadata: &Metadata, map_bytes: &[u8]) {
+        self.out.extend(self.compression.flags().to_le_bytes());
+        metadata.write(&mut self.out);
+        self.out.extend_from_slice(map_bytes);
+    }
+
+    fn put_offsets(&mut self, at: usize, offsets: [usize; 3]) {
+        for (place, offset) in self.out[at..at + 24].chunks_exact_mut(8).zip(offsets) {
+            place.copy_from_slice(&(offset as i64).to_le_bytes());
+        }
+    }
+}
+
+/// The names as the file tells grids apart: empty ones and those that are not alone get a number.
+fn unique_names(names: &[&str]) -> Vec<String> {
+    let mut counts: HashMap<&str, usize> = HashMap::new();
+    for &name in names {
+        *counts.entry(name).or_default() += 1;
+    }
+    let mut taken: HashSet<String> = HashSet::new();
+    let mut numbers: HashMap<&str, usize> = HashMap::new();
+    let unique = names.iter().map(|&name| {
+        if !name.is_empty() && counts.get(name) == Some(&1) && taken.insert(name.to_owned()) {
+            return name.to_owned();
+        }
+        let number = numbers.entry(name).or_default();
+        loop {
+            let unique = format!("{name}{NAME_SEPARATOR}{number}");
+            *number += 1;
+            if taken.insert(unique.clone()) {
+                return unique;
+            }
+        }
+    });
+    unique.collect()
+}
+
+/// Where the file's identity stands.
+const UUID_START: usize = 21;
+const UUID_LENGTH: usize = 36;
+
+/// An identity made from the contents, in the shape of a UUID of version 8.
+fn uuid(contents: &[u8]) -> String {
+    // FNV-1a over words, from two starting points.
+    let hash = |start: u64| {
+        contents.chunks(8).fold(start, |hash, chunk| {
+            let mut word = [0; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            let mixed = (hash ^ u64::from_le_bytes(word)).wrapping_mul(0x0000_0100_0000_01b3);
+            mixed ^ mixed >> 29
+        })
+    };
+    let [high, low] = [0xcbf2_9ce4_8422_2325, 0x6c62_272e_07bb_0142].map(hash);
+    format!(
+        "{:08x}-{:04x}-8{:03x}-{:04x}-{:012x}",
+        high >> 32,
+        high >> 16 & 0xffff,
+        high & 0xfff,
+        low >> 48 & 0x3fff | 0x8000,
+        low & 0xffff_ffff_ffff,
+    )
+}
