@@ -212,7 +212,7 @@ impl PictureArguments {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Numbers<T, const N: usize>(pub [T; N]);
 
-fn numbers<T: FromStr + Copy + Default, const N: usize>(
+pub(super) fn numbers<T: FromStr + Copy + Default, const N: usize>(
     text: &str,
 ) -> Result<Numbers<T, N>, String> {
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
@@ -227,7 +227,7 @@ fn numbers<T: FromStr + Copy + Default, const N: usize>(
 }
 
 /// Text that is a name of `T`; what it means is read where the whole scene is put together.
-fn valid<T: FromStr<Err = crate::Error>>(text: &str) -> Result<String, String> {
+pub(super) fn valid<T: FromStr<Err = crate::Error>>(text: &str) -> Result<String, String> {
     parse::<T>(text).map(|_| text.to_owned())
 }
 
@@ -246,7 +246,7 @@ fn at_least_0(text: &str) -> Result<f64, String> {
     number(text, |x| x >= 0.0, "of at least 0")
 }
 
-fn above_0(text: &str) -> Result<f64, String> {
+pub(super) fn above_0(text: &str) -> Result<f64, String> {
     number(text, |x| x > 0.0, "above 0")
 }
 

@@ -3,6 +3,7 @@
 mod adapters;
 mod arguments;
 mod backend;
+mod convert;
 mod figures;
 mod info;
 mod job;
@@ -44,6 +45,8 @@ enum Command {
     Render(render::Arguments),
     /// Build a volume's shadow map and write it as OpenEXR.
     Map(map::Arguments),
+    /// Turn a volume file into another format.
+    Convert(convert::Arguments),
     /// Tell what a volume file holds.
     Info(info::Arguments),
     /// Draw the figures of the paper "Volumetric Deep Shadow Maps" from the presets.
@@ -86,6 +89,7 @@ fn dispatch(command: Command) -> Result<()> {
     match command {
         Command::Render(arguments) => render::run(arguments),
         Command::Map(arguments) => map::run(arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Figures(arguments) => figures::run(&arguments),
         Command::Adapters => adapters::run(),

@@ -43,12 +43,41 @@ impl PendingFile {
     /// # Errors
     /// If it cannot be written or renamed; then nothing is left behind.
     pub fn finish_with(self, contents: &[u8]) -> Result<()> {
-        let failed = |error| Error::file(&self.target, error);
-        let mut file = beside(&self.target).map_err(failed)?;
-        file.write_all(contents).map_err(failed)?;
-        // A link keeps pointing where it did; what it points to is replaced.
-        let place = fs::canonicalize(&self.target).unwrap_or_else(|_| self.target.clone());
-        file.persist(place).map_err(|error| failed(error.error))?;
+        Self::finish_together(&[(self, vec![contents])])
+    }
+
+    /// Puts several files in their places, each with the pieces of its contents: none before all of
+    /// them are written. The last one comes last, so that who sees it sees the others.
+    ///
+    /// # Errors
+    /// If one cannot be written or renamed; then no new file is left behind.
+    pub fn finish_together(files: &[(Self, Vec<&[u8]>)]) -> Result<()> {
+        let mut written = Vec::new();
+        for (pending, parts) in files {
+            let failed = |error| Error::file(&pending.target, error);
+            let mut file = beside(&pending.target).map_err(failed)?;
+            for part in parts {
+                file.write_all(part).map_err(failed)?;
+            }
+            written.push((pending, file));
+        }
+        let mut new = Vec::new();
+        for (pending, file) in written {
+            // A link keeps pointing where it did; what it points to is replaced.
+            let place = fs::canonicalize(&pending.target).ok();
+            let is_new = place.is_none();
+            let place = place.unwrap_or_else(|| pending.target.clone());
+            if let Err(error) = file.persist(&place) {
+                for path in new {
+                    // Nothing more can be done about one that stays.
+                    let _ = fs::remove_file(path);
+                }
+                return Err(Error::file(&pending.target, error.error));
+            }
+            if is_new {
+                new.push(place);
+            }
+        }
         Ok(())
     }
 }

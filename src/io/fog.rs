@@ -9,12 +9,12 @@ use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::volume::Volume;
 
-/// The grid that a renderer wants of a file: `name` (`density`, `density[1]`, empty for an unnamed
+/// The grid that is meant of a file: `name` (`density`, `density[1]`, empty for an unnamed
 /// one) or, without one, `density`, else the first grid of numbers, else the first that loads.
 ///
 /// # Errors
 /// If there is no such grid.
-fn chosen(file: &VdbFile, name: Option<&str>) -> Result<usize> {
+pub fn chosen(file: &VdbFile, name: Option<&str>) -> Result<usize> {
     let names = || {
         let names: Vec<&str> = file.grids().iter().map(|grid| grid.name.as_str()).collect();
         if names.is_empty() {
@@ -38,7 +38,9 @@ fn chosen(file: &VdbFile, name: Option<&str>) -> Result<usize> {
         .filter(|&index| loads(&file.grids()[index]))
         .or_else(|| first(&|grid| loads(grid) && is_number(grid)))
         .or_else(|| first(&loads))
-        .ok_or_else(|| Error::contents(file.path(), format!("no grid to render; {}", names())))
+        .ok_or_else(|| {
+            Error::contents(file.path(), format!("no grid that can be read; {}", names()))
+        })
 }
 
 /// The volume of a grid, at most `max_bytes` of voxels. Its medium reaches one voxel beyond the

@@ -73,23 +73,29 @@ fn sparse(volume: &Volume) -> bool {
 /// Opens a file by what it begins with, or as `table` says.
 fn load_file(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
     let format = format_of(path, table)?;
-    if format == Format::DeepExr {
-        return Err(Error::contents(path, "a deep image, no volume"));
-    }
+    check_options(path, format, table)?;
     if format != Format::OpenVdb {
-        if format != Format::Raw {
-            let what = format!("{}, a {} file", path.display(), format.name());
-            refuse_unused(table, &what, &["dims", "type", "endian"])?;
-        }
         return DenseFile::open(path, format, table)?.volume(up, table.window);
     }
-    let what = format!("{}, an OpenVDB file", path.display());
-    refuse_unused(table, &what, &["dims", "type", "endian", "spacing"])?;
     let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
     let volume = fog::load(path, table.grid.as_deref(), max_bytes, table.window)?;
     let turn = DMat4::from_mat3(up.unwrap_or_default().world_from_file());
     let placement = turn * *volume.world_from_index();
     volume.placed(placement)
+}
+
+/// Holds the options of `table` against what a file of this format takes.
+///
+/// # Errors
+/// With the name of the first that it does not take.
+pub fn check_options(path: &Path, format: Format, table: &VolumeTable) -> Result<()> {
+    let what = format!("{}, of format {}", path.display(), format.name());
+    match format {
+        Format::Raw => Ok(()),
+        Format::DeepExr => Err(Error::contents(path, "a deep image, no volume")),
+        Format::OpenVdb => refuse_unused(table, &what, &["dims", "type", "endian", "spacing"]),
+        _ => refuse_unused(table, &what, &["dims", "type", "endian"]),
+    }
 }
 
 /// The format of `path`: the one that `table` names, raw where `table` has dims, else the one that

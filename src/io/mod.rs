@@ -13,9 +13,10 @@ pub mod number;
 pub mod png;
 pub mod raw;
 pub mod remap;
+mod sidecar;
 pub mod vdb;
 
 pub use atomic::PendingFile;
 pub use format::Format;
 pub use histogram::{FiniteRange, Histogram};
-pub use load::{format_of, load_volume};
+pub use load::{check_options, format_of, load_volume};

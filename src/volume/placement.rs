@@ -19,6 +19,18 @@ pub enum Axis {
 }
 
 impl Axis {
+    /// Its name, as `y` or `-z`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::NegativeX => "-x",
+            Self::NegativeY => "-y",
+            Self::NegativeZ => "-z",
+        }
+    }
+
     /// The rotation that turns this axis of the file into the world's y axis.
     pub fn world_from_file(self) -> DMat3 {
         let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);

@@ -2,51 +2,30 @@
 
 use glam::DVec3;
 
+use super::grid::DenseGrid;
+use super::header_lines::{HeaderLines, Style};
 use super::input::Input;
 use super::payload::{Packing, Payload};
+use super::write::{numbers, one_line, steps};
 use super::{DenseHeader, placed};
 use crate::error::{Error, Result};
 use crate::io::number::{Endian, ValueType};
 
-/// The fields of a header up to `ElementDataFile`, its last one, and where the header ends.
-struct Fields {
-    fields: Vec<(String, String)>,
-    end: usize,
-}
+/// `Key = value` up to the line that says where the voxels are.
+const STYLE: Style = Style {
+    separators: &["="],
+    skipped_lines: 0,
+    last_key: Some("ElementDataFile"),
+    any_case: false,
+    form: "key = value",
+};
 
-impl Fields {
-    fn parse(input: &Input) -> Result<Self> {
-        let mut fields = Vec::new();
-        let mut end = 0;
-        for (number, line) in input.head.split_inclusive(|&byte| byte == b'\n').enumerate() {
-            end += line.len();
-            let line = String::from_utf8_lossy(line);
-            if line.trim().is_empty() {
-                continue;
-            }
-            let Some((key, value)) = line.split_once('=') else {
-                return Err(input.bad(format!("line {} is no 'key = value'", number + 1)));
-            };
-            fields.push((key.trim().to_owned(), value.trim().to_owned()));
-            if key.trim() == "ElementDataFile" {
-                return Ok(Self { fields, end });
-            }
-        }
-        Err(input.bad("no 'ElementDataFile' ends its header"))
-    }
-
-    fn get(&self, names: &[&str]) -> Option<&str> {
-        let found = self.fields.iter().find(|(key, _)| names.contains(&key.as_str()));
-        found.map(|(_, value)| value.as_str())
-    }
-
-    fn is_true(&self, names: &[&str]) -> bool {
-        self.get(names).is_some_and(|value| value.starts_with(['T', 't', '1']))
-    }
+fn is_true(fields: &HeaderLines, names: &[&str]) -> bool {
+    fields.get(names).is_some_and(|value| value.starts_with(['T', 't', '1']))
 }
 
 pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
-    let fields = Fields::parse(input)?;
+    let fields = HeaderLines::read(input, &STYLE)?;
     let needed = |name: &str| fields.get(&[name]).ok_or_else(|| input.bad(format!("no '{name}'")));
     let [axes] = input.numbers::<usize, 1>("NDims", needed("NDims")?)?;
     if axes != 3 {
@@ -58,13 +37,13 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     if let Some(count) = fields.get(&["ElementNumberOfChannels"]) {
         [header.components] = input.numbers::<usize, 1>("ElementNumberOfChannels", count)?;
     }
-    if fields.is_true(&["ElementByteOrderMSB", "BinaryDataByteOrderMSB"]) {
+    if is_true(&fields, &["ElementByteOrderMSB", "BinaryDataByteOrderMSB"]) {
         header.endian = Endian::Big;
     }
     header.world_from_index = transform(input, &fields)?;
     header.name = fields.get(&["Name"]).map(str::to_owned);
     let known = ["NDims", "DimSize", "ElementType", "BinaryData", "BinaryDataByteOrderMSB"];
-    let mut metadata = fields.fields.clone();
+    let mut metadata = fields.all().to_vec();
     metadata.retain(|(key, _)| !known.contains(&key.as_str()));
     header.metadata = metadata;
     let payload = payload(input, &fields, &mut header)?;
@@ -89,7 +68,7 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
     })
 }
 
-fn transform(input: &Input, fields: &Fields) -> Result<glam::DMat4> {
+fn transform(input: &Input, fields: &HeaderLines) -> Result<glam::DMat4> {
     let vector = |names: &[&str], otherwise: DVec3| match fields.get(names) {
         Some(text) => input.numbers::<f64, 3>(names[0], text).map(DVec3::from),
         None => Ok(otherwise),
@@ -111,11 +90,11 @@ fn transform(input: &Input, fields: &Fields) -> Result<glam::DMat4> {
     Ok(placed(origin, steps))
 }
 
-fn payload(input: &Input, fields: &Fields, header: &mut DenseHeader) -> Result<Payload> {
-    let packing = if fields.is_true(&["CompressedData"]) {
+fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Result<Payload> {
+    let packing = if is_true(fields, &["CompressedData"]) {
         header.compression = "zlib";
         Packing::Zlib
-    } else if fields.get(&["BinaryData"]).is_some() && !fields.is_true(&["BinaryData"]) {
+    } else if fields.get(&["BinaryData"]).is_some() && !is_true(fields, &["BinaryData"]) {
         header.compression = "text";
         header.endian = Endian::Little;
         Packing::Text(header.value_type)
@@ -124,7 +103,7 @@ fn payload(input: &Input, fields: &Fields, header: &mut DenseHeader) -> Result<P
     };
     let name = fields.get(&["ElementDataFile"]).unwrap_or_default();
     let (path, start, size) = if name.eq_ignore_ascii_case("LOCAL") {
-        (input.path.to_owned(), fields.end as u64, input.size)
+        (input.path.to_owned(), fields.end() as u64, input.size)
     } else if name.starts_with("LIST") || name.contains('%') {
         return Err(input.bad("its voxels lie in several files, which is not read"));
     } else {
@@ -141,4 +120,48 @@ fn payload(input: &Input, fields: &Fields, header: &mut DenseHeader) -> Result<P
         },
     };
     Ok(Payload::Stored { path, offset, packing, skip: 0 })
+}
+
+/// The header for the voxels of `grid`, deflated to `packed` bytes or not, in the file `data_file` or
+/// right behind it.
+pub(super) fn head(grid: &DenseGrid, packed: Option<usize>, data_file: Option<&str>) -> String {
+    let number_type = match grid.value_type {
+        ValueType::F16 | ValueType::F32 => "MET_FLOAT",
+        ValueType::F64 => "MET_DOUBLE",
+        ValueType::U8 => "MET_UCHAR",
+        ValueType::I8 => "MET_CHAR",
+        ValueType::U16 => "MET_USHORT",
+        ValueType::I16 => "MET_SHORT",
+        ValueType::U32 => "MET_UINT",
+        ValueType::I32 => "MET_INT",
+        ValueType::U64 => "MET_ULONG_LONG",
+        ValueType::I64 => "MET_LONG_LONG",
+    };
+    let [x, y, z] = grid.dims;
+    let (steps, origin) = steps(grid);
+    let directions = steps.iter().flat_map(|step| (*step / step.length()).to_array());
+    let mut lines = vec![
+        "ObjectType = Image".to_owned(),
+        "NDims = 3".to_owned(),
+        "BinaryData = True".to_owned(),
+        "BinaryDataByteOrderMSB = False".to_owned(),
+        format!("CompressedData = {}", if packed.is_some() { "True" } else { "False" }),
+    ];
+    lines.extend(packed.map(|size| format!("CompressedDataSize = {size}")));
+    if !grid.name.is_empty() {
+        lines.push(format!("Name = {}", one_line(&grid.name)));
+    }
+    lines.extend([
+        format!("TransformMatrix = {}", numbers(directions, " ")),
+        format!("Offset = {}", numbers(origin.to_array(), " ")),
+        "CenterOfRotation = 0 0 0".to_owned(),
+        format!("ElementSpacing = {}", numbers(steps.map(DVec3::length), " ")),
+        format!("DimSize = {x} {y} {z}"),
+    ]);
+    if grid.components > 1 {
+        lines.push(format!("ElementNumberOfChannels = {}", grid.components));
+    }
+    lines.push(format!("ElementType = {number_type}"));
+    lines.push(format!("ElementDataFile = {}", data_file.unwrap_or("LOCAL")));
+    lines.join("\n") + "\n"
 }

@@ -7,6 +7,8 @@
 //! [`Voxels::density`] makes them numbers to render.
 
 mod den;
+mod grid;
+mod header_lines;
 mod input;
 mod metaimage;
 mod mitsuba;
@@ -18,13 +20,17 @@ mod nrrd;
 mod payload;
 mod pvm;
 mod pvm_stream;
+mod resample;
+mod retype;
+mod to_vdb;
 mod voxels;
 mod vti;
 mod vti_data;
+mod write;
 
 use std::path::{Path, PathBuf};
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, IVec3};
 
 use super::format::Format;
 use super::number::{Endian, ValueType};
@@ -34,9 +40,11 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::math::Aabb;
 use crate::scene::file::VolumeTable;
 use crate::volume::{Axis, Volume};
+pub use grid::DenseGrid;
 use input::Input;
 use payload::{Packing, Payload};
 pub use voxels::Voxels;
+pub use write::{DenseTarget, OutputFile, Written};
 
 /// Bytes that a volume may take, unless the user says otherwise.
 pub const DEFAULT_MAX_BYTES: u64 = 4 << 30;
@@ -75,12 +83,27 @@ pub struct DenseHeader {
     pub world_from_index: DMat4,
     /// The axis that points up, where the file says so.
     pub up: Option<Axis>,
+    /// The larger grid of indices that the voxels are a box of, where the file says so.
+    pub lattice: Option<Lattice>,
+    /// The value around the voxels, a number for each component, where the file says so.
+    pub background: Option<Vec<f64>>,
+    /// OpenVDB's class, where the file says so.
+    pub class: Option<String>,
     /// What a sparse grid says beyond its box.
     pub sparse: Option<SparsePart>,
     /// How the voxels are packed, in a word.
     pub compression: &'static str,
     /// Everything else that it says, in the order of the file.
     pub metadata: Vec<(String, String)>,
+}
+
+/// Indices that go on beyond a box of voxels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    /// From these indices to the file's own world.
+    pub world_from_index: DMat4,
+    /// Index of the box's first voxel.
+    pub origin: IVec3,
 }
 
 /// What is known of a sparse grid that was made dense: the box has one voxel of its surroundings on
@@ -111,6 +134,9 @@ impl DenseHeader {
             scale: [1.0, 0.0],
             world_from_index: DMat4::IDENTITY,
             up: None,
+            lattice: None,
+            background: None,
+            class: None,
             sparse: None,
             compression: "none",
             metadata: Vec::new(),
@@ -173,6 +199,13 @@ impl DenseFile {
         }
         if let Some(spacing) = table.spacing {
             header.world_from_index = respaced(header.world_from_index, spacing)?;
+            if let Some(lattice) = &mut header.lattice {
+                lattice.world_from_index = respaced(lattice.world_from_index, spacing)?;
+                // The first voxel stays where it is.
+                let moved = lattice.world_from_index.transform_vector3(lattice.origin.as_dvec3());
+                let corner = header.world_from_index.w_axis.truncate() - moved;
+                lattice.world_from_index.w_axis = corner.extend(1.0);
+            }
         }
         let determinant = header.world_from_index.determinant();
         if !determinant.is_normal() || !header.world_from_index.is_finite() {
@@ -235,13 +268,14 @@ impl DenseFile {
         let up = up.or(self.header.up).unwrap_or_default();
         let world_from_file = DMat4::from_mat3(up.world_from_file());
         let placed = world_from_file * self.header.world_from_index;
-        let Some(sparse) = &self.header.sparse else {
-            return Volume::with_window(self.name(), values, placed, window);
-        };
         // As for OpenVDB's grids: fog inside of surfaces, and a medium that ends in the background.
-        if sparse.level_set {
+        let class = self.header.class.as_deref();
+        if class == Some("level set") || self.header.sparse.as_ref().is_some_and(|s| s.level_set) {
             let voxel = self.header.world_from_index.transform_vector3(DVec3::X).length() as f32;
             values.mapv_inplace(|distance| (0.5 - distance / voxel).clamp(0.0, 1.0));
+        }
+        if self.header.sparse.is_none() {
+            return Volume::with_window(self.name(), values, placed, window);
         }
         let last = DVec3::from(self.header.dims.map(|n| n as f64 - 1.0));
         let volume = Volume::with_window(self.name(), values, placed, window)?;

@@ -13,7 +13,7 @@ use glam::{DMat3, DMat4, DVec3, IVec3};
 use super::input::Input;
 use super::nanovdb_chunks;
 use super::payload::Payload;
-use super::{DenseHeader, SparsePart};
+use super::{DenseHeader, Lattice, SparsePart};
 use crate::error::Result;
 use crate::io::number::ValueType;
 use crate::io::vdb::{IndexBox, Statistics};
@@ -162,8 +162,11 @@ fn densify(input: &Input, grid: &Bytes) -> Result<(DenseHeader, Vec<u8>)> {
     dense.root(root).map_err(bad)?;
 
     let mut header = DenseHeader::new(dims, ValueType::F32);
+    let lattice = Lattice { world_from_index: transform(grid).map_err(bad)?, origin: bounds.min };
     header.world_from_index =
-        transform(grid).map_err(bad)? * DMat4::from_translation(bounds.min.as_dvec3());
+        lattice.world_from_index * DMat4::from_translation(bounds.min.as_dvec3());
+    header.lattice = Some(lattice);
+    header.background = Some(vec![f64::from(background)]);
     let [known, nan_count] = dense.counts;
     let nothing = f64::NAN;
     let [low, high] = if known > 0 { dense.range } else { [nothing; 2] };

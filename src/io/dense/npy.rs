@@ -1,14 +1,13 @@
-//! NumPy arrays (`.npy`, versions 1 to 3): three axes (z, y, x), in C or Fortran order. A sidecar
-//! beside the file tells where its voxels lie.
+//! NumPy arrays (`.npy`, versions 1 to 3): axes (z, y, x), in C or Fortran order, and one more for
+//! vectors. A sidecar beside the file tells where its voxels lie.
 
-use glam::DMat4;
-
+use super::grid::DenseGrid;
 use super::input::Input;
 use super::payload::Payload;
 use super::{DenseHeader, Order};
 use crate::error::{Error, Result};
 use crate::io::number::{Endian, ValueType};
-use crate::io::raw::Sidecar;
+use crate::io::sidecar::Sidecar;
 
 pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let [major, _] = input.array::<2>(6)?;
@@ -38,19 +37,26 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         words.take(64).map(|word| word.parse().ok()).collect()
     });
     let lengths = lengths.ok_or_else(|| input.bad("its shape is no list of numbers"))?;
-    let &[z, y, x] = lengths.as_slice() else {
-        let why = format!("an array of {} axes, a volume has three (z, y, x)", lengths.len());
-        return Err(input.bad(why));
+    let (z, y, x, components) = match *lengths.as_slice() {
+        [z, y, x] => (z, y, x, 1),
+        [z, y, x, components] => (z, y, x, components),
+        _ => {
+            let why = format!("an array of {} axes, a volume has three (z, y, x)", lengths.len());
+            return Err(input.bad(why));
+        }
     };
     let mut header = DenseHeader::new(input.dims([x, y, z])?, value_type);
+    header.components = usize::try_from(components).unwrap_or(0);
     header.endian = endian;
     if item("fortran_order")?.starts_with("True") {
+        if header.components != 1 {
+            return Err(input.bad("an array of vectors in Fortran order"));
+        }
         header.order = Order::ZFastest;
     }
     if let Some((beside, sidecar)) = Sidecar::beside(input.path)? {
-        header.world_from_index = sidecar.world_from_index().unwrap_or(DMat4::IDENTITY);
-        let up = sidecar.up.as_deref().map(str::parse).transpose();
-        header.up = up.map_err(|error: Error| Error::contents(beside, error.to_string()))?;
+        let described = sidecar.describe(&mut header);
+        described.map_err(|error| Error::contents(beside, error.to_string()))?;
     }
     Ok((header, Payload::bare(input.path, start as u64 + length)))
 }
@@ -84,4 +90,25 @@ fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
         return Err(input.bad(format!("byte order '{order}' is none of <, >, |")));
     }
     Ok((value_type, endian))
+}
+
+/// The header for the voxels of `grid`: shape (z, y, x), and one axis more for vectors.
+pub(super) fn head(grid: &DenseGrid) -> Vec<u8> {
+    let name = grid.value_type.name();
+    let (kind, size) = (&name[..1], grid.value_type.size());
+    let order = if size == 1 { '|' } else { '<' };
+    let [x, y, z] = grid.dims;
+    let vector = if grid.components > 1 { format!(", {}", grid.components) } else { String::new() };
+    let mut text = format!(
+        "{{'descr': '{order}{kind}{size}', 'fortran_order': False, 'shape': ({z}, {y}, {x}{vector}), }}"
+    );
+    // The voxels start at a multiple of 64.
+    while (10 + text.len() + 1) % 64 != 0 {
+        text.push(' ');
+    }
+    text.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((text.len() as u16).to_le_bytes());
+    bytes.extend(text.into_bytes());
+    bytes
 }

@@ -5,49 +5,26 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::grid::DenseGrid;
+use super::header_lines::{HeaderLines, Style};
 use super::input::Input;
 use super::payload::{Packing, Payload};
+use super::write::{numbers, one_line, steps};
 use super::{DenseHeader, placed};
 use crate::error::Result;
 use crate::io::number::{Endian, ValueType};
 
-/// The fields of a header, and where the voxels start if they follow it.
-struct Fields {
-    fields: Vec<(String, String)>,
-    end: usize,
-}
-
-impl Fields {
-    fn parse(input: &Input) -> Result<Self> {
-        let mut fields = Vec::new();
-        let mut at = 0;
-        // The first line is the mark; an empty line, or the file's end, ends the header.
-        for (number, line) in input.head.split_inclusive(|&byte| byte == b'\n').enumerate() {
-            at += line.len();
-            let line = String::from_utf8_lossy(line);
-            let line = line.trim_end();
-            if line.is_empty() {
-                break;
-            }
-            if number == 0 || line.starts_with('#') {
-                continue;
-            }
-            let Some((key, value)) = line.split_once(":=").or_else(|| line.split_once(':')) else {
-                return Err(input.bad(format!("line {} is no 'field: value'", number + 1)));
-            };
-            fields.push((key.trim().to_owned(), value.trim().to_owned()));
-        }
-        Ok(Self { fields, end: at })
-    }
-
-    fn get(&self, names: &[&str]) -> Option<&str> {
-        let named = |key: &str| names.iter().any(|name| key.eq_ignore_ascii_case(name));
-        self.fields.iter().find(|(key, _)| named(key)).map(|(_, value)| value.as_str())
-    }
-}
+/// `field: value` and `key:=value` behind the first line, which is the mark, up to an empty one.
+const STYLE: Style = Style {
+    separators: &[":=", ":"],
+    skipped_lines: 1,
+    last_key: None,
+    any_case: true,
+    form: "field: value",
+};
 
 pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
-    let fields = Fields::parse(input)?;
+    let fields = HeaderLines::read(input, &STYLE)?;
     let needed =
         |name: &str| fields.get(&[name]).ok_or_else(|| input.bad(format!("no field '{name}'")));
     let sizes: Option<Vec<i64>> =
@@ -76,14 +53,14 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     header.world_from_index = transform(input, &fields, axes)?;
     header.name = fields.get(&["content"]).map(str::to_owned);
     let known = ["sizes", "dimension", "type", "endian", "encoding", "space directions"];
-    let mut metadata = fields.fields.clone();
+    let mut metadata = fields.all().to_vec();
     metadata.retain(|(key, _)| !known.contains(&key.as_str()));
     header.metadata = metadata;
     let payload = payload(input, &fields, &mut header)?;
     Ok((header, payload))
 }
 
-fn first_axis_is_no_space(fields: &Fields) -> bool {
+fn first_axis_is_no_space(fields: &HeaderLines) -> bool {
     let first =
         |name: &[&str]| fields.get(name).and_then(|list| list.split_ascii_whitespace().next());
     match (first(&["kinds"]), first(&["space directions"])) {
@@ -122,7 +99,7 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
 }
 
 /// The steps and the origin: `space directions` and `space origin`, or else `spacings`.
-fn transform(input: &Input, fields: &Fields, axes: usize) -> Result<glam::DMat4> {
+fn transform(input: &Input, fields: &HeaderLines, axes: usize) -> Result<glam::DMat4> {
     let mut steps = [DVec3::X, DVec3::Y, DVec3::Z];
     if let Some(list) = fields.get(&["space directions"]) {
         let vectors: Vec<&str> = list.split_inclusive(')').map(str::trim).collect();
@@ -156,7 +133,7 @@ fn vector(input: &Input, field: &str, text: &str) -> Result<DVec3> {
     input.numbers::<f64, 3>(field, inner).map(DVec3::from)
 }
 
-fn payload(input: &Input, fields: &Fields, header: &mut DenseHeader) -> Result<Payload> {
+fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Result<Payload> {
     let encoding = fields.get(&["encoding"]).unwrap_or("raw").to_ascii_lowercase();
     let packing = match encoding.as_str() {
         "raw" => Packing::Bare,
@@ -172,7 +149,7 @@ fn payload(input: &Input, fields: &Fields, header: &mut DenseHeader) -> Result<P
         other => return Err(input.bad(format!("encoding '{other}' is not read"))),
     };
     let (path, start, size) = match fields.get(&["data file", "datafile"]) {
-        None => (input.path.to_owned(), fields.end as u64, input.size),
+        None => (input.path.to_owned(), fields.end() as u64, input.size),
         Some(name) if name.starts_with("LIST") || name.contains('%') => {
             return Err(input.bad("its voxels lie in several files, which is not read"));
         }
@@ -201,4 +178,51 @@ fn payload(input: &Input, fields: &Fields, header: &mut DenseHeader) -> Result<P
         Err(_) => return Err(input.bad(format!("byte skip {skip}"))),
     };
     Ok(Payload::Stored { path, offset, packing, skip })
+}
+
+/// The header for the voxels of `grid`, in the file `data_file` or right behind it.
+pub(super) fn head(grid: &DenseGrid, packed: bool, data_file: Option<&str>) -> String {
+    let number_type = match grid.value_type {
+        ValueType::F16 | ValueType::F32 => "float",
+        ValueType::F64 => "double",
+        ValueType::U8 => "uint8",
+        ValueType::I8 => "int8",
+        ValueType::U16 => "uint16",
+        ValueType::I16 => "int16",
+        ValueType::U32 => "uint32",
+        ValueType::I32 => "int32",
+        ValueType::U64 => "uint64",
+        ValueType::I64 => "int64",
+    };
+    let [x, y, z] = grid.dims;
+    let vectors = grid.components > 1;
+    let before = |word: &str| if vectors { format!("{word} ") } else { String::new() };
+    let in_brackets = |v: DVec3| format!("({})", numbers(v.to_array(), ","));
+    let (steps, origin) = steps(grid);
+    let [dx, dy, dz] = steps.map(in_brackets);
+    let mut lines = vec![
+        "NRRD0004".to_owned(),
+        format!("type: {number_type}"),
+        format!("dimension: {}", 3 + usize::from(vectors)),
+        "space dimension: 3".to_owned(),
+        format!("sizes: {}{x} {y} {z}", before(&grid.components.to_string())),
+        format!("space directions: {}{dx} {dy} {dz}", before("none")),
+        format!("kinds: {}domain domain domain", before("vector")),
+        "endian: little".to_owned(),
+        format!("encoding: {}", if packed { "gzip" } else { "raw" }),
+        format!("space origin: {}", in_brackets(origin)),
+    ];
+    if !grid.name.is_empty() {
+        lines.push(format!("content: {}", one_line(&grid.name)));
+    }
+    for (key, value) in &grid.metadata {
+        // A colon ends a field's name, and a sharp begins a comment.
+        let key = one_line(key).replace([':', '='], "_");
+        let key = key.trim_start_matches('#');
+        lines.push(format!("{key}:={}", one_line(value)));
+    }
+    if let Some(name) = data_file {
+        lines.push(format!("data file: {name}"));
+    }
+    lines.join("\n") + "\n\n"
 }

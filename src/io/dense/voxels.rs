@@ -24,6 +24,11 @@ impl Voxels {
         &self.bytes
     }
 
+    /// As [`Voxels::bytes`], without a copy.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
     /// Numbers to render, shape (z, y, x): the value itself, or the length of a vector.
     pub fn density(&self) -> Array3<f32> {
         let [nx, ny, nz] = self.header.dims;

@@ -1,0 +1,171 @@
+//! `convert`: a volume file in another format.
+
+mod arguments;
+mod output;
+mod sparse;
+
+use std::path::Path;
+
+use super::progress::Bars;
+use super::say;
+use crate::error::{Error, Result};
+use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile, DenseGrid, DenseTarget};
+use crate::io::number::ValueType;
+use crate::io::remap::{Remap, Span};
+use crate::io::vdb::VdbFile;
+use crate::io::{Format, check_options, format_of};
+use crate::progress::{Progress, Silent};
+use crate::scene::file::VolumeTable;
+pub(super) use arguments::Arguments;
+use arguments::Wanted;
+use output::{Converted, Output, Target};
+
+/// What is to be done, and who is told.
+struct Job<'a> {
+    table: VolumeTable,
+    wanted: Wanted,
+    output: &'a Path,
+    quiet: bool,
+    progress: Box<dyn Progress>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let (table, wanted) = arguments.meaning()?;
+    let (input, path) = (arguments.input.as_path(), arguments.output.as_path());
+    let target = Target::new(path, wanted.compression.as_deref())?;
+    let format = format_of(input, &table)?;
+    check_options(input, format, &table)?;
+    let output = Output::promise(path, target)?;
+    let quiet = arguments.quiet;
+    let progress: Box<dyn Progress> =
+        if quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
+    let job = Job { table, wanted, output: path, quiet, progress };
+    let converted = match (format, target) {
+        (Format::OpenVdb, Target::OpenVdb(compression)) => {
+            job.vdb_to_vdb(&VdbFile::open(input)?, compression)?
+        }
+        (Format::OpenVdb, Target::Dense { format, packed }) => {
+            let grid = job.dense_of_vdb(&VdbFile::open(input)?)?;
+            job.encode(grid, format, packed)?
+        }
+        (_, target) => {
+            let file = DenseFile::open(input, format, &job.table)?;
+            job.progress.begin("convert", 3);
+            let grid = DenseGrid::read(&file)?;
+            job.progress.advance(1);
+            let grid = job.edited(grid)?;
+            match target {
+                Target::OpenVdb(compression) => job.dense_to_vdb(grid, compression)?,
+                Target::Dense { format, packed } => job.encode(grid, format, packed)?,
+            }
+        }
+    };
+    output.finish(&converted.files)?;
+    let names: Vec<String> =
+        converted.files.iter().map(|file| file.path.display().to_string()).collect();
+    job.note(&format!("wrote {}: {}", names.join(" and "), converted.what));
+    Ok(())
+}
+
+impl Job<'_> {
+    /// Puts a line for people on stderr, unless they asked for quiet.
+    fn note(&self, line: &str) {
+        if !self.quiet {
+            say(line);
+        }
+    }
+
+    /// Says what the output does not hold of the input.
+    fn note_lost(&self, lost: &[String]) {
+        if !lost.is_empty() {
+            self.note(&format!("{} cannot hold {}", self.output.display(), lost.join("; ")));
+        }
+    }
+
+    fn max_bytes(&self) -> u64 {
+        self.table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES)
+    }
+
+    /// All steps but the last, which gives the numbers another type.
+    fn edited(&self, mut grid: DenseGrid) -> Result<DenseGrid> {
+        if let Some(bounds) = self.wanted.crop {
+            grid = grid.cropped(bounds)?;
+        }
+        if let Some(least) = self.wanted.threshold {
+            grid = grid.without_below(least);
+        }
+        if self.wanted.magnitude {
+            grid = grid.magnitude();
+        }
+        self.resampled(grid)
+    }
+
+    fn resampled(&self, grid: DenseGrid) -> Result<DenseGrid> {
+        match self.wanted.resample {
+            Some(factor) => grid.resampled(factor, self.max_bytes()),
+            None => Ok(grid),
+        }
+    }
+
+    /// The files of a dense format.
+    fn encode(&self, mut grid: DenseGrid, format: DenseTarget, packed: bool) -> Result<Converted> {
+        let half = self.wanted.half.then_some(ValueType::F16);
+        if self.wanted.to_type.is_some_and(|to| half.is_some_and(|half| half != to)) {
+            return Err(Error::value("half", "means f16, but another type is asked for"));
+        }
+        let to = half.or(self.wanted.to_type).unwrap_or(grid.value_type);
+        if to == ValueType::F16 && grid.value_type != to && !format.has_half() {
+            let why = format!("{} has no half floats", self.output.display());
+            return Err(Error::value("type", why));
+        }
+        let remap = self.remap(|| grid.span(), grid.value_type, to);
+        grid = grid.retyped(to, remap);
+        // Who gives a range wants new values; without one they stay what they were.
+        if self.wanted.range.is_none() {
+            grid.value_scale = remap.value_scale();
+        }
+        let ([x, y, z], components) = (grid.dims, grid.components);
+        let vector = if components > 1 { format!(" x {components}") } else { String::new() };
+        let what = format!("{x} x {y} x {z} voxels of {}{vector}", grid.value_type.name());
+        self.progress.advance(1);
+        let written = format.encode(grid, self.output, packed)?;
+        self.note_lost(&written.lost);
+        self.progress.advance(1);
+        Ok(Converted { files: written.files, what })
+    }
+
+    /// How values become numbers of type `to`, said aloud where they change.
+    fn remap(&self, span: impl FnOnce() -> Span, from: ValueType, to: ValueType) -> Remap {
+        let range = self.wanted.range;
+        let is_float = |one: ValueType| one.limits().is_none();
+        let holds_all = from == to || (is_float(to) && from.size() < to.size());
+        if range.is_none() && holds_all {
+            return Remap::Cast;
+        }
+        let span = span();
+        let remap = Remap::choose(span, to, range);
+        if let Remap::Affine { from: [low, high], to: [first, last] } = remap {
+            let [slope, intercept] = remap.value_scale();
+            self.note(&format!(
+                "values {low} .. {high} become {} {first} .. {last}: value = number * {slope} + \
+                 {intercept}",
+                to.name()
+            ));
+        } else if is_float(to) {
+            self.note(&format!("numbers are rounded from {} to {}", from.name(), to.name()));
+        }
+        if to == ValueType::F16 && remap == Remap::Cast {
+            self.note_overflow(span);
+        }
+        remap
+    }
+
+    /// Half floats end at 65504.
+    fn note_overflow(&self, span: Span) {
+        let [low, high] = span.range.unwrap_or([0.0; 2]);
+        if low.abs().max(high.abs()) >= 65520.0 {
+            let note = format!("values {low} .. {high} go beyond half floats and become infinite");
+            self.note(&note);
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Conversions from and to OpenVDB, whose grids stay sparse as long as they can.
+
+use glam::{DMat4, IVec3};
+
+use super::Job;
+use super::output::Converted;
+use crate::error::{Error, ErrorKind, Result};
+use crate::io::dense::{DenseGrid, OutputFile};
+use crate::io::fog;
+use crate::io::number::ValueType as Number;
+use crate::io::vdb::{
+    Compression, Grid, GridHeader, IndexBox, MetaValue, Metadata, NewGrid, Transform, ValueType,
+    VdbFile, VdbWriter,
+};
+
+/// Metadata that other fields of a dense grid hold, or that speaks of the file it comes from.
+const UNDERSTOOD: [&str; 3] = ["name", "class", "is_saved_as_half_float"];
+
+/// What a grid without another name is called in OpenVDB files, where programs look for it.
+const DENSITY: &str = "density";
+
+impl Job<'_> {
+    pub(super) fn vdb_to_vdb(&self, file: &VdbFile, compression: Compression) -> Result<Converted> {
+        let chosen = self.chosen_grids(file)?;
+        let headers: Vec<&GridHeader> = chosen.iter().map(|&index| &file.grids()[index]).collect();
+        let names: Vec<&str> = headers.iter().map(|header| header.name.as_str()).collect();
+        let mut writer = VdbWriter::new(&names, compression, file.metadata());
+        self.progress.begin("convert", 2 * chosen.len() as u64);
+        for (at, (&index, header)) in chosen.iter().zip(&headers).enumerate() {
+            let parent = header
+                .instance_of
+                .as_ref()
+                .and_then(|name| headers[..at].iter().position(|other| other.unique_name == *name));
+            // Resampling changes the transform, too.
+            if let (Some(parent), None) = (parent, self.wanted.resample) {
+                writer.add_instance(header, parent)?;
+                self.progress.advance(2);
+                continue;
+            }
+            let grid = self.sparsely_edited(file.load(index)?);
+            let (grid, place) = self.sparsely_resampled(grid, file, header)?;
+            let grid = self.retyped(grid)?;
+            self.progress.advance(1);
+            let mut new = NewGrid::like(header, grid);
+            if let Some(place) = place {
+                new = new.placed(&place);
+            }
+            let half = self.half(header.saved_as_half);
+            writer.add(new.with_half(half))?;
+            self.progress.advance(1);
+        }
+        let count = chosen.len();
+        let grids = if count == 1 { "grid" } else { "grids" };
+        self.vdb_file(writer, &format!("{count} {grids}, {compression}"))
+    }
+
+    pub(super) fn dense_to_vdb(
+        &self,
+        grid: DenseGrid,
+        compression: Compression,
+    ) -> Result<Converted> {
+        let name = if grid.name.is_empty() { DENSITY.to_owned() } else { grid.name.clone() };
+        let scalar = if grid.components == 1 { "fog volume" } else { "unknown" };
+        let class = grid.class.clone().unwrap_or_else(|| scalar.to_owned());
+        let place = grid.world_from_index;
+        let metadata = grid.metadata.clone();
+        if let Some(up) = grid.up {
+            self.note_lost(&[format!("that {} points up (render it with --up)", up.name())]);
+        }
+        let (from, to) = (grid.value_type, grid.vdb_type());
+        if from != to && self.wanted.to_type.is_none() && from != Number::F16 {
+            self.note(&format!("{} become {}, which holds them", from.name(), to.name()));
+        }
+        let [x, y, z] = grid.dims;
+        let active = grid.active.is_some() || grid.background.is_some();
+        let grid = self.retyped(grid.into_vdb()?)?;
+        self.progress.advance(1);
+        let count = grid.active_voxel_count();
+        let what = if active { format!(", {count} of them active") } else { String::new() };
+        let mut new = NewGrid::new(grid, &place).with_class(&class);
+        for (key, text) in metadata {
+            new.metadata().set(&key, MetaValue::String(text));
+        }
+        let half = self.half(from == Number::F16);
+        let mut file_metadata = Metadata::default();
+        let creator = concat!("deepshadow ", env!("CARGO_PKG_VERSION"));
+        file_metadata.set("creator", MetaValue::String(creator.to_owned()));
+        let mut writer = VdbWriter::new(&[&name], compression, &file_metadata);
+        writer.add(new.with_half(half))?;
+        self.progress.advance(1);
+        self.vdb_file(writer, &format!("'{name}', {x} x {y} x {z} voxels{what}, {compression}"))
+    }
+
+    /// The active bounding box of one grid, or the box that was asked for, in the grid's own type.
+    pub(super) fn dense_of_vdb(&self, file: &VdbFile) -> Result<DenseGrid> {
+        let index = fog::chosen(file, self.table.grid.as_deref())?;
+        let header = &file.grids()[index];
+        let refused =
+            |why: String| Error::contents(file.path(), format!("grid '{}': {why}", header.name));
+        let others: Vec<String> = file
+            .grids()
+            .iter()
+            .map(|grid| grid.name.clone())
+            .enumerate()
+            .filter(|(other, _)| *other != index)
+            .map(|(_, name)| format!("'{name}'"))
+            .collect();
+        if !others.is_empty() && self.table.grid.is_none() {
+            let others = others.join(", ");
+            self.note(&format!("grid '{}' is converted, not {others} (--grid)", header.name));
+        }
+        let place = affine(header).map_err(refused)?;
+        self.progress.begin("convert", 3);
+        let grid = self.sparsely_edited(file.load(index)?);
+        let bounds = self.wanted.crop.or_else(|| grid.active_bounds());
+        let bounds = bounds.ok_or_else(|| refused("it has no active voxels".to_owned()))?;
+        let mut dense = DenseGrid::of_vdb(&grid, bounds, place, self.max_bytes())
+            .map_err(|error| with_advice(error, "--crop, --max-bytes"))?;
+        self.progress.advance(1);
+        dense.name.clone_from(&header.name);
+        dense.class = Some(header.class().to_owned());
+        let all = file.metadata().iter().chain(header.metadata.iter());
+        let kept = all.filter(|(key, _)| !key.starts_with("file_") && !UNDERSTOOD.contains(key));
+        dense.metadata = kept.map(|(key, value)| (key.to_owned(), value.to_string())).collect();
+        self.resampled(dense)
+    }
+
+    /// The grids that are to be written: the one that was asked for, or all that can be read.
+    fn chosen_grids(&self, file: &VdbFile) -> Result<Vec<usize>> {
+        if let Some(name) = self.table.grid.as_deref() {
+            return Ok(vec![fog::chosen(file, Some(name))?]);
+        }
+        let mut chosen = Vec::new();
+        for (index, header) in file.grids().iter().enumerate() {
+            match &header.refused {
+                None => chosen.push(index),
+                Some(why) => self.note(&format!("grid '{}' is left out: {why}", header.name)),
+            }
+        }
+        if let Some(why) = file.unreachable() {
+            self.note(why);
+        }
+        if chosen.is_empty() && !file.grids().is_empty() {
+            return Err(Error::contents(file.path(), "it has no grid that can be read"));
+        }
+        Ok(chosen)
+    }
+
+    fn sparsely_edited(&self, mut grid: Grid) -> Grid {
+        if let Some(bounds) = self.wanted.crop {
+            grid = grid.cropped(bounds);
+        }
+        if let Some(least) = self.wanted.threshold {
+            grid = grid.without_below(least);
+        }
+        if self.wanted.magnitude { grid.magnitude() } else { grid }
+    }
+
+    /// The grid with other voxels and its new place, if it was asked for: this goes through a dense
+    /// box around the active voxels.
+    fn sparsely_resampled(
+        &self,
+        grid: Grid,
+        file: &VdbFile,
+        header: &GridHeader,
+    ) -> Result<(Grid, Option<DMat4>)> {
+        if self.wanted.resample.is_none() {
+            return Ok((grid, None));
+        }
+        let refused = |why| Error::contents(file.path(), format!("grid '{}': {why}", header.name));
+        let place = affine(header).map_err(refused)?;
+        let boolean = matches!(grid, Grid::Bool(_));
+        let Some(bounds) = grid.active_bounds() else {
+            // Nothing but the background, at another place.
+            let origin = IndexBox { min: IVec3::ZERO, max: IVec3::ZERO };
+            let nowhere = DenseGrid::of_vdb(&grid, origin, place, self.max_bytes())?;
+            let place = self.resampled(nowhere)?.world_from_index;
+            return Ok((grid, Some(place)));
+        };
+        let dense = DenseGrid::of_vdb(&grid, bounds, place, self.max_bytes()).map_err(|error| {
+            with_advice(error, "resampling goes through a dense box: --max-bytes")
+        })?;
+        drop(grid);
+        let mut dense = self.resampled(dense)?;
+        let place = dense.world_from_index;
+        // Without a word the voxels of the background would be taken for inactive ones.
+        dense.active.get_or_insert_with(|| vec![true; dense.dims.iter().product()]);
+        let grid = match dense.into_vdb()? {
+            Grid::Float(tree) if boolean => tree.map(|value| value != 0.0).into(),
+            other => other,
+        };
+        Ok((grid, Some(place)))
+    }
+
+    /// The grid with numbers of the type that was asked for.
+    fn retyped(&self, grid: Grid) -> Result<Grid> {
+        let from = match grid.value_type() {
+            ValueType::Float | ValueType::Vec3s => Number::F32,
+            ValueType::Double | ValueType::Vec3d => Number::F64,
+            ValueType::Half => Number::F16,
+            ValueType::Int32 | ValueType::Vec3i => Number::I32,
+            ValueType::Int64 => Number::I64,
+            _ => Number::U8,
+        };
+        let to = match self.wanted.to_type {
+            Some(to) => to,
+            None if self.wanted.range.is_some() => from,
+            None => {
+                if self.wanted.half {
+                    self.note_overflow(grid.span());
+                }
+                return Ok(grid);
+            }
+        };
+        let remap = self.remap(|| grid.span(), from, to);
+        grid.retyped(to, remap)
+    }
+
+    /// Whether floating-point values are stored as half floats.
+    fn half(&self, as_before: bool) -> bool {
+        match self.wanted.to_type {
+            _ if self.wanted.half => true,
+            Some(to) => to == Number::F16,
+            None => as_before,
+        }
+    }
+
+    fn vdb_file(&self, writer: VdbWriter, what: &str) -> Result<Converted> {
+        let bytes = writer.finish()?;
+        let what = format!("{what}, {} bytes", bytes.len());
+        let file = OutputFile { path: self.output.to_owned(), parts: vec![bytes] };
+        Ok(Converted { files: vec![file], what })
+    }
+}
+
+/// The place of a grid; why there is none that can be used.
+fn affine(header: &GridHeader) -> Result<DMat4, String> {
+    match &header.transform {
+        Transform::Affine(matrix) => Ok(*matrix),
+        Transform::Refused(why) => Err(why.clone()),
+    }
+}
+
+/// An error of too much memory that says what helps.
+fn with_advice(error: Error, advice: &str) -> Error {
+    match error.kind() {
+        ErrorKind::Limit { what, needed, limit } => ErrorKind::Limit {
+            what: what.clone(),
+            needed: needed.clone(),
+            limit: format!("{limit} ({advice})"),
+        }
+        .into(),
+        _ => error,
+    }
+}

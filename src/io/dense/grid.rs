@@ -1,0 +1,278 @@
+//! Voxels of a box on their way from one format to another, in their own type. It knows no format:
+//! readers and OpenVDB's grids make them, writers take them.
+
+use glam::{DMat4, IVec3};
+use rayon::prelude::*;
+
+use super::{DenseFile, DenseHeader, Order};
+use crate::error::{Error, Result};
+use crate::io::number::{Endian, ValueType};
+use crate::io::vdb::{AnyValue, Grid, IndexBox};
+use crate::volume::Axis;
+
+/// Numbers that a thread takes at once.
+const CHUNK: usize = 1 << 16;
+
+/// All voxels of a box, and what is known of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DenseGrid {
+    /// What it is called; empty if nobody says.
+    pub name: String,
+    /// OpenVDB's class, where it is known.
+    pub class: Option<String>,
+    /// Voxels along x, y, z.
+    pub dims: [usize; 3],
+    /// Numbers in a voxel, beside each other.
+    pub components: usize,
+    /// Number type of `bytes`.
+    pub value_type: ValueType,
+    /// The numbers, little endian: components, then x, then y, then z.
+    pub bytes: Vec<u8>,
+    /// Whether each voxel is active, where some are not.
+    pub active: Option<Vec<bool>>,
+    /// The value around the box, a number for each component, where it is known.
+    pub background: Option<Vec<f64>>,
+    /// From indices to the world.
+    pub world_from_index: DMat4,
+    /// Index of the first voxel.
+    pub origin: IVec3,
+    /// Slope and intercept: a value is the stored number times the first plus the second.
+    pub value_scale: [f64; 2],
+    /// The axis that points up, where it is known.
+    pub up: Option<Axis>,
+    /// Everything else.
+    pub metadata: Vec<(String, String)>,
+}
+
+/// What readers put into other fields, or what says how a file is laid out.
+const UNDERSTOOD: [&str; 30] = [
+    "BinaryDataByteOrderMSB",
+    "CompressedData",
+    "CompressedDataSize",
+    "ElementByteOrderMSB",
+    "ElementDataFile",
+    "ElementNumberOfChannels",
+    "ElementSize",
+    "ElementSpacing",
+    "HeaderSize",
+    "Name",
+    "ObjectType",
+    "Offset",
+    "Orientation",
+    "Origin",
+    "Position",
+    "Rotation",
+    "TransformMatrix",
+    "byte skip",
+    "byteskip",
+    "centerings",
+    "content",
+    "data file",
+    "datafile",
+    "kinds",
+    "line skip",
+    "lineskip",
+    "space dimension",
+    "space origin",
+    "spacings",
+    "CenterOfRotation",
+];
+
+impl DenseGrid {
+    /// The voxels of a file. Where it gives numbers a scale, they are its values, as `f32` or, where
+    /// that has fewer digits than the numbers, `f64`.
+    ///
+    /// # Errors
+    /// As [`DenseFile::voxels`].
+    pub fn read(file: &DenseFile) -> Result<Self> {
+        let voxels = file.voxels()?;
+        let header = file.header();
+        let DenseHeader { dims, components, .. } = *header;
+        let (value_type, bytes) = plain(header, voxels.into_bytes());
+        let lattice = header.lattice.map(|lattice| (lattice.world_from_index, lattice.origin));
+        let (world_from_index, origin) = lattice.unwrap_or((header.world_from_index, IVec3::ZERO));
+        let level_set = header.sparse.as_ref().is_some_and(|sparse| sparse.level_set);
+        let known = header.background.as_ref().filter(|values| values.len() == components);
+        let mut metadata = header.metadata.clone();
+        metadata.retain(|(key, _)| !UNDERSTOOD.contains(&key.as_str()));
+        let grid = Self {
+            name: header.name.clone().unwrap_or_default(),
+            class: header.class.clone().or_else(|| level_set.then(|| "level set".to_owned())),
+            dims,
+            components,
+            value_type,
+            bytes,
+            active: None,
+            background: known.cloned(),
+            world_from_index,
+            origin,
+            value_scale: [1.0, 0.0],
+            up: header.up,
+            metadata,
+        };
+        match &header.sparse {
+            Some(sparse) => grid.cropped(sparse.active_bounds),
+            None => Ok(grid),
+        }
+    }
+
+    /// The voxels of `bounds` of an OpenVDB grid; booleans become bytes of 0 and 1.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] if they take more than `max_bytes`.
+    pub fn of_vdb(
+        grid: &Grid,
+        bounds: IndexBox,
+        world_from_index: DMat4,
+        max_bytes: u64,
+    ) -> Result<Self> {
+        let bytes = grid.dense_bytes(bounds, max_bytes)?;
+        let active = grid.dense_activity(bounds, max_bytes)?;
+        let (value_type, background) = match grid.background() {
+            AnyValue::Float(value) => (ValueType::F32, vec![f64::from(value)]),
+            AnyValue::Double(value) => (ValueType::F64, vec![value]),
+            AnyValue::Half(value) => (ValueType::F16, vec![f64::from(value)]),
+            AnyValue::Int32(value) => (ValueType::I32, vec![f64::from(value)]),
+            AnyValue::Int64(value) => (ValueType::I64, vec![value as f64]),
+            AnyValue::Bool(value) => (ValueType::U8, vec![f64::from(u8::from(value))]),
+            AnyValue::Vec3s(values) => (ValueType::F32, values.map(f64::from).to_vec()),
+            AnyValue::Vec3d(values) => (ValueType::F64, values.to_vec()),
+            AnyValue::Vec3i(values) => (ValueType::I32, values.map(f64::from).to_vec()),
+        };
+        Ok(Self {
+            name: String::new(),
+            class: None,
+            dims: bounds.dims().map(|length| length as usize),
+            components: background.len(),
+            value_type,
+            bytes,
+            active: active.contains(&false).then_some(active),
+            background: Some(background),
+            world_from_index,
+            origin: bounds.min,
+            value_scale: [1.0, 0.0],
+            up: None,
+            metadata: Vec::new(),
+        })
+    }
+
+    /// Number of voxels.
+    pub fn voxels(&self) -> usize {
+        self.dims.iter().product()
+    }
+
+    /// Number of active voxels.
+    pub fn active_voxels(&self) -> usize {
+        match &self.active {
+            Some(active) => active.iter().filter(|&&active| active).count(),
+            None => self.voxels(),
+        }
+    }
+
+    /// Bytes of a voxel.
+    pub fn voxel_bytes(&self) -> usize {
+        self.components * self.value_type.size()
+    }
+
+    /// The box of indices.
+    ///
+    /// # Errors
+    /// If it goes beyond the 32-bit indices.
+    pub fn bounds(&self) -> Result<IndexBox> {
+        let last = self.dims.map(|length| i32::try_from(length).unwrap_or(i32::MAX) - 1);
+        let max = self.origin.checked_add(IVec3::from_array(last));
+        let max = max.ok_or_else(|| {
+            Error::value("index", format!("{} and more: beyond 32 bits", self.origin))
+        })?;
+        Ok(IndexBox { min: self.origin, max })
+    }
+
+    /// From the index within the box, 0 for the first voxel, to the world.
+    pub fn world_from_voxel(&self) -> DMat4 {
+        self.world_from_index * DMat4::from_translation(self.origin.as_dvec3())
+    }
+
+    /// A voxel of these numbers, as it lies in `bytes`.
+    pub(super) fn encoded(&self, values: &[f64]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        self.value_type.encode(values, &mut bytes);
+        bytes
+    }
+
+    /// Only the voxels that are also in `bounds`.
+    ///
+    /// # Errors
+    /// If there are none.
+    pub fn cropped(self, bounds: IndexBox) -> Result<Self> {
+        let own = self.bounds()?;
+        let Some(part) = own.intersection(&bounds) else {
+            let why = format!(
+                "{} .. {} holds nothing of {} .. {}",
+                bounds.min, bounds.max, own.min, own.max
+            );
+            return Err(Error::value("crop", why));
+        };
+        if part == own {
+            return Ok(self);
+        }
+        let dims = part.dims().map(|length| length as usize);
+        let offset = (part.min - own.min).to_array().map(|n| n as usize);
+        let size = self.voxel_bytes();
+        let bytes = rows(&self.bytes, self.dims, offset, dims, size);
+        let active = self.active.map(|active| rows(&active, self.dims, offset, dims, 1));
+        Ok(Self { dims, bytes, active, origin: part.min, ..self })
+    }
+}
+
+/// The part of `dims` voxels from `offset` on of a box of `size` voxels, `width` items each.
+fn rows<T: Copy>(
+    items: &[T],
+    size: [usize; 3],
+    offset: [usize; 3],
+    dims: [usize; 3],
+    width: usize,
+) -> Vec<T> {
+    let mut part = Vec::with_capacity(dims.iter().product::<usize>() * width);
+    for z in offset[2]..offset[2] + dims[2] {
+        for y in offset[1]..offset[1] + dims[1] {
+            let start = ((z * size[1] + y) * size[0] + offset[0]) * width;
+            part.extend_from_slice(&items[start..start + dims[0] * width]);
+        }
+    }
+    part
+}
+
+/// Numbers as [`DenseGrid`] has them: little endian, x fastest, unscaled.
+fn plain(header: &DenseHeader, mut bytes: Vec<u8>) -> (ValueType, Vec<u8>) {
+    let (mut value_type, [slope, intercept]) = (header.value_type, header.scale);
+    let size = value_type.size();
+    if header.endian == Endian::Big {
+        bytes.par_chunks_exact_mut(size).for_each(<[u8]>::reverse);
+    }
+    if header.scale != [1.0, 0.0] {
+        use ValueType::{F16, F32, I8, I16, U8, U16};
+        let narrow = matches!(value_type, U8 | I8 | U16 | I16 | F16 | F32);
+        let to = if narrow { F32 } else { ValueType::F64 };
+        let parts: Vec<Vec<u8>> = bytes
+            .par_chunks(CHUNK * size)
+            .map(|chunk| {
+                let mut values = value_type.decode(chunk);
+                values.iter_mut().for_each(|value| *value = *value * slope + intercept);
+                let mut scaled = Vec::new();
+                to.encode(&values, &mut scaled);
+                scaled
+            })
+            .collect();
+        (bytes, value_type) = (parts.concat(), to);
+    }
+    if header.order == Order::ZFastest {
+        let [nx, ny, nz] = header.dims;
+        let size = value_type.size();
+        let turned = (0..nz).into_par_iter().flat_map_iter(|z| {
+            let voxels = (0..ny).flat_map(move |y| (0..nx).map(move |x| (x * ny + y) * nz + z));
+            voxels.flat_map(|voxel| bytes[voxel * size..(voxel + 1) * size].iter().copied())
+        });
+        bytes = turned.collect();
+    }
+    (value_type, bytes)
+}

@@ -1,0 +1,81 @@
+//! Headers made of lines, each a key and a value, before the voxels: those of NRRD and MetaImage. It
+//! knows no keys.
+
+use super::input::Input;
+use crate::error::Result;
+
+/// How a format writes its lines.
+pub(super) struct Style {
+    /// What stands between key and value; the first that a line has counts.
+    pub separators: &'static [&'static str],
+    /// Lines before the first key.
+    pub skipped_lines: usize,
+    /// The key of the last line; without one, an empty line or the file's end ends the header, and
+    /// lines that begin with `#` are comments.
+    pub last_key: Option<&'static str>,
+    /// Whether keys are the same in capitals.
+    pub any_case: bool,
+    /// What a line looks like, for people.
+    pub form: &'static str,
+}
+
+/// The lines of a header, and where it ends.
+pub(super) struct HeaderLines {
+    lines: Vec<(String, String)>,
+    end: usize,
+    any_case: bool,
+}
+
+impl HeaderLines {
+    pub(super) fn read(input: &Input, style: &Style) -> Result<Self> {
+        let mut header = Self { lines: Vec::new(), end: 0, any_case: style.any_case };
+        for (number, line) in input.head.split_inclusive(|&byte| byte == b'\n').enumerate() {
+            header.end += line.len();
+            let line = String::from_utf8_lossy(line);
+            let line = line.trim_end();
+            match (line.trim().is_empty(), style.last_key) {
+                (true, None) => return Ok(header),
+                (true, Some(_)) => continue,
+                (false, None) if line.starts_with('#') => continue,
+                _ if number < style.skipped_lines => continue,
+                _ => {}
+            }
+            let parts = style.separators.iter().find_map(|separator| line.split_once(separator));
+            let Some((key, value)) = parts else {
+                return Err(input.bad(format!("line {} is no '{}'", number + 1, style.form)));
+            };
+            let key = key.trim().to_owned();
+            let is_last = style.last_key.is_some_and(|last| key == last);
+            header.lines.push((key, value.trim().to_owned()));
+            if is_last {
+                return Ok(header);
+            }
+        }
+        match style.last_key {
+            Some(key) => Err(input.bad(format!("no '{key}' ends its header"))),
+            None => Ok(header),
+        }
+    }
+
+    /// The value of the first line with one of these keys.
+    pub(super) fn get(&self, names: &[&str]) -> Option<&str> {
+        let named = |key: &str| {
+            let same = |name: &&str| match self.any_case {
+                true => key.eq_ignore_ascii_case(name),
+                false => key == *name,
+            };
+            names.iter().any(same)
+        };
+        self.lines.iter().find(|(key, _)| named(key)).map(|(_, value)| value.as_str())
+    }
+
+    /// All keys and values.
+    pub(super) fn all(&self) -> &[(String, String)] {
+        &self.lines
+    }
+
+    /// Bytes of the header.
+    pub(super) fn end(&self) -> usize {
+        self.end
+    }
+}

@@ -1,0 +1,158 @@
+//! Fewer or more voxels for the same place: a box filter down, trilinear up, one axis after the other.
+//! It knows no format.
+
+use glam::{DMat4, DVec3, IVec3};
+use rayon::prelude::*;
+
+use super::grid::DenseGrid;
+use crate::error::{Error, ErrorKind, Result};
+
+/// Less than this share of a voxel is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// What the new voxels along an axis are made of.
+struct Axis {
+    /// Index of the first new voxel.
+    first: i64,
+    /// For each: old voxels, counted from the first (`None` outside of the box), and their weights.
+    parts: Vec<Vec<(Option<usize>, f64)>>,
+    /// For each: the old voxels of which one must be active.
+    near: Vec<Vec<usize>>,
+}
+
+impl Axis {
+    /// Of `count` old voxels from index `origin` on. Beyond them is something else if `open`, else
+    /// what is at the border goes on.
+    fn new(origin: i64, count: usize, factor: f64, open: bool) -> Self {
+        let (low, high) = (origin as f64, origin as f64 + count as f64);
+        // A voxel reaches from its index to the next one here; voxel j of the new ones from j /
+        // factor on.
+        let first = (low * factor + ROUNDING).floor() as i64;
+        let last = (high * factor - ROUNDING).ceil() as i64 - 1;
+        let indices = first..=last.max(first);
+        let local = |index: i64| usize::try_from(index - origin).ok().filter(|&at| at < count);
+        let inside = |index: i64| (index - origin).clamp(0, count as i64 - 1) as usize;
+        let mut axis = Self { first, parts: Vec::new(), near: Vec::new() };
+        for index in indices {
+            let (from, to) = (index as f64 / factor, (index + 1) as f64 / factor);
+            let mut parts: Vec<(Option<usize>, f64)> = Vec::new();
+            if factor < 1.0 {
+                for old in (from + ROUNDING).floor() as i64..=(to - ROUNDING).ceil() as i64 - 1 {
+                    let share = to.min(old as f64 + 1.0) - from.max(old as f64);
+                    if open || local(old).is_some() {
+                        parts.push((local(old), share));
+                    }
+                }
+                axis.near.push(parts.iter().filter_map(|(at, _)| *at).collect());
+            } else {
+                let centre = 0.5 * (from + to) - 0.5;
+                let below = centre.floor();
+                let share = centre - below;
+                for (old, weight) in [(below as i64, 1.0 - share), (below as i64 + 1, share)] {
+                    let at = if open { local(old) } else { Some(inside(old)) };
+                    if weight > 0.0 {
+                        parts.push((at, weight));
+                    }
+                }
+                axis.near.push(vec![inside((0.5 * (from + to)).floor() as i64)]);
+            }
+            let sum: f64 = parts.iter().map(|(_, weight)| weight).sum();
+            parts.iter_mut().for_each(|(_, weight)| *weight /= sum);
+            axis.parts.push(parts);
+        }
+        axis
+    }
+
+    /// `old` with this axis resampled; `inner` numbers lie beside each other for every voxel of it,
+    /// and `outside` says what number k is beyond the box.
+    fn apply(&self, old: &[f64], count: usize, inner: usize, outside: &[f64]) -> Vec<f64> {
+        let mut new = vec![0.0; old.len() / count * self.parts.len()];
+        let rows = new.par_chunks_mut(inner * self.parts.len()).zip(old.par_chunks(inner * count));
+        rows.for_each(|(new, old)| {
+            for (new, parts) in new.chunks_mut(inner).zip(&self.parts) {
+                for &(at, weight) in parts {
+                    match at {
+                        Some(at) => {
+                            let old = &old[at * inner..(at + 1) * inner];
+                            new.iter_mut().zip(old).for_each(|(new, old)| *new += weight * old);
+                        }
+                        None => {
+                            let old = outside.iter().cycle();
+                            new.iter_mut().zip(old).for_each(|(new, old)| *new += weight * old);
+                        }
+                    }
+                }
+            }
+        });
+        new
+    }
+
+    fn apply_activity(&self, old: &[bool], count: usize, inner: usize) -> Vec<bool> {
+        let mut new = vec![false; old.len() / count * self.near.len()];
+        let rows = new.chunks_mut(inner * self.near.len()).zip(old.chunks(inner * count));
+        for (new, old) in rows {
+            for (new, near) in new.chunks_mut(inner).zip(&self.near) {
+                for &at in near {
+                    let old = &old[at * inner..(at + 1) * inner];
+                    new.iter_mut().zip(old).for_each(|(new, old)| *new |= old);
+                }
+            }
+        }
+        new
+    }
+}
+
+impl DenseGrid {
+    /// The same volume with `factor` times as many voxels along each axis: below 1 every new voxel is
+    /// the mean of what it covers, above 1 values are interpolated. A voxel that is cut by the
+    /// box's border takes the part that is there, or the background where that is known. New voxels
+    /// are active where one below them is. Work is done in `f64`; integers are rounded.
+    ///
+    /// # Errors
+    /// If the factor is not above 0, or [`ErrorKind::Limit`] if the work takes more than `max_bytes`.
+    pub fn resampled(self, factor: f64, max_bytes: u64) -> Result<Self> {
+        if !(factor > 0.0 && factor.is_finite() && factor.recip().is_finite()) {
+            return Err(Error::value("resample", format!("{factor} is not above 0")));
+        }
+        if factor == 1.0 {
+            return Ok(self);
+        }
+        let grown = self.dims.map(|n| (n as f64 * factor).ceil() + 1.0);
+        let work = |[x, y, z]: [f64; 3]| x * y * z * self.components as f64 * 8.0;
+        let needed = work(grown) + work(self.dims.map(|n| n as f64));
+        if needed > max_bytes as f64 {
+            let [x, y, z] = grown.map(|n| n - 1.0);
+            return Err(ErrorKind::Limit {
+                what: format!("resampling to {x} x {y} x {z} voxels"),
+                needed: format!("{needed:.0} bytes"),
+                limit: format!("{max_bytes} bytes"),
+            }
+            .into());
+        }
+        let open = self.background.is_some();
+        let outside = self.background.clone().unwrap_or_else(|| vec![0.0; self.components]);
+        let origin = self.origin.to_array().map(i64::from);
+        let mut values = self.value_type.decode(&self.bytes);
+        let mut active = self.active;
+        let (mut inner, mut dims, mut first) = (1, self.dims, [0; 3]);
+        for axis in 0..3 {
+            let count = self.dims[axis];
+            let plan = Axis::new(origin[axis], count, factor, open);
+            values = plan.apply(&values, count, inner * self.components, &outside);
+            active = active.map(|active| plan.apply_activity(&active, count, inner));
+            (dims[axis], first[axis]) = (plan.parts.len(), plan.first);
+            inner *= dims[axis];
+        }
+        let index = |n: i64| {
+            i32::try_from(n).map_err(|_| Error::value("resample", format!("index {n}: too far")))
+        };
+        let origin = IVec3::new(index(first[0])?, index(first[1])?, index(first[2])?);
+        let centre = DVec3::splat(0.5 / factor - 0.5);
+        let old_from_new =
+            DMat4::from_translation(centre) * DMat4::from_scale(DVec3::splat(1.0 / factor));
+        let mut bytes = Vec::with_capacity(values.len() * self.value_type.size());
+        self.value_type.encode(&values, &mut bytes);
+        let world_from_index = self.world_from_index * old_from_new;
+        Ok(Self { dims, bytes, active, origin, world_from_index, ..self })
+    }
+}

@@ -1,0 +1,116 @@
+//! Dense voxels as a sparse grid of OpenVDB's. It knows nothing of files.
+
+use glam::IVec3;
+use rayon::prelude::*;
+
+use super::grid::DenseGrid;
+use crate::error::{Error, Result};
+use crate::io::number::ValueType;
+use crate::io::remap::Remap;
+use crate::io::vdb::{Grid, IndexBox, Tree, TreeBuilder, Value};
+
+/// Edge of a leaf, in voxels.
+const EDGE: i32 = 8;
+
+impl DenseGrid {
+    /// The type that a grid of OpenVDB's holds these numbers in, each exactly but for 64-bit integers
+    /// without sign, which must fit those with one.
+    pub fn vdb_type(&self) -> ValueType {
+        use ValueType::{F16, F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
+        match self.value_type {
+            U8 | I8 | U16 | I16 | F16 | F32 => F32,
+            F64 => F64,
+            I32 => I32,
+            U32 | U64 | I64 if self.components == 3 => F64,
+            U32 | U64 | I64 => I64,
+        }
+    }
+
+    /// The voxels as a tree. Those are active that are said to be; where nothing is said, those that
+    /// differ from the background; without a background, all of them.
+    ///
+    /// # Errors
+    /// If a voxel has neither 1 nor 3 numbers, or a number does not fit.
+    pub fn into_vdb(self) -> Result<Grid> {
+        let to = self.vdb_type();
+        let limits = to.limits().filter(|_| self.value_type == ValueType::U64);
+        if let (Some([_, most]), Some([_, largest])) = (limits, self.span().range)
+            && largest >= most
+        {
+            return Err(Error::value("type", format!("{largest} is beyond OpenVDB's int64")));
+        }
+        let grid = self.retyped(to, Remap::Cast);
+        Ok(match (grid.components, to) {
+            (1, ValueType::F32) => grid.tree::<f32>()?.into(),
+            (1, ValueType::F64) => grid.tree::<f64>()?.into(),
+            (1, ValueType::I32) => grid.tree::<i32>()?.into(),
+            (1, ValueType::I64) => grid.tree::<i64>()?.into(),
+            (3, ValueType::F32) => grid.tree::<[f32; 3]>()?.into(),
+            (3, ValueType::F64) => grid.tree::<[f64; 3]>()?.into(),
+            (3, ValueType::I32) => grid.tree::<[i32; 3]>()?.into(),
+            (count, _) => {
+                let why = format!("{count} numbers a voxel; OpenVDB holds 1 or 3 (--magnitude)");
+                return Err(Error::value("components", why));
+            }
+        })
+    }
+
+    fn tree<T: Value>(&self) -> Result<Tree<T>> {
+        let bounds = self.bounds()?;
+        let mut background = [T::default()];
+        if let Some(values) = &self.background {
+            T::decode(&self.encoded(values), &mut background);
+        }
+        let [background] = background;
+        let mut builder = TreeBuilder::new(background);
+        let blocks = |axis: usize| (bounds.min[axis] & !(EDGE - 1)..=bounds.max[axis]).step_by(8);
+        // A layer of leaves at a time.
+        for x in blocks(0) {
+            let origins: Vec<IVec3> =
+                blocks(1).flat_map(|y| blocks(2).map(move |z| IVec3::new(x, y, z))).collect();
+            let leaves: Vec<_> = origins
+                .into_par_iter()
+                .map(|origin| (origin, self.block(origin, &bounds, background)))
+                .collect();
+            for (origin, block) in leaves {
+                builder.put_block(origin, block);
+            }
+        }
+        Ok(builder.finish())
+    }
+
+    /// The 8^3 voxels from `origin` on, z fastest, and which of them are active.
+    fn block<T: Value>(
+        &self,
+        origin: IVec3,
+        bounds: &IndexBox,
+        background: T,
+    ) -> (Vec<T>, [u64; 8]) {
+        let mut values = vec![background; 512];
+        let mut active = [0_u64; 8];
+        let cube = IndexBox { min: origin, max: origin | (EDGE - 1) };
+        let Some(part) = cube.intersection(bounds) else { return (values, active) };
+        let [nx, ny, _] = self.dims;
+        let length = (part.max.x - part.min.x + 1) as usize;
+        let mut row = vec![background; length];
+        for z in part.min.z..=part.max.z {
+            for y in part.min.y..=part.max.y {
+                let at = IVec3::new(part.min.x, y, z);
+                let [x, y, z] = (at - bounds.min).to_array().map(|n| n as usize);
+                let first = (z * ny + y) * nx + x;
+                T::decode(&self.bytes[first * T::BYTES..(first + length) * T::BYTES], &mut row);
+                let within = (at - origin).to_array().map(|n| n as usize);
+                for (step, &value) in row.iter().enumerate() {
+                    let slot = (within[0] + step) << 6 | within[1] << 3 | within[2];
+                    values[slot] = value;
+                    let on = match &self.active {
+                        Some(active) => active[first + step],
+                        None => self.background.is_none() || !value.same_bits(background),
+                    };
+                    active[slot / 64] |= u64::from(on) << (slot % 64);
+                }
+            }
+        }
+        (values, active)
+    }
+}
