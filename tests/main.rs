@@ -6,6 +6,7 @@ mod analytic;
 mod architecture;
 mod backends;
 mod cli;
+mod convert;
 mod embedding;
 mod formats;
 mod fragments;

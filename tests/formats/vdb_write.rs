@@ -190,9 +190,10 @@ fn made<T: Value>(
             let offset = IVec3::from_array([0; 3].map(|_: i32| between(random, 0, 11)));
             let active = random.unit() < 0.5;
             let index = corner + offset;
-            let value = match active {
-                true => value(random),
-                false => palette[between(random, 0, palette.len() as i32 - 1) as usize],
+            let value = if active {
+                value(random)
+            } else {
+                palette[between(random, 0, palette.len() as i32 - 1) as usize]
             };
             tree.set(index, value, active);
             model.voxels.insert(index.to_array(), (value, active));

@@ -257,7 +257,9 @@ fn plain(header: &DenseHeader, mut bytes: Vec<u8>) -> (ValueType, Vec<u8>) {
             .par_chunks(CHUNK * size)
             .map(|chunk| {
                 let mut values = value_type.decode(chunk);
-                values.iter_mut().for_each(|value| *value = *value * slope + intercept);
+                for value in &mut values {
+                    *value = *value * slope + intercept;
+                }
                 let mut scaled = Vec::new();
                 to.encode(&values, &mut scaled);
                 scaled

@@ -60,9 +60,8 @@ impl HeaderLines {
     /// The value of the first line with one of these keys.
     pub(super) fn get(&self, names: &[&str]) -> Option<&str> {
         let named = |key: &str| {
-            let same = |name: &&str| match self.any_case {
-                true => key.eq_ignore_ascii_case(name),
-                false => key == *name,
+            let same = |name: &&str| {
+                if self.any_case { key.eq_ignore_ascii_case(name) } else { key == *name }
             };
             names.iter().any(same)
         };

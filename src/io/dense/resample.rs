@@ -37,11 +37,15 @@ impl Axis {
             let (from, to) = (index as f64 / factor, (index + 1) as f64 / factor);
             let mut parts: Vec<(Option<usize>, f64)> = Vec::new();
             if factor < 1.0 {
-                for old in (from + ROUNDING).floor() as i64..=(to - ROUNDING).ceil() as i64 - 1 {
+                let first = ((from + ROUNDING).floor() as i64).max(origin);
+                let end = ((to - ROUNDING).ceil() as i64).min(origin + count as i64);
+                for old in first..end {
                     let share = to.min(old as f64 + 1.0) - from.max(old as f64);
-                    if open || local(old).is_some() {
-                        parts.push((local(old), share));
-                    }
+                    parts.push((local(old), share));
+                }
+                let outside = (from.max(low) - from) + (to - to.min(high));
+                if open && outside > 0.0 {
+                    parts.push((None, outside));
                 }
                 axis.near.push(parts.iter().filter_map(|(at, _)| *at).collect());
             } else {
@@ -57,7 +61,9 @@ impl Axis {
                 axis.near.push(vec![inside((0.5 * (from + to)).floor() as i64)]);
             }
             let sum: f64 = parts.iter().map(|(_, weight)| weight).sum();
-            parts.iter_mut().for_each(|(_, weight)| *weight /= sum);
+            for (_, weight) in &mut parts {
+                *weight /= sum;
+            }
             axis.parts.push(parts);
         }
         axis
@@ -153,6 +159,6 @@ impl DenseGrid {
         let mut bytes = Vec::with_capacity(values.len() * self.value_type.size());
         self.value_type.encode(&values, &mut bytes);
         let world_from_index = self.world_from_index * old_from_new;
-        Ok(Self { dims, bytes, active, origin, world_from_index, ..self })
+        Ok(Self { dims, bytes, active, world_from_index, origin, ..self })
     }
 }

@@ -30,7 +30,7 @@ pub struct TreeBuilder<T> {
 struct Node<T> {
     /// The tile's value and activity; under slots, those of every slot that is not in the map.
     tile: (T, bool),
-    slots: Option<Box<BTreeMap<usize, Self>>>,
+    slots: Option<BTreeMap<usize, Self>>,
     leaf: Option<Box<LeafVoxels<T>>>,
 }
 
@@ -120,7 +120,7 @@ impl<T: Value> TreeBuilder<T> {
             let (value, active) = node.tile;
             let content = match node.slots {
                 Some(slots) => {
-                    push_upper(&mut topology, &mut values, origin, node.tile, *slots);
+                    push_upper(&mut topology, &mut values, origin, node.tile, slots);
                     RootContent::Child(topology.uppers.len() - 1)
                 }
                 None if !active && value.same_bits(self.background) => continue,
@@ -201,7 +201,7 @@ impl<T: Value> Node<T> {
             }
             Some(_) => {}
         }
-        self.slots = Some(Box::new(slots));
+        self.slots = Some(slots);
         self
     }
 
@@ -239,7 +239,7 @@ fn push_upper<T: Value>(
     for (slot, node) in children {
         if let Some(slots) = node.slots {
             let origin = origin + slot_offset(slot, log, slot_log);
-            push_lower(topology, values, origin, node.tile, *slots);
+            push_lower(topology, values, origin, node.tile, slots);
         }
     }
     topology.uppers.push(branch);

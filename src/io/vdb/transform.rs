@@ -35,9 +35,7 @@ impl Transform {
         let scale = DVec3::new(columns[0][0], columns[1][1], columns[2][2]);
         let translation = world_from_index.w_axis.truncate();
         let rebuilt = DMat4::from_translation(translation) * DMat4::from_scale(scale);
-        let (name, numbers) = if rebuilt != *world_from_index {
-            ("AffineMap", world_from_index.to_cols_array().to_vec())
-        } else {
+        let (name, numbers) = if rebuilt == *world_from_index {
             let uniform = scale == DVec3::splat(scale.x);
             let (inverse, still) = (scale.recip(), translation == DVec3::ZERO);
             let mut parts = vec![scale, scale.abs(), inverse, inverse * inverse, inverse * 0.5];
@@ -51,6 +49,8 @@ impl Transform {
                 (false, false) => "ScaleTranslateMap",
             };
             (name, parts.into_iter().flat_map(|part| part.to_array()).collect())
+        } else {
+            ("AffineMap", world_from_index.to_cols_array().to_vec())
         };
         let mut bytes = Vec::new();
         put_text(&mut bytes, name);

@@ -148,7 +148,7 @@ impl VdbWriter {
         let half = half && T::HALF_BYTES.is_some();
         let tree = if half { tree.map(T::through_half) } else { tree };
         let tree = tree.pruned();
-        self.describe(&tree, half, &mut metadata);
+        Self::describe(&tree, half, &mut metadata);
         let suffix = if half { "_HalfFloat" } else { "" };
         let type_name = format!("Tree_{}_5_4_3{suffix}", value_type.name());
         let offsets = self.put_descriptor(&type_name, "", &mut metadata)?;
@@ -198,7 +198,7 @@ impl VdbWriter {
     }
 
     /// Puts counts and bounds into the metadata.
-    fn describe<T: Value>(&self, tree: &Tree<T>, half: bool, metadata: &mut Metadata) {
+    fn describe<T: Value>(tree: &Tree<T>, half: bool, metadata: &mut Metadata) {
         let nothing = ([i32::MAX; 3], [i32::MIN; 3]);
         let bounds = tree.active_bounds();
         let (min, max) = bounds.map_or(nothing, |b| (b.min.to_array(), b.max.to_array()));
