@@ -221,7 +221,7 @@ fn what_cannot_be_done_is_said_in_one_line_and_leaves_nothing() {
         ("ball_blosc.vdb scene.raw", 1, "scene.toml"),
         ("ball_blosc.vdb x.npy --grid smoke", 1, "no grid 'smoke'"),
         ("ball_blosc.vdb x.npy --compression zip", 1, "compression"),
-        ("ball_blosc.vdb x.npy --dims 1,1,1", 1, "dims"),
+        ("ball_blosc.vdb x.npy --spacing 1,1,1", 1, "spacing"),
         ("ball_blosc.vdb x.npy --range 5,5", 1, "5,5"),
         ("ball_blosc.vdb x.npy --crop 5,5,5,4,5,5", 1, "lowest"),
         ("ball_blosc.vdb x.vdb --type u8", 1, "no grids of u8"),
@@ -253,4 +253,27 @@ fn a_file_can_be_converted_onto_itself() {
     let file = VdbFile::open(folder.path().join("ball_blosc.vdb")).unwrap();
     assert_eq!(file.grids()[0].compression.to_string(), "none");
     assert_eq!(file.load(0).unwrap().active_voxel_count(), 515);
+}
+
+/// What is written beside an output must not spoil the input, nor what describes it.
+#[test]
+fn an_input_and_its_sidecar_are_spared() {
+    let folder = with_fixtures();
+    run(&folder, "ball_blosc.vdb v.raw");
+    let before = [read(&folder, "v.raw"), read(&folder, "v.toml")];
+    for (arguments, word) in [
+        ("v.raw v.mhd", "v.raw: the input"),
+        ("v.raw v.npy --resample 2", "v.toml: the place of"),
+        ("v.raw v.npy --type u8", "v.toml: the place of"),
+    ] {
+        let output = folder.run(&format!("convert {arguments}"));
+        assert_eq!(output.status.code(), Some(1), "{arguments}");
+        assert!(stderr(&output).contains(word), "{}", stderr(&output));
+        assert!(!folder.names().iter().any(|name| name == "v.npy" || name == "v.mhd"));
+    }
+    assert!([read(&folder, "v.raw"), read(&folder, "v.toml")] == before);
+    // The same sidecar for both, and one's own, are fine.
+    run(&folder, "v.raw v.npy");
+    run(&folder, "v.raw v.raw --threshold 3 --type f64");
+    run(&folder, "v.raw w.vdb");
 }

@@ -1,5 +1,7 @@
 //! Outputs that appear whole or not at all: written beside the target, then renamed.
 
+#[cfg(target_os = "linux")]
+use std::fs::File;
 #[cfg(unix)]
 use std::fs::Permissions;
 use std::fs::{self, OpenOptions};
@@ -52,17 +54,18 @@ impl PendingFile {
     /// # Errors
     /// If one cannot be written or renamed; then no new file is left behind.
     pub fn finish_together(files: &[(Self, Vec<&[u8]>)]) -> Result<()> {
-        let mut written = Vec::new();
+        let mut drafts = Vec::new();
         for (pending, parts) in files {
-            let failed = |error| Error::file(&pending.target, error);
-            let mut file = beside(&pending.target).map_err(failed)?;
-            for part in parts {
-                file.write_all(part).map_err(failed)?;
-            }
-            written.push((pending, file));
+            let draft = Draft::write(&pending.target, parts);
+            drafts.push(draft.map_err(|error| Error::file(&pending.target, error))?);
+        }
+        let mut named = Vec::new();
+        for (draft, (pending, _)) in drafts.into_iter().zip(files) {
+            let file = draft.named(&pending.target);
+            named.push((pending, file.map_err(|error| Error::file(&pending.target, error))?));
         }
         let mut new = Vec::new();
-        for (pending, file) in written {
+        for (pending, file) in named {
             // A link keeps pointing where it did; what it points to is replaced.
             let place = fs::canonicalize(&pending.target).ok();
             let is_new = place.is_none();
@@ -82,15 +85,92 @@ impl PendingFile {
     }
 }
 
-/// A new file in the folder of `target`, removed when dropped.
-fn beside(target: &Path) -> io::Result<NamedTempFile> {
-    let folder = match target.parent() {
+/// A whole file that is not in its place yet, gone when dropped.
+enum Draft {
+    Named(NamedTempFile),
+    /// Also gone when the program is killed while it writes.
+    #[cfg(target_os = "linux")]
+    Unnamed(File),
+}
+
+impl Draft {
+    /// Writes the pieces to a new file in the folder of `target`.
+    fn write(target: &Path, parts: &[&[u8]]) -> io::Result<Self> {
+        let mut draft = Self::create(target)?;
+        let file = match &mut draft {
+            Self::Named(file) => file.as_file_mut(),
+            #[cfg(target_os = "linux")]
+            Self::Unnamed(file) => file,
+        };
+        parts.iter().try_for_each(|part| file.write_all(part))?;
+        Ok(draft)
+    }
+
+    #[cfg(target_os = "linux")]
+    fn create(target: &Path) -> io::Result<Self> {
+        use rustix::fs::{Mode, OFlags, open};
+
+        let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+        match open(folder(target), flags, Mode::from_raw_mode(0o666)) {
+            Ok(file) => Ok(Self::Unnamed(file.into())),
+            // Not every file system has files without names.
+            Err(_) => beside(target).map(Self::Named),
+        }
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn create(target: &Path) -> io::Result<Self> {
+        beside(target).map(Self::Named)
+    }
+
+    /// The file under a name of its own beside `target`.
+    #[cfg(target_os = "linux")]
+    fn named(self, target: &Path) -> io::Result<tempfile::TempPath> {
+        use std::io::Seek;
+        use std::os::fd::AsRawFd;
+
+        use rustix::fs::{AtFlags, CWD, linkat};
+
+        let mut file = match self {
+            Self::Named(file) => return Ok(file.into_temp_path()),
+            Self::Unnamed(file) => file,
+        };
+        let from = format!("/proc/self/fd/{}", file.as_raw_fd());
+        let linked = tempfile::Builder::new().prefix(PREFIX).make_in(folder(target), |path| {
+            Ok(linkat(CWD, &from, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+        });
+        if let Ok(linked) = linked {
+            return Ok(linked.into_temp_path());
+        }
+        // Without /proc its contents go into a file that has a name.
+        let mut copy = beside(target)?;
+        file.rewind()?;
+        io::copy(&mut file, copy.as_file_mut())?;
+        Ok(copy.into_temp_path())
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn named(self, _target: &Path) -> io::Result<tempfile::TempPath> {
+        let Self::Named(file) = self;
+        Ok(file.into_temp_path())
+    }
+}
+
+/// How the names of files begin that are not in their places yet.
+const PREFIX: &str = ".deepshadow-";
+
+fn folder(target: &Path) -> &Path {
+    match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
-    };
+    }
+}
+
+/// A new file in the folder of `target`, removed when dropped.
+fn beside(target: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".deepshadow-");
+    builder.prefix(PREFIX);
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder(target))
 }

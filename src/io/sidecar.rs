@@ -9,6 +9,7 @@ use glam::{DMat4, DVec3, IVec3};
 use serde::Deserialize;
 
 use super::dense::{DenseHeader, Lattice};
+use super::number::Endian;
 use crate::error::{Error, Result};
 
 /// What a sidecar says; every key is optional.
@@ -70,9 +71,30 @@ impl Sidecar {
         if is_scene(&text) {
             return Ok(None);
         }
-        let sidecar = toml::from_str(&text)
-            .map_err(|error| Error::contents(&beside, error.message().replace('\n', " ")))?;
+        let sidecar = Self::parse(&text).map_err(|why| Error::contents(&beside, why))?;
         Ok(Some((beside, sidecar)))
+    }
+
+    /// What the text of a sidecar says; else why it is none.
+    fn parse(text: &str) -> Result<Self, String> {
+        toml::from_str(text).map_err(|error| error.message().replace('\n', " "))
+    }
+
+    /// Whether the sidecar `text` says of a file's voxels what their `header` does: of their place and
+    /// scale and, if `stored`, of how they lie in the file.
+    pub fn agrees(text: &[u8], header: &DenseHeader, stored: bool) -> bool {
+        let text = String::from_utf8_lossy(text);
+        let Ok(sidecar) = Self::parse(&text) else { return false };
+        let little = sidecar.endian.as_deref().is_none_or(|endian| endian == "little");
+        let one_byte = header.value_type.size() == 1;
+        let same_place = sidecar.world_from_index().unwrap_or(DMat4::IDENTITY)
+            == header.world_from_index
+            && sidecar.value_scale.unwrap_or([1.0, 0.0]) == header.scale;
+        let same_storage = sidecar.dims == Some(header.dims)
+            && sidecar.value_type.as_deref() == Some(header.value_type.name())
+            && sidecar.components.unwrap_or(1) == header.components
+            && (one_byte || little == (header.endian == Endian::Little));
+        same_place && (same_storage || !stored)
     }
 
     /// Makes sure that the sidecar of the file `path` would not replace a scene file.

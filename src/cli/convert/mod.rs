@@ -18,7 +18,7 @@ use crate::progress::{Progress, Silent};
 use crate::scene::file::VolumeTable;
 pub(super) use arguments::Arguments;
 use arguments::Wanted;
-use output::{Converted, Output, Target};
+use output::{Converted, Output, Target, spare_input};
 
 /// What is to be done, and who is told.
 struct Job<'a> {
@@ -40,6 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let progress: Box<dyn Progress> =
         if quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
     let job = Job { table, wanted, output: path, quiet, progress };
+    let mut header = None;
     let converted = match (format, target) {
         (Format::OpenVdb, Target::OpenVdb(compression)) => {
             job.vdb_to_vdb(&VdbFile::open(input)?, compression)?
@@ -52,6 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             let file = DenseFile::open(input, format, &job.table)?;
             job.progress.begin("convert", 3);
             let grid = DenseGrid::read(&file)?;
+            header = Some(file.header().clone());
             job.progress.advance(1);
             let grid = job.edited(grid)?;
             match target {
@@ -60,6 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             }
         }
     };
+    spare_input(input, format, header.as_ref(), &converted.files)?;
     output.finish(&converted.files)?;
     let names: Vec<String> =
         converted.files.iter().map(|file| file.path.display().to_string()).collect();

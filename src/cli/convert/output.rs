@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::io::PendingFile;
-use crate::io::dense::{DenseTarget, OutputFile};
+use crate::io::dense::{DenseHeader, DenseTarget, OutputFile};
 use crate::io::raw::Sidecar;
 use crate::io::vdb::Compression;
+use crate::io::{Format, PendingFile};
 
 /// The endings of all formats that are written.
 const ENDINGS: &str = ".vdb, .npy, .nrrd, .nhdr, .mha, .mhd, .raw";
@@ -84,5 +84,43 @@ impl Output {
             files.push((pending, parts));
         }
         PendingFile::finish_together(&files)
+    }
+}
+
+/// Makes sure that what is written beside the output leaves the input as it is.
+///
+/// # Errors
+/// If the voxels of a detached header would replace the input, or a sidecar that of the input with
+/// something else; `header` is what the input was read by, if it may have one.
+pub(super) fn spare_input(
+    input: &Path,
+    format: Format,
+    header: Option<&DenseHeader>,
+    files: &[OutputFile],
+) -> Result<()> {
+    let is = |path: &Path, other: &Path| {
+        let [path, other] = [path, other].map(|path| path.canonicalize().ok());
+        path.is_some() && path == other
+    };
+    let Some((asked_for, others)) = files.split_first() else { return Ok(()) };
+    let taken = |path: &Path, what: &str| {
+        let why =
+            format!("{what}, which {} would change; name it otherwise", asked_for.path.display());
+        Err(Error::contents(path, why))
+    };
+    if let Some(file) = others.iter().find(|file| is(&file.path, input)) {
+        return taken(&file.path, "the input");
+    }
+    let may_have_sidecar = matches!(format, Format::Raw | Format::Npy);
+    let (Some(header), true, false) = (header, may_have_sidecar, is(&asked_for.path, input)) else {
+        return Ok(());
+    };
+    let beside = Sidecar::path_beside(input);
+    let shared = others.iter().find(|file| Some(&file.path) == beside.as_ref());
+    match shared {
+        Some(file) if !Sidecar::agrees(&file.parts.concat(), header, format == Format::Raw) => {
+            taken(&file.path, "the place of the input's sidecar")
+        }
+        _ => Ok(()),
     }
 }
