@@ -1,5 +1,7 @@
 //! Conversions from and to OpenVDB, whose grids stay sparse as long as they can.
 
+use std::collections::BTreeMap;
+
 use glam::{DMat4, IVec3};
 
 use super::Job;
@@ -119,9 +121,12 @@ impl Job<'_> {
         self.progress.advance(1);
         dense.name.clone_from(&header.name);
         dense.class = Some(header.class().to_owned());
+        // What the grid says comes before what the whole file says.
         let all = file.metadata().iter().chain(header.metadata.iter());
         let kept = all.filter(|(key, _)| !key.starts_with("file_") && !UNDERSTOOD.contains(key));
-        dense.metadata = kept.map(|(key, value)| (key.to_owned(), value.to_string())).collect();
+        let texts: BTreeMap<String, String> =
+            kept.map(|(key, value)| (key.to_owned(), value.to_string())).collect();
+        dense.metadata = texts.into_iter().collect();
         self.resampled(dense)
     }
 
@@ -212,6 +217,7 @@ impl Job<'_> {
                 return Ok(grid);
             }
         };
+        grid.check_type(to)?;
         let remap = self.remap(|| grid.span(), from, to);
         grid.retyped(to, remap)
     }

@@ -180,6 +180,28 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     Ok(Payload::Stored { path, offset, packing, skip })
 }
 
+/// Fields that a reader heeds.
+const FIELDS: [&str; 18] = [
+    "type",
+    "dimension",
+    "sizes",
+    "kinds",
+    "endian",
+    "encoding",
+    "content",
+    "spacings",
+    "space",
+    "space dimension",
+    "space directions",
+    "space origin",
+    "data file",
+    "datafile",
+    "byte skip",
+    "byteskip",
+    "line skip",
+    "lineskip",
+];
+
 /// The header for the voxels of `grid`, in the file `data_file` or right behind it.
 pub(super) fn head(grid: &DenseGrid, packed: bool, data_file: Option<&str>) -> String {
     let number_type = match grid.value_type {
@@ -219,7 +241,9 @@ pub(super) fn head(grid: &DenseGrid, packed: bool, data_file: Option<&str>) -> S
         // A colon ends a field's name, and a sharp begins a comment.
         let key = one_line(key).replace([':', '='], "_");
         let key = key.trim_start_matches('#');
-        lines.push(format!("{key}:={}", one_line(value)));
+        // A key that is also a field of the format stays a key.
+        let mark = if FIELDS.iter().any(|name| key.eq_ignore_ascii_case(name)) { "_" } else { "" };
+        lines.push(format!("{key}{mark}:={}", one_line(value)));
     }
     if let Some(name) = data_file {
         lines.push(format!("data file: {name}"));

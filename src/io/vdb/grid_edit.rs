@@ -49,6 +49,21 @@ impl Grid {
         })
     }
 
+    /// Makes sure that OpenVDB has grids like this one of numbers of another type.
+    ///
+    /// # Errors
+    /// If it has none.
+    pub fn check_type(&self, to: Number) -> Result<()> {
+        use Number::{F16, F32, F64, I32, I64};
+        let vector = matches!(self, Self::Vec3s(_) | Self::Vec3d(_) | Self::Vec3i(_));
+        match to {
+            F16 | F32 | F64 | I32 => Ok(()),
+            I64 if !vector => Ok(()),
+            _ if vector => Err(no_such_grids(to, "f16, f32, f64, i32 as vectors")),
+            _ => Err(no_such_grids(to, "f16, f32, f64, i32, i64")),
+        }
+    }
+
     /// The same values as numbers of another type, `F16` as `F32`.
     ///
     /// # Errors
