@@ -4,7 +4,7 @@
 //! In practice: the names of all grids first, then grid by grid, so that only one is in memory.
 //!
 //! ```
-//! use deepshadow::io::vdb::{Compression, Grid, Metadata, NewGrid, TreeBuilder, VdbWriter};
+//! use deepshadow::io::vdb::{Compression, Metadata, NewGrid, TreeBuilder, VdbWriter};
 //! use glam::{DMat4, IVec3};
 //!
 //! let mut tree = TreeBuilder::new(0.0_f32);
