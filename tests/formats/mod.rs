@@ -13,6 +13,7 @@ mod vdb_dense;
 mod vdb_fixtures;
 mod vdb_headers;
 mod vdb_hostile;
+mod vdb_peer;
 mod vdb_truth;
 mod vdb_write;
 
