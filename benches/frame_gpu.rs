@@ -151,18 +151,16 @@ fn filters(benches: &[Bench<'_>]) {
         let mut linked = None;
         bench.gpu.submit(|encoder| linked = Some(bench.gpu.link_neighbors(encoder, map))).unwrap();
         let linked = linked.unwrap();
-        let mut cells = String::new();
-        let mut ratio = 0.0;
-        for filter in [Filter::Pcf3, Filter::Pcf5, Filter::Pcf7] {
+        let times = [Filter::Pcf3, Filter::Pcf5, Filter::Pcf7].map(|filter| {
             let [by_links, brute] = [1, 0].map(|links| {
                 let settings = Settings { filter, ..exact.clone() };
                 let parameters = bench.frame(&settings, |f| f.counts[2] = links);
                 bench.view_ms(&parameters, GpuShadow::Fragments(&linked))
             });
-            cells += &format!(" {by_links:.2} / {brute:.2} |");
-            ratio = brute / by_links;
-        }
-        println!("| {} |{cells} {ratio:.2} |", bench.name);
+            (by_links, brute)
+        });
+        let cells = times.map(|(by_links, brute)| format!("{by_links:.2} / {brute:.2}"));
+        println!("| {} | {} | {:.2} |", bench.name, cells.join(" | "), times[2].1 / times[2].0);
     }
 }
 
@@ -173,8 +171,12 @@ impl<'a> Bench<'a> {
         let file = descriptor(preset).unwrap();
         let volume = Arc::new(load_volume(&file.volume).unwrap());
         let (scene, settings, _) = complete(&file, volume, Surroundings::Studio).unwrap();
-        let settings =
-            Settings { map: MapKind::Fragments, map_size: size, image_size: [size; 2], ..settings };
+        let settings = Settings {
+            map: Some(MapKind::Fragments),
+            map_size: size,
+            image_size: [size; 2],
+            ..settings
+        };
         let view = LightView::fit(&scene.light, &scene.volume).unwrap();
         let volume = gpu.upload(&scene.volume).unwrap();
         let image = gpu.image(size, size).unwrap();

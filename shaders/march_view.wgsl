@@ -29,10 +29,18 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
     return Steps(index_ray, inside.x, extent / f32(count), count);
 }
 
+// Unshadowed light that a point sends towards the camera, per unit of optical depth and albedo.
+fn scattered_light(ray: Ray, point: vec3<f32>) -> vec3<f32> {
+    let cosine = -dot(ray.direction, light_direction_at(point));
+    return irradiance_at(point) * phase(frame.albedo.w, cosine);
+}
+
 // Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes two
 // samples of density and one of the light, in the middle of what it holds.
 fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     let extinction_half = frame.domain_min.w * (0.5 * steps.step);
+    let parallel = frame.light_position.w == 0.0;
+    var unshadowed = scattered_light(ray, ray.origin);
     var light = vec3<f32>(0.0);
     var through: f32 = 1.0;
     for (var i: u32 = 0u; i < steps.count; i++) {
@@ -45,9 +53,10 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         }
         let t = begin + steps.step * ((0.25 * front + 0.75 * back) / (front + back));
         let point = ray_at(ray, t);
-        let cosine = -dot(ray.direction, light_direction_at(point));
-        let lit = irradiance_at(point)
-            * (phase(frame.albedo.w, cosine) * shadow_lookup(light_coordinates(point)));
+        if (!parallel) {
+            unshadowed = scattered_light(ray, point);
+        }
+        let lit = unshadowed * shadow_lookup(light_coordinates(point));
         let opacity = step_opacity(tau);
         light += through * opacity * frame.albedo.xyz * (lit + frame.ambient.xyz);
         through *= 1.0 - opacity;

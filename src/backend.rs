@@ -14,6 +14,10 @@ pub trait Backend {
     /// What does the work, for people: the processor or the graphics adapter.
     fn description(&self) -> String;
 
+    /// The kind of map that is built where none is asked for: the exact one where it costs little more
+    /// than the other.
+    fn default_map(&self) -> MapKind;
+
     /// Pass `trace_threshold`: marches from the light through every texel of a map. Texels are
     /// `size * size`, row 0 at v = 0.
     ///
@@ -80,7 +84,7 @@ pub trait Backend {
         let view = LightView::fit(&scene.light, &scene.volume)?;
         let frame = Frame::with_light_view(scene, settings, &view)?;
         let volume = &scene.volume;
-        if settings.map == MapKind::Threshold {
+        if settings.map.unwrap_or(self.default_map()) == MapKind::Threshold {
             let texels = self.trace_threshold(volume, &frame, progress)?;
             return Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)));
         }
@@ -91,9 +95,10 @@ pub trait Backend {
             }
         };
         let wide = settings.filter.window().0 > 1;
-        let links = match settings.links && wide {
-            true => Some(self.link_neighbors(&runs, settings.map_size)?),
-            false => None,
+        let links = if settings.links && wide {
+            Some(self.link_neighbors(&runs, settings.map_size)?)
+        } else {
+            None
         };
         let map = FragmentMap::new(runs, view, &frame);
         Ok(Map::Fragments(match links {

@@ -11,6 +11,7 @@ use glam::{DVec3, Vec3, Vec4};
 use crate::error::{Error, Result};
 use crate::scene::{LightView, Scene};
 use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
+use crate::volume::Volume;
 
 /// Steps along a light ray for each voxel length that it crosses, at most [`Settings::steps`].
 pub const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
@@ -28,7 +29,7 @@ pub const SLAB_SAMPLES_PER_VOXEL: f32 = 4.0;
 /// the most that floats bear, which sets how close to a surface they are right).
 const EXPONENTIAL_SHARPNESS: f64 = 80.0;
 /// Steps along a camera ray at least.
-pub const VIEW_STEPS_LEAST: u32 = 64;
+pub const VIEW_STEPS_LEAST: u32 = 72;
 /// Steps along a camera ray at most, unless [`Settings::view_steps`] says otherwise.
 pub const VIEW_STEPS_MOST: u32 = 8192;
 /// Transmittance below which a camera ray ends: a quarter of what an 8-bit picture can show.
@@ -44,6 +45,8 @@ pub struct Frame {
     pub domain_min: Vec4,
     /// xyz: upper corner of the medium in index space; w: largest density.
     pub domain_max: Vec4,
+    /// xyz: one over the number of voxels along each axis; w unused.
+    pub voxel_share: Vec4,
     /// xyz: scattering albedo; w: Henyey-Greenstein g.
     pub albedo: Vec4,
 
@@ -147,26 +150,11 @@ impl Frame {
             crate::scene::LightKind::Spot { direction, .. } => direction.normalize_or_zero(),
             _ => DVec3::ZERO,
         };
-        let ground = scene.ground.map_or(Vec4::ZERO, |ground| {
-            let extent = ground.half_extent.map_or(f32::INFINITY, |e| e as f32);
-            Vec4::new(
-                (ground.height - center.y) as f32,
-                ground.albedo as f32,
-                extent.min(1e30),
-                1.0,
-            )
-        });
         let [near, far] = light.axial_extent(volume);
         let (window, exponential) = settings.filter.window();
         let sharpness =
             if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
-        let planes = match settings.slices {
-            Slices::Auto | Slices::Ray => 0,
-            Slices::Planes | Slices::Raster => {
-                let voxels = light.axial_voxels(volume) * f64::from(SLABS_PER_VOXEL);
-                (voxels.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps)
-            }
-        };
+        let planes = planes(settings, light, volume);
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
         let paper = settings.shading == Shading::Paper;
         // The paper marches with a fixed number of steps.
@@ -176,6 +164,7 @@ impl Frame {
             index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
             domain_min: volume.domain().min.as_vec3().extend(scene.medium.density_scale as f32),
             domain_max: volume.domain().max.as_vec3().extend(volume.largest()),
+            voxel_share: Vec3::from_array(volume.dims().map(|n| 1.0 / n as f32)).extend(0.0),
             albedo: scene.medium.albedo.as_vec3().extend(scene.medium.phase_g as f32),
             light_origin: at(light.origin),
             light_origin_u: along(light.origin_u),
@@ -194,7 +183,7 @@ impl Frame {
             view_direction: along(rays.direction),
             view_direction_x: along(rays.direction_x),
             view_direction_y: along(rays.direction_y),
-            ground,
+            ground: ground(scene, center.y),
             world_origin: at(DVec3::ZERO).with_w(1.0),
             background: scene.background.map_or(Vec4::ZERO, |b| b.as_vec3().extend(1.0)),
             thresholds: thresholds.extend(0.0),
@@ -247,5 +236,25 @@ impl Frame {
     fn vectors(&self) -> [Vec4; Self::VECTORS] {
         let floats: &[f32] = bytemuck::cast_slice(std::slice::from_ref(self));
         std::array::from_fn(|i| Vec4::from_slice(&floats[4 * i..]))
+    }
+}
+
+/// The ground as a frame holds it, in a frame space whose origin lies at height `center`.
+fn ground(scene: &Scene, center: f64) -> Vec4 {
+    scene.ground.map_or(Vec4::ZERO, |ground| {
+        let extent = ground.half_extent.map_or(f32::INFINITY, |e| e as f32);
+        let height = (ground.height - center) as f32;
+        Vec4::new(height, ground.albedo as f32, extent.min(1e30), 1.0)
+    })
+}
+
+/// How many planes all rays share; 0 for slabs of each ray's own.
+fn planes(settings: &Settings, light: &LightView, volume: &Volume) -> u32 {
+    match settings.slices {
+        Slices::Auto | Slices::Ray => 0,
+        Slices::Planes | Slices::Raster => {
+            let slabs = light.axial_voxels(volume) * f64::from(SLABS_PER_VOXEL);
+            (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps)
+        }
     }
 }

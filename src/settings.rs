@@ -9,8 +9,8 @@ pub struct Settings {
     pub samples: u32,
     /// Factor on radiance before a picture is encoded for screens.
     pub exposure: f64,
-    /// Which kind of shadow map.
-    pub map: MapKind,
+    /// Which kind of shadow map; `None` for the one that the backend builds fastest.
+    pub map: Option<MapKind>,
     /// Texels along each edge of the map.
     pub map_size: u32,
     /// Steps along a light ray at most; fewer where the result is the same.
@@ -48,7 +48,7 @@ impl Default for Settings {
             image_size: [512, 512],
             samples: 1,
             exposure: 1.0,
-            map: MapKind::Threshold,
+            map: None,
             map_size: 512,
             steps: 512,
             view_steps: None,

@@ -53,7 +53,7 @@ fn errors(largest: f64, changed: &Settings) -> [f64; 4] {
 }
 
 fn settings(map_size: u32, image_size: [u32; 2]) -> Settings {
-    Settings { map: MapKind::Threshold, ..all_settings(map_size, image_size) }
+    Settings { map: Some(MapKind::Threshold), ..all_settings(map_size, image_size) }
 }
 
 fn average(errors: [f64; 4]) -> f64 {

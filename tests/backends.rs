@@ -83,6 +83,10 @@ impl Backend for Bent {
         format!("bent by {}", self.0)
     }
 
+    fn default_map(&self) -> MapKind {
+        CpuBackend.default_map()
+    }
+
     fn trace_threshold(
         &self,
         volume: &Volume,
@@ -129,8 +133,8 @@ impl Backend for Bent {
 
 /// Scenes that between them use every branch of the passes.
 fn scenes() -> Vec<(&'static str, Scene, Settings)> {
-    let base = Settings { map: MapKind::Threshold, ..settings(48, [40, 32]) };
-    let fragments = Settings { map: MapKind::Fragments, ..base.clone() };
+    let base = Settings { map: Some(MapKind::Threshold), ..settings(48, [40, 32]) };
+    let fragments = Settings { map: Some(MapKind::Fragments), ..base.clone() };
     let ground = Ground { height: -0.6, albedo: 0.3, half_extent: Some(1.5) };
     let mut lit = anchor_scene(Preset::Bucky, 6.0, 32);
     lit.ground = Some(ground);
@@ -225,7 +229,7 @@ fn agrees_with_the_cpu(backend: &dyn Backend) -> Vec<String> {
         let farthest = map.view().position.map_or(2.0, |_| 4.0);
         let maps = map_differences(&map, &cpu_map, farthest);
         let images = image_differences(&image, &cpu_image);
-        let fitted = settings.map == MapKind::Fragments && settings.tolerance > 0.0;
+        let fitted = settings.map == Some(MapKind::Fragments) && settings.tolerance > 0.0;
         let jumps = settings.lookup == Lookup::Paper || settings.crossing == Crossing::Bucket;
         let slack = if jumps || fitted { JUMPS } else { 1.0 };
         let compared = [("map", maps, allowed.map), ("picture", images, allowed.picture)];

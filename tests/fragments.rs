@@ -23,7 +23,7 @@ const TEXELS: usize = 4_000;
 const DEPTHS: usize = 256;
 
 fn settings(map_size: u32) -> Settings {
-    Settings { map: MapKind::Fragments, ..all_settings(map_size, [8, 8]) }
+    Settings { map: Some(MapKind::Fragments), ..all_settings(map_size, [8, 8]) }
 }
 
 fn raw(map_size: u32) -> Settings {

@@ -67,6 +67,7 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         index_from_frame,
         domain_min,
         domain_max,
+        voxel_share,
         albedo,
         light_origin,
         light_origin_u,

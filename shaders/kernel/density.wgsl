@@ -6,6 +6,6 @@
 
 // Density at a voxel index (x, y, z).
 fn sample_density(index: vec3<f32>) -> f32 {
-    let place = (index + 0.5) / vec3<f32>(textureDimensions(voxels));
+    let place = (index + 0.5) * frame.voxel_share.xyz;
     return textureSampleLevel(voxels, trilinear, place, 0.0).x * frame.world_origin.w;
 }

@@ -14,6 +14,8 @@ const SMALLEST: f32 = 1e-30;
 struct Fitter {
     // Largest error of transmittance at the points; 0 keeps every fragment.
     tolerance: f32,
+    // Optical depth behind which nothing matters.
+    dark: f32,
     begun: bool,
     // The last node kept.
     anchor: vec2<f32>,
@@ -27,7 +29,9 @@ var<private> fitter: Fitter;
 
 fn fitter_start(tolerance: f32) {
     let slopes = vec2<f32>(0.0, STEEPEST);
-    fitter = Fitter(tolerance * FIT_SHARE, false, vec2<f32>(0.0), slopes, vec2<f32>(0.0));
+    let held = tolerance * FIT_SHARE;
+    let dark = -log(max(held * DARK_SHARE, SMALLEST));
+    fitter = Fitter(held, dark, false, vec2<f32>(0.0), slopes, vec2<f32>(0.0));
 }
 
 // Adds a fragment from depth bounds.x to bounds.y, not in front of the one before.
@@ -47,7 +51,7 @@ fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
         let pieces = min(ceil(optical_depth / POINT_SPACING), MOST_POINTS);
         for (var i: f32 = 1.0; i < pieces; i += 1.0) {
             let inner = start + across * (i / pieces);
-            if (exp(-inner.y) <= fitter.tolerance * DARK_SHARE) {
+            if (inner.y >= fitter.dark) {
                 break;
             }
             fitter_point(inner);
@@ -65,7 +69,7 @@ fn fitter_finish() {
 
 // Whether what follows is too dark to matter to a fit.
 fn fitter_is_dark() -> bool {
-    return exp(-fitter.last.y) < fitter.tolerance * DARK_SHARE;
+    return fitter.tolerance > 0.0 && fitter.last.y > fitter.dark;
 }
 
 // Slopes from the last node kept that pass a point within the tolerance.
@@ -73,7 +77,8 @@ fn fitter_slopes(point: vec2<f32>) -> vec2<f32> {
     let through = exp(-point.y);
     let least = -log(min(through + fitter.tolerance, 1.0));
     let lowest = max(max(through - fitter.tolerance, through * LOWEST_SHARE), SMALLEST);
-    return (vec2<f32>(least, -log(lowest)) - fitter.anchor.y) / (point.x - fitter.anchor.x);
+    let share = 1.0 / (point.x - fitter.anchor.x);
+    return (vec2<f32>(least, -log(lowest)) - fitter.anchor.y) * share;
 }
 
 // The line from the last node has to pass near a point.

@@ -81,7 +81,7 @@ fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
     let volume = Arc::new(load_volume(&file.volume)?);
     let (scene, settings, _) = complete(&file, volume, Surroundings::Void)?;
     let settings = Settings {
-        map: MapKind::Threshold,
+        map: Some(MapKind::Threshold),
         lookup: Lookup::Paper,
         crossing: Crossing::Smoothstep,
         shading: Shading::Paper,

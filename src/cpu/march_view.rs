@@ -111,6 +111,8 @@ impl View<'_> {
         let ambient = frame.ambient.truncate();
         let extinction_half = frame.domain_min.w * (0.5 * steps.step);
         let sample = |t: f32| sample_density(&self.density, steps.index_ray.at(t));
+        let parallel = frame.light_position.w == 0.0;
+        let mut unshadowed = scattered_light(frame, ray, ray.origin);
         let (mut light, mut through) = (Vec3::ZERO, 1.0_f32);
         for i in 0..steps.count {
             let begin = steps.enter + i as f32 * steps.step;
@@ -122,9 +124,10 @@ impl View<'_> {
             }
             let t = begin + steps.step * ((0.25 * front + 0.75 * back) / (front + back));
             let point = ray.at(t);
-            let cosine = -ray.direction.dot(light_direction_at(frame, point));
-            let lit = irradiance_at(frame, point)
-                * (phase(frame.albedo.w, cosine) * self.transmittance(point));
+            if !parallel {
+                unshadowed = scattered_light(frame, ray, point);
+            }
+            let lit = unshadowed * self.transmittance(point);
             let opacity = step_opacity(tau);
             light += through * opacity * albedo * (lit + ambient);
             through *= 1.0 - opacity;
@@ -159,4 +162,10 @@ impl View<'_> {
         let lit = 1.0 - shadow / lookups as f32;
         (Vec3::splat(colour * if steps.count > 0 { lit } else { 0.0 }), through)
     }
+}
+
+/// Unshadowed light that a point sends towards the camera, per unit of optical depth and albedo.
+fn scattered_light(frame: &Frame, ray: &Ray, point: Vec3) -> Vec3 {
+    let cosine = -ray.direction.dot(light_direction_at(frame, point));
+    irradiance_at(frame, point) * phase(frame.albedo.w, cosine)
 }

@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
+use crate::settings::MapKind;
 use crate::shadow::{Links, Map, Runs};
 use crate::volume::Volume;
 
@@ -23,6 +24,10 @@ pub struct CpuBackend;
 impl Backend for CpuBackend {
     fn description(&self) -> String {
         format!("cpu, {} threads", rayon::current_num_threads())
+    }
+
+    fn default_map(&self) -> MapKind {
+        MapKind::Threshold
     }
 
     fn trace_threshold(

@@ -22,6 +22,7 @@ use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
+use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, Links, Map, Runs, ShadowMap};
 use crate::volume::Volume;
 pub use adapter::{AdapterChoice, adapters};
@@ -73,6 +74,10 @@ impl GpuBackend {
 impl Backend for GpuBackend {
     fn description(&self) -> String {
         self.description.clone()
+    }
+
+    fn default_map(&self) -> MapKind {
+        MapKind::Fragments
     }
 
     fn trace_threshold(

@@ -31,6 +31,8 @@ pub const SMALLEST: f32 = 1e-30;
 pub struct Fitter {
     /// Largest error of transmittance at the points; 0 keeps every fragment.
     tolerance: f32,
+    /// Optical depth behind which nothing matters.
+    dark: f32,
     /// The last node kept.
     anchor: Node,
     /// Slopes of optical depth over depth from there that pass all points since.
@@ -45,8 +47,9 @@ impl Fitter {
     /// For an error of at most `tolerance` in transmittance; 0 keeps every fragment.
     pub fn new(tolerance: f32) -> Self {
         let tolerance = tolerance * FIT_SHARE;
+        let dark = -(tolerance * DARK_SHARE).max(SMALLEST).ln();
         let (anchor, slopes) = (Node::default(), [0.0, STEEPEST]);
-        Self { tolerance, anchor, slopes, last: anchor, begun: false }
+        Self { tolerance, dark, anchor, slopes, last: anchor, begun: false }
     }
 
     /// Adds a fragment from depth `front` to `back` (equal for a surface), not in front of the one
@@ -76,8 +79,7 @@ impl Fitter {
         if self.tolerance > 0.0 && back > start.depth {
             let pieces = (optical_depth / POINT_SPACING).ceil().min(MOST_POINTS);
             let mut i = 1.0;
-            while i < pieces && (-end(i / pieces).optical_depth).exp() > self.tolerance * DARK_SHARE
-            {
+            while i < pieces && end(i / pieces).optical_depth < self.dark {
                 self.point(end(i / pieces), keep);
                 i += 1.0;
             }
@@ -94,7 +96,7 @@ impl Fitter {
 
     /// Whether what follows is too dark to matter to a fit.
     pub fn is_dark(&self) -> bool {
-        (-self.last.optical_depth).exp() < self.tolerance * DARK_SHARE
+        self.tolerance > 0.0 && self.last.optical_depth > self.dark
     }
 
     /// The line from the last node has to pass near `point`.
@@ -109,8 +111,8 @@ impl Fitter {
         let least = -(through + self.tolerance).min(1.0).ln();
         let most = -(through - self.tolerance).max(through * LOWEST_SHARE).max(SMALLEST).ln();
         let narrowed = |anchor: Node, [low, high]: [f32; 2]| {
-            let length = point.depth - anchor.depth;
-            let slope = |tau: f32| (tau - anchor.optical_depth) / length;
+            let share = 1.0 / (point.depth - anchor.depth);
+            let slope = |tau: f32| (tau - anchor.optical_depth) * share;
             [low.max(slope(least)), high.min(slope(most))]
         };
         if point.depth > self.anchor.depth {

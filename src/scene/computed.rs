@@ -45,7 +45,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
         ],
         samples: count("image.samples", image.samples, default.samples, 4096)?,
         exposure,
-        map: named(shadow.map.as_ref(), default.map)?,
+        map: shadow.map.as_ref().map(|name| name.parse()).transpose()?,
         map_size: count("shadow.size", shadow.size, default.map_size, 1 << 13)?,
         steps: count("shadow.steps", shadow.steps, default.steps, 1 << 20)?,
         view_steps: shadow
