@@ -16,6 +16,7 @@ use deepshadow::volume::Volume;
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 
+use crate::support::backends::{every_backend, gpu};
 use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
 use crate::support::{Random, rms};
 
@@ -43,29 +44,6 @@ fn tolerance(backend: &dyn Backend) -> &'static Tolerance {
 
 /// Steps, texels and the four numbers stand between a picture and brute force.
 const TRUTH_RMS: f64 = 6e-3;
-
-/// The GPU backend, where tests want one.
-#[cfg(feature = "gpu")]
-fn gpu() -> Option<Box<dyn Backend>> {
-    use deepshadow::gpu::{AdapterChoice, GpuBackend};
-    if std::env::var("DEEPSHADOW_TEST_GPU").is_ok_and(|value| value == "skip") {
-        eprintln!("SKIPPED: DEEPSHADOW_TEST_GPU=skip, nothing is tested on a GPU");
-        return None;
-    }
-    let backend = GpuBackend::open(AdapterChoice::Any).expect(
-        "a Vulkan, Metal or DX12 driver (Debian: mesa-vulkan-drivers), or DEEPSHADOW_TEST_GPU=skip",
-    );
-    Some(Box::new(backend))
-}
-
-#[cfg(not(feature = "gpu"))]
-fn gpu() -> Option<Box<dyn Backend>> {
-    None
-}
-
-fn every_backend() -> Vec<Box<dyn Backend>> {
-    std::iter::once(Box::new(CpuBackend) as Box<dyn Backend>).chain(gpu()).collect()
-}
 
 /// A backend whose every density is a little off: what the suite must notice.
 struct Bent(f32);

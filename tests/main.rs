@@ -11,6 +11,7 @@ mod embedding;
 mod formats;
 mod fragments;
 mod info;
+mod lists;
 #[path = "fuzz/readers.rs"]
 mod readers;
 mod scene_files;

@@ -1,5 +1,6 @@
 //! What many tests need: small scenes, seeded random numbers, error measures.
 
+pub mod backends;
 pub mod scenes;
 
 /// The project's folder, also where the tests run from an archive on another machine.

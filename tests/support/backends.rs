@@ -1,0 +1,29 @@
+//! The backends that tests run on.
+
+use deepshadow::backend::Backend;
+use deepshadow::cpu::CpuBackend;
+
+/// The GPU backend, where tests want one.
+#[cfg(feature = "gpu")]
+pub fn gpu() -> Option<Box<dyn Backend>> {
+    use deepshadow::gpu::{AdapterChoice, GpuBackend};
+    if std::env::var("DEEPSHADOW_TEST_GPU").is_ok_and(|value| value == "skip") {
+        eprintln!("SKIPPED: DEEPSHADOW_TEST_GPU=skip, nothing is tested on a GPU");
+        return None;
+    }
+    let backend = GpuBackend::open(AdapterChoice::Any).expect(
+        "a Vulkan, Metal or DX12 driver (Debian: mesa-vulkan-drivers), or DEEPSHADOW_TEST_GPU=skip",
+    );
+    Some(Box::new(backend))
+}
+
+/// None is built in.
+#[cfg(not(feature = "gpu"))]
+pub fn gpu() -> Option<Box<dyn Backend>> {
+    None
+}
+
+/// The CPU backend, and the GPU's where there is one.
+pub fn every_backend() -> Vec<Box<dyn Backend>> {
+    std::iter::once(Box::new(CpuBackend) as Box<dyn Backend>).chain(gpu()).collect()
+}
