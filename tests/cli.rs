@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use deepshadow::io::deep_exr::{Attribute, DeepFile};
 use exr::prelude::{AttributeValue, read_first_flat_layer_from_file};
 use tempfile::TempDir;
 
@@ -245,6 +246,28 @@ fn a_failed_run_leaves_the_older_picture() {
 }
 
 /// Hounsfield units: a ball of 100 in air of -1000 is the same picture as both shifted by 1000.
+/// The deep image's opacity is what the map's statistics say.
+#[test]
+fn a_fragment_map_is_a_deep_image_or_its_statistics() {
+    let folder = Folder::new();
+    let map = "map bucky --map fragments --backend cpu --map-size 32";
+    must_succeed(&folder.run(&format!("{map} -o deep.exr")));
+    must_succeed(&folder.run(&format!("{map} --statistics -o flat.exr")));
+    let mut deep = DeepFile::open(folder.path().join("deep.exr"), 1 << 30).unwrap();
+    assert_eq!(deep.header().attribute("kind"), Some(&Attribute::from("fragments")));
+    assert_eq!(deep.header().attribute("tolerance"), Some(&Attribute::from(0.002)));
+    assert!(deep.header().attribute("light_from_world").is_some());
+    let flat = read_first_flat_layer_from_file(folder.path().join("flat.exr")).unwrap();
+    let channels = &flat.layer_data.channel_data.list;
+    let names: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
+    assert_eq!(names, ["A", "back", "count", "front"]);
+    let opacity: Vec<f32> = channels[0].sample_data.values_as_f32().collect();
+    let flattened = deep.read().unwrap().flatten().unwrap();
+    let pairs = flattened.pixels.iter().zip(&opacity);
+    assert!(pairs.clone().all(|(pixel, opacity)| (pixel[3] - opacity).abs() < 1e-5));
+    assert!(opacity.iter().any(|&a| a > 0.5), "some light is lost");
+}
+
 #[test]
 fn a_window_maps_stored_values_below_zero_too() {
     let folder = Folder::new();
