@@ -268,6 +268,32 @@ fn a_fragment_map_is_a_deep_image_or_its_statistics() {
     assert!(opacity.iter().any(|&a| a > 0.5), "some light is lost");
 }
 
+/// Flattened, the camera's deep image is its picture.
+#[test]
+fn a_deep_picture_flattens_to_the_flat_one() {
+    let folder = Folder::new();
+    must_succeed(&folder.run(&format!("render bucky {SMALL} --transparent -o flat.exr")));
+    must_succeed(&folder.run(&format!("render bucky {SMALL} --transparent -o x.deep.exr")));
+    let mut deep = DeepFile::open(folder.path().join("x.deep.exr"), 1 << 30).unwrap();
+    let deep = deep.read().unwrap();
+    assert!(deep.statistics().most > 8, "several samples in a pixel");
+    let flattened = deep.flatten().unwrap();
+    let flat = read_first_flat_layer_from_file(folder.path().join("flat.exr")).unwrap();
+    let channel = |name: &str| -> Vec<f32> {
+        let mut list = flat.layer_data.channel_data.list.iter();
+        list.find(|c| c.name == *name).unwrap().sample_data.values_as_f32().collect()
+    };
+    for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        for (pixel, flat) in flattened.pixels.iter().zip(channel(name)) {
+            // The march ends where a thousandth of the light is left; the flat picture calls it none.
+            assert!((pixel[c] - flat).abs() < 2e-3, "{name}: {} for {flat}", pixel[c]);
+        }
+    }
+    let refused = folder.run("render bucky --samples 4 -o y.deep.exr");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(stderr(&refused).contains("one sample a pixel"));
+}
+
 #[test]
 fn a_window_maps_stored_values_below_zero_too() {
     let folder = Folder::new();

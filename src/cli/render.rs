@@ -7,9 +7,12 @@ use clap::Args;
 
 use super::arguments::{OutputArguments, PictureArguments, SceneArguments};
 use super::job::{Job, default_output};
+use crate::cpu::DeepView;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
+use crate::io::deep_exr::{self, Channel, DeepHeader};
 use crate::io::{PendingFile, exr, png};
+use crate::settings::Shading;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -22,16 +25,21 @@ pub(super) struct Arguments {
 }
 
 /// The picture formats, by the ending of the output's name.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Format {
+    Deep,
     Png,
     Exr,
 }
 
 fn format(path: &Path) -> Result<Format> {
+    if path.to_string_lossy().ends_with(".deep.exr") {
+        return Ok(Format::Deep);
+    }
     match path.extension().and_then(|ending| ending.to_str()) {
         Some("png") => Ok(Format::Png),
         Some("exr") => Ok(Format::Exr),
-        _ => Err(Error::contents(path, "a picture's name must end in .png or .exr")),
+        _ => Err(Error::contents(path, "a picture's name must end in .png, .exr or .deep.exr")),
     }
 }
 
@@ -40,6 +48,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let path = output.out.unwrap_or_else(|| default_output(&scene.input, "png"));
     let format = format(&path)?;
     let job = Job::new(&scene, Some(&picture))?;
+    if format == Format::Deep && (job.settings.samples, job.settings.shading) != ONE_RAY {
+        let why = "a deep image takes one sample a pixel and physical shading";
+        return Err(Error::contents(path, why));
+    }
     let file = PendingFile::create(&path)?;
 
     let begun = Instant::now();
@@ -47,13 +59,18 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let map = job.backend.map(&job.scene, settings, progress)?;
     let map_time = begun.elapsed();
     let frame = Frame::with_light_view(&job.scene, settings, map.view())?;
-    let image = job.backend.march_view(&job.scene.volume, &frame, &map, progress)?;
+    let volume = &job.scene.volume;
+    let contents = if format == Format::Deep {
+        encode_deep(&DeepView::new(volume, &frame, &map), settings.image_size)?
+    } else {
+        let image = job.backend.march_view(volume, &frame, &map, progress)?;
+        match format {
+            Format::Png => png::encode(&image, settings.exposure as f32)?,
+            Format::Exr | Format::Deep => exr::encode_image(&image)?,
+        }
+    };
     let view_time = begun.elapsed().saturating_sub(map_time);
-
-    match format {
-        Format::Png => file.finish_with(&png::encode(&image, settings.exposure as f32)?)?,
-        Format::Exr => file.finish_with(&exr::encode_image(&image)?)?,
-    }
+    file.finish_with(&contents)?;
     let [width, height] = settings.image_size;
     job.note(&format!(
         "wrote {}: {width}x{height}, map {1}x{1} in {2:.2} s, view in {3:.2} s, {4}",
@@ -64,4 +81,28 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         job.backend.description(),
     ));
     Ok(())
+}
+
+/// What a deep image is made of: a ray a pixel, and single scattering.
+const ONE_RAY: (u32, Shading) = (1, Shading::Physical);
+
+/// The camera's own deep image: R, G, B (radiance, premultiplied), A, Z and ZBack (distances from the
+/// camera along the ray, world lengths), f32, marched by the processor.
+fn encode_deep(view: &DeepView<'_>, [width, height]: [u32; 2]) -> Result<Vec<u8>> {
+    let channels = ["A", "B", "G", "R", "Z", "ZBack"].map(Channel::float).into();
+    let header = DeepHeader::new([width, height], channels)
+        .with("software", concat!("deepshadow ", env!("CARGO_PKG_VERSION")))
+        .with("kind", "camera")
+        .with("depth_unit", "world")
+        .with("depth_from", "camera, along the ray");
+    deep_exr::encode(&header, |y, row| {
+        for x in 0..width {
+            for sample in view.pixel(x, y) {
+                let [r, g, b] = sample.radiance.to_array();
+                row.push(&[sample.alpha, b, g, r, sample.front, sample.back]);
+            }
+            row.end_pixel();
+        }
+        Ok(())
+    })
 }

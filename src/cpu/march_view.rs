@@ -45,14 +45,14 @@ pub(super) fn march_view(
 }
 
 /// What a camera ray meets.
-struct View<'a> {
-    density: Density<'a>,
-    frame: &'a Frame,
-    map: &'a dyn ShadowMap,
+pub(super) struct View<'a> {
+    pub(super) density: Density<'a>,
+    pub(super) frame: &'a Frame,
+    pub(super) map: &'a dyn ShadowMap,
 }
 
 /// The part of a camera ray in the volume, cut into steps.
-struct Steps {
+pub(super) struct Steps {
     enter: f32,
     step: f32,
     count: u32,
@@ -69,17 +69,21 @@ impl View<'_> {
             self.single_scattering(ray, &steps)
         };
         let behind = if ground > 0.0 {
-            let point = ray.at(ground);
-            let mut light = light_coordinates(self.frame, point);
-            light.z = surface_depth(self.frame, light);
-            ground_radiance(self.frame, point, self.lookup(light)).extend(1.0)
+            self.lit_ground(ray.at(ground)).extend(1.0)
         } else {
             self.frame.background
         };
         light.extend(1.0 - through) + through * behind.truncate().extend(behind.w)
     }
 
-    fn steps(&self, ray: &Ray, farthest: f32) -> Steps {
+    /// Radiance of the ground at a point of it.
+    pub(super) fn lit_ground(&self, point: Vec3) -> Vec3 {
+        let mut light = light_coordinates(self.frame, point);
+        light.z = surface_depth(self.frame, light);
+        ground_radiance(self.frame, point, self.lookup(light))
+    }
+
+    pub(super) fn steps(&self, ray: &Ray, farthest: f32) -> Steps {
         let frame = self.frame;
         let index_ray = ray.transformed(&frame.index_from_frame);
         let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
@@ -103,9 +107,28 @@ impl View<'_> {
         self.map.filtered(self.frame.methods[2], light.x, light.y, light.z)
     }
 
-    /// Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes
-    /// two samples of density and one of the light, in the middle of what it holds.
+    /// Radiance scattered towards the camera, and the transmittance of the whole ray.
     fn single_scattering(&self, ray: &Ray, steps: &Steps) -> (Vec3, f32) {
+        let (mut light, mut through) = (Vec3::ZERO, 1.0_f32);
+        self.scatter(ray, steps, |_, tau, source| {
+            let opacity = step_opacity(tau);
+            light += through * opacity * source;
+            through *= 1.0 - opacity;
+            through >= OPAQUE_TRANSMITTANCE
+        });
+        (light, if through < OPAQUE_TRANSMITTANCE { 0.0 } else { through })
+    }
+
+    /// Calls `visit` for the steps that hold medium, in order, until it returns false: with the
+    /// distances of a step's ends, its optical depth, and the light that it sends towards the camera
+    /// per unit of opacity. A step takes two samples of density and one of the light, in the middle
+    /// of what it holds.
+    pub(super) fn scatter(
+        &self,
+        ray: &Ray,
+        steps: &Steps,
+        mut visit: impl FnMut([f32; 2], f32, Vec3) -> bool,
+    ) {
         let frame = self.frame;
         let albedo = frame.albedo.truncate();
         let ambient = frame.ambient.truncate();
@@ -113,7 +136,6 @@ impl View<'_> {
         let sample = |t: f32| sample_density(&self.density, steps.index_ray.at(t));
         let parallel = frame.light_position.w == 0.0;
         let mut unshadowed = scattered_light(frame, ray, ray.origin);
-        let (mut light, mut through) = (Vec3::ZERO, 1.0_f32);
         for i in 0..steps.count {
             let begin = steps.enter + i as f32 * steps.step;
             let front = sample(begin + 0.25 * steps.step);
@@ -127,15 +149,12 @@ impl View<'_> {
             if !parallel {
                 unshadowed = scattered_light(frame, ray, point);
             }
-            let lit = unshadowed * self.transmittance(point);
-            let opacity = step_opacity(tau);
-            light += through * opacity * albedo * (lit + ambient);
-            through *= 1.0 - opacity;
-            if through < OPAQUE_TRANSMITTANCE {
-                return (light, 0.0);
+            let source = albedo * (unshadowed * self.transmittance(point) + ambient);
+            let end = steps.enter + (i + 1) as f32 * steps.step;
+            if !visit([begin, end], tau, source) {
+                return;
             }
         }
-        (light, through)
     }
 
     /// The paper's shading: the sampled value as colour and opacity, accumulated unshadowed, then

@@ -1,6 +1,7 @@
 //! The CPU backend: the passes on all cores. It is the default on machines without a GPU and the
 //! referee of the other backends.
 
+mod deep_view;
 mod link_neighbors;
 mod march_view;
 mod raster_slices;
@@ -16,6 +17,7 @@ use crate::progress::Progress;
 use crate::settings::MapKind;
 use crate::shadow::{Links, Map, Runs};
 use crate::volume::Volume;
+pub use deep_view::{DeepSample, DeepView};
 
 /// Renders with rayon's current thread pool.
 #[derive(Clone, Copy, Debug, Default)]

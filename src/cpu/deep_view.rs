@@ -1,0 +1,73 @@
+//! What a camera sees as a deep image: the medium and the ground along each pixel's central ray, each
+//! piece with its distances, so that compositing programs can put things between them.
+
+use glam::Vec3;
+
+use super::march_view::View;
+use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
+use crate::kernel::density::Density;
+use crate::kernel::medium::step_opacity;
+use crate::kernel::view::{camera_ray, ground_distance};
+use crate::shadow::Map;
+use crate::volume::Volume;
+
+/// Opacity up to which steps next to each other are one sample.
+const MERGED_OPACITY: f32 = 1.0 / 64.0;
+
+/// A piece of a pixel's ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeepSample {
+    /// Distance from the camera's origin along the ray where it begins, in world lengths.
+    pub front: f32,
+    /// Distance where it ends; `front` for the ground.
+    pub back: f32,
+    /// Radiance that it sends to the camera, as if nothing stood before it (premultiplied).
+    pub radiance: Vec3,
+    /// Its own opacity, 0..1.
+    pub alpha: f32,
+}
+
+/// A camera's view of a scene through its shadow map, pixel by pixel.
+pub struct DeepView<'a> {
+    view: View<'a>,
+}
+
+impl<'a> DeepView<'a> {
+    /// The view of `volume` under `frame`, lit through `map`. Rays go through the centres of pixels,
+    /// whatever the frame's samples, and shading is single scattering.
+    pub fn new(volume: &'a Volume, frame: &'a Frame, map: &'a Map) -> Self {
+        Self { view: View { density: Density::of(volume), frame, map } }
+    }
+
+    /// The samples of pixel (`x`, `y`), row 0 on top, from front to back and without overlap. Steps of
+    /// the march next to each other are one sample while that takes less than 1/64 of the light.
+    pub fn pixel(&self, x: u32, y: u32) -> Vec<DeepSample> {
+        let frame = self.view.frame;
+        let [width, height, ..] = frame.sizes;
+        let at = |i: u32, n: u32| (i as f32 + 0.5) / n as f32;
+        let ray = camera_ray(frame, at(x, width), at(y, height));
+        let ground = ground_distance(frame, &ray);
+        let steps = self.view.steps(&ray, if ground > 0.0 { ground } else { f32::INFINITY });
+        let mut samples: Vec<DeepSample> = Vec::new();
+        let mut through = 1.0;
+        self.view.scatter(&ray, &steps, |[front, back], tau, source| {
+            let alpha = step_opacity(tau);
+            through *= 1.0 - alpha;
+            let own = DeepSample { front, back, radiance: alpha * source, alpha };
+            match samples.last_mut() {
+                Some(last) if last.back >= front && last.alpha + alpha <= MERGED_OPACITY => {
+                    last.radiance += (1.0 - last.alpha) * own.radiance;
+                    last.alpha += (1.0 - last.alpha) * alpha;
+                    last.back = back;
+                }
+                _ => samples.push(own),
+            }
+            through >= OPAQUE_TRANSMITTANCE
+        });
+        if ground > 0.0 && through >= OPAQUE_TRANSMITTANCE {
+            let radiance = self.view.lit_ground(ray.at(ground));
+            samples.push(DeepSample { front: ground, back: ground, radiance, alpha: 1.0 });
+        }
+        samples
+    }
+}
