@@ -1,7 +1,7 @@
 //! Deep shadow maps for volumes: shadows of things that light passes through.
 //!
 //! A [`volume::Volume`] in a [`scene::Scene`] is marched from the light to build a
-//! [`shadow::ThresholdMap`], and from the camera with that map, by a [`backend::Backend`]: the
+//! [`shadow::Map`], and from the camera with that map, by a [`backend::Backend`]: the
 //! [`cpu::CpuBackend`] or, with feature `gpu`, [`gpu`] on a wgpu device of its own or the caller's.
 //! [`reference`](mod@reference) holds the truth in f64. `ARCHITECTURE.md` explains layers, passes and spaces.
 

@@ -44,11 +44,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         }
         Map::Fragments(map) => {
             let domain = job.scene.volume.domain();
-            let tolerance = job.settings.tolerance;
             let contents = if statistics {
                 encode_fragment_statistics(map)?
             } else {
-                encode_fragment_map(map, tolerance, &index_from_world, &domain)?
+                encode_fragment_map(map, &index_from_world, &domain)?
             };
             (contents, format!("fragment map, {}", held(map)))
         }

@@ -2,10 +2,8 @@
 //! of fragments, which `sort_fragments` sorts. The twin of the GPU's lists, not of its rasteriser: rows
 //! of texels are its tiles.
 
-use rayon::prelude::*;
-
 use super::sort_fragments::sort_fragments;
-use super::trace_slices::joined;
+use super::trace_slices::by_rows;
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::kernel::density::Density;
@@ -20,18 +18,8 @@ pub(super) fn raster_slices(
     frame: &Frame,
     progress: &dyn Progress,
 ) -> Result<Runs> {
-    let size = frame.sizes[3];
-    progress.begin("shadow map", u64::from(size));
     let density = Density::of(volume);
-    let rows: Vec<Result<Runs>> = (0..size)
-        .into_par_iter()
-        .map(|y| {
-            let lists = raster_row(&density, frame, y);
-            progress.advance(1);
-            sort_fragments(&lists, frame)
-        })
-        .collect();
-    joined(rows)
+    by_rows(frame, progress, |y| sort_fragments(&raster_row(&density, frame, y), frame))
 }
 
 fn raster_row(density: &Density<'_>, frame: &Frame, y: u32) -> FragmentLists {

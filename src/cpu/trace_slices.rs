@@ -18,28 +18,36 @@ pub(super) fn trace_slices(
     frame: &Frame,
     progress: &dyn Progress,
 ) -> Result<Runs> {
+    let density = Density::of(volume);
+    by_rows(frame, progress, |y| {
+        let size = frame.sizes[3];
+        let at = |i: u32| (i as f32 + 0.5) / size as f32;
+        let mut row = Runs::default();
+        let mut nodes = Vec::new();
+        for x in 0..size {
+            trace_texel(&density, frame, [at(x), at(y)], &mut nodes);
+            row.push(&nodes)?;
+        }
+        Ok(row)
+    })
+}
+
+/// The rows of a map, made by all threads, one after the other.
+pub(super) fn by_rows(
+    frame: &Frame,
+    progress: &dyn Progress,
+    row: impl Fn(u32) -> Result<Runs> + Sync,
+) -> Result<Runs> {
     let size = frame.sizes[3];
     progress.begin("shadow map", u64::from(size));
-    let density = Density::of(volume);
     let rows: Vec<Result<Runs>> = (0..size)
         .into_par_iter()
         .map(|y| {
-            let mut row = Runs::default();
-            let mut nodes = Vec::new();
-            for x in 0..size {
-                let at = |i: u32| (i as f32 + 0.5) / size as f32;
-                trace_texel(&density, frame, [at(x), at(y)], &mut nodes);
-                row.push(&nodes)?;
-            }
+            let runs = row(y);
             progress.advance(1);
-            Ok(row)
+            runs
         })
         .collect();
-    joined(rows)
-}
-
-/// Rows of texels one after the other.
-pub(super) fn joined(rows: Vec<Result<Runs>>) -> Result<Runs> {
     let mut all = Runs::default();
     for row in rows {
         all.append(&row?)?;

@@ -1,8 +1,8 @@
 //! Fragment maps as OpenEXR: the lists as a deep image, or what they come to as a flat one.
 
-use glam::{DMat4, DVec3};
+use glam::DMat4;
 
-use super::deep_exr::{Attribute, DeepHeader, Slab, encode_slabs};
+use super::deep_exr::{DeepHeader, Slab, encode_slabs};
 use super::exr::encode_channels;
 use crate::error::Result;
 use crate::math::Aabb;
@@ -17,26 +17,22 @@ use crate::shadow::{FragmentMap, ShadowMap};
 /// If the encoder fails.
 pub fn encode_fragment_map(
     map: &FragmentMap,
-    tolerance: f64,
     index_from_world: &DMat4,
     domain: &Aabb,
 ) -> Result<Vec<u8>> {
     let view = map.view();
-    let rows =
-        |matrix: &DMat4| Attribute::Matrix4x4(matrix.transpose().to_cols_array().map(|x| x as f32));
-    let vector = |v: DVec3| Attribute::FloatVec3(v.as_vec3().to_array());
     let mut header = DeepHeader::new([map.size(); 2], Vec::new())
         .with("software", concat!("deepshadow ", env!("CARGO_PKG_VERSION")))
         .with("kind", "fragments")
-        .with("tolerance", tolerance as f32)
+        .with("tolerance", map.tolerance())
         .with("depth_unit", "world")
         .with("depth_from", if view.position.is_some() { "light" } else { "near plane" })
-        .with("light_from_world", rows(&view.light_from_world))
-        .with("index_from_world", rows(index_from_world))
-        .with("domain_min", vector(domain.min))
-        .with("domain_max", vector(domain.max));
+        .with("light_from_world", &view.light_from_world)
+        .with("index_from_world", index_from_world)
+        .with("domain_min", domain.min)
+        .with("domain_max", domain.max);
     if let Some(position) = view.position {
-        header = header.with("light_position", vector(position));
+        header = header.with("light_position", position);
     }
     encode_slabs(&header, |x, y| {
         map.fragments(x, y).map(|fragment| Slab {

@@ -32,6 +32,7 @@ pub struct FragmentMap {
     view: LightView,
     /// How steep exponential shadow tests are, 1 / world length; 0 for exact ones.
     sharpness: f32,
+    tolerance: f32,
 }
 
 impl FragmentMap {
@@ -42,7 +43,8 @@ impl FragmentMap {
     pub fn new(runs: Runs, view: LightView, frame: &Frame) -> Self {
         let size = frame.sizes[3];
         assert_eq!(runs.texels(), size as usize * size as usize, "texels of a {size}^2 map");
-        Self { size, runs, links: None, view, sharpness: frame.filtering.x }
+        let (sharpness, tolerance) = (frame.filtering.x, frame.slices.z);
+        Self { size, runs, links: None, view, sharpness, tolerance }
     }
 
     /// The same map with links between neighbours, which wide filters then follow.
@@ -59,6 +61,11 @@ impl FragmentMap {
     /// Links between neighbours, if there are some.
     pub fn links(&self) -> Option<&Links> {
         self.links.as_ref()
+    }
+
+    /// Largest error of transmittance that fitting may have made; 0 if every fragment is kept.
+    pub fn tolerance(&self) -> f32 {
+        self.tolerance
     }
 
     /// How the map lies in the world.
