@@ -1,12 +1,12 @@
 //! What a renderer does: the passes both backends implement, their inputs and outputs.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{LightView, Scene};
 use crate::settings::{MapKind, Settings, Slices};
-use crate::shadow::{FragmentMap, Links, Map, Runs, ThresholdMap};
+use crate::shadow::{Codec, CodedMap, FragmentMap, Links, Map, Runs, ThresholdMap, codec};
 use crate::volume::Volume;
 
 /// A renderer. The passes have the same names in every backend and in `shaders/`.
@@ -17,6 +17,11 @@ pub trait Backend {
     /// The kind of map that is built where none is asked for: the exact one where it costs little more
     /// than the other.
     fn default_map(&self) -> MapKind;
+
+    /// Whether maps of `kind` are built and marched through here.
+    fn builds(&self, kind: MapKind) -> bool {
+        matches!(kind, MapKind::Threshold | MapKind::Fragments)
+    }
 
     /// Pass `trace_threshold`: marches from the light through every texel of a map. Texels are
     /// `size * size`, row 0 at v = 0.
@@ -64,6 +69,21 @@ pub trait Backend {
     /// If the device fails or runs out of memory.
     fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links>;
 
+    /// Pass `trace_coded`: integrates every slab of every texel's ray, in order, and codes each ray
+    /// with `codec`. Texels row by row, row 0 at v = 0; `frame` asks for all nodes of a ray.
+    ///
+    /// # Errors
+    /// If this backend does not build such maps.
+    fn trace_coded(
+        &self,
+        _volume: &Volume,
+        _frame: &Frame,
+        _codec: &dyn Codec,
+        _progress: &dyn Progress,
+    ) -> Result<Vec<u8>> {
+        Err(Error::value("map", format!("{} does not build such maps", self.description())))
+    }
+
     /// Pass `march_view`: marches every camera ray through the volume, lit through `map`.
     ///
     /// # Errors
@@ -84,27 +104,51 @@ pub trait Backend {
         let view = LightView::fit(&scene.light, &scene.volume)?;
         let frame = Frame::with_light_view(scene, settings, &view)?;
         let volume = &scene.volume;
-        if settings.map.unwrap_or(self.default_map()) == MapKind::Threshold {
-            let texels = self.trace_threshold(volume, &frame, progress)?;
-            return Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)));
-        }
-        let runs = match settings.slices {
-            Slices::Raster => self.raster_slices(volume, &frame, settings.memory, progress)?,
-            Slices::Auto | Slices::Ray | Slices::Planes => {
-                self.trace_slices(volume, &frame, settings.memory, progress)?
+        match settings.map.unwrap_or(self.default_map()) {
+            MapKind::Threshold => {
+                let texels = self.trace_threshold(volume, &frame, progress)?;
+                Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)))
             }
-        };
-        let wide = settings.filter.window().0 > 1;
-        let links = if settings.links && wide {
-            Some(self.link_neighbors(&runs, settings.map_size)?)
-        } else {
-            None
-        };
-        let map = FragmentMap::new(runs, view, &frame);
-        Ok(Map::Fragments(match links {
-            Some(links) => map.with_links(links),
-            None => map,
-        }))
+            MapKind::Coded(coding) => {
+                let mut frame = frame;
+                [frame.slices.z, frame.slices.w] = [0.0; 2];
+                let bytes = self.trace_coded(volume, &frame, &*codec(coding), progress)?;
+                Ok(Map::Coded(CodedMap::new(bytes, coding, view, &frame)))
+            }
+            MapKind::Fragments => {
+                let runs = self.runs(volume, &frame, settings, progress)?;
+                let wide = settings.filter.window().0 > 1;
+                let links = if settings.links && wide {
+                    Some(self.link_neighbors(&runs, settings.map_size)?)
+                } else {
+                    None
+                };
+                let map = FragmentMap::new(runs, view, &frame);
+                Ok(Map::Fragments(match links {
+                    Some(links) => map.with_links(links),
+                    None => map,
+                }))
+            }
+        }
+    }
+
+    /// The nodes of a fragment map, by the passes that `settings` ask for.
+    ///
+    /// # Errors
+    /// As [`Backend::trace_slices`].
+    fn runs(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        match settings.slices {
+            Slices::Raster => self.raster_slices(volume, frame, settings.memory, progress),
+            Slices::Auto | Slices::Ray | Slices::Planes => {
+                self.trace_slices(volume, frame, settings.memory, progress)
+            }
+        }
     }
 
     /// A picture of `scene`: its map, then the camera march.

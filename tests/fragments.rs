@@ -33,7 +33,7 @@ fn raw(map_size: u32) -> Settings {
 fn fragments(scene: &Scene, settings: &Settings) -> FragmentMap {
     match CpuBackend.map(scene, settings, &Silent).unwrap() {
         Map::Fragments(map) => map,
-        Map::Threshold(_) => panic!("a threshold map"),
+        other => panic!("not a fragment map: {other:?}"),
     }
 }
 

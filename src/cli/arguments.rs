@@ -28,8 +28,8 @@ pub(super) struct SceneArguments {
     #[arg(long)]
     pub quiet: bool,
 
-    /// Kind of shadow map: fragments (within a tolerance; GPUs take it by default) or threshold (four
-    /// numbers a texel; processors do).
+    /// Kind of shadow map: fragments (within a tolerance; GPUs take it by default), threshold (four
+    /// numbers a texel; processors do), or one that `compare` compares with them, as slices:16.
     #[arg(long, value_name = "KIND", value_parser = valid::<MapKind>, help_heading = "Shadow map")]
     pub map: Option<String>,
     /// How transmittance is read from the map: default or paper.

@@ -5,6 +5,7 @@ use std::str::FromStr;
 use crate::backend::Backend;
 use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
+use crate::settings::MapKind;
 
 /// What `--backend` asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +31,22 @@ impl FromStr for BackendChoice {
     }
 }
 
-/// The backend that `choice` means on this machine. No adapter is looked for if the CPU was asked
-/// for.
-pub(super) fn open(choice: BackendChoice) -> Result<Box<dyn Backend>> {
+/// The backend that `choice` means on this machine for maps of `kind`. No adapter is looked for if
+/// the CPU was asked for.
+pub(super) fn open(choice: BackendChoice, kind: Option<MapKind>) -> Result<Box<dyn Backend>> {
+    let builds = |backend: &dyn Backend| kind.is_none_or(|kind| backend.builds(kind));
     match choice {
         BackendChoice::Cpu => Ok(Box::new(CpuBackend)),
-        BackendChoice::Gpu => gpu(),
-        BackendChoice::Auto => Ok(auto()),
+        BackendChoice::Gpu => {
+            let gpu = gpu()?;
+            let kind = kind.filter(|_| !builds(&*gpu));
+            kind.map_or(Ok(gpu), |kind| {
+                Err(Error::value("map", format!("'{kind}' maps need --backend cpu")))
+            })
+        }
+        BackendChoice::Auto => {
+            Ok(Some(auto()).filter(|gpu| builds(&**gpu)).unwrap_or_else(|| Box::new(CpuBackend)))
+        }
     }
 }
 

@@ -61,7 +61,7 @@ impl Job {
         if arguments.transparent {
             scene.background = None;
         }
-        let backend = backend::open(arguments.backend)?;
+        let backend = backend::open(arguments.backend, settings.map)?;
         let progress: Box<dyn Progress> =
             if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
         let job = Self { scene, settings, backend, progress, quiet: arguments.quiet };

@@ -7,9 +7,10 @@ use clap::Args;
 use super::arguments::{OutputArguments, SceneArguments};
 use super::job::{Job, default_output};
 use crate::error::{Error, Result};
+use crate::io::coded_map::encode_coded_map;
 use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::{PendingFile, exr};
-use crate::shadow::{FragmentMap, Map};
+use crate::shadow::{FragmentMap, Map, ShadowMap};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -50,6 +51,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
                 encode_fragment_map(map, &index_from_world, &domain)?
             };
             (contents, format!("fragment map, {}", held(map)))
+        }
+        Map::Coded(map) => {
+            let domain = job.scene.volume.domain();
+            (encode_coded_map(map, &index_from_world, &domain)?, format!("{} map", map.kind()))
         }
     };
     file.finish_with(&contents)?;

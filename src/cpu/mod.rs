@@ -6,6 +6,7 @@ mod link_neighbors;
 mod march_view;
 mod raster_slices;
 mod sort_fragments;
+mod trace_coded;
 mod trace_slices;
 mod trace_threshold;
 
@@ -15,7 +16,7 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::settings::MapKind;
-use crate::shadow::{Links, Map, Runs};
+use crate::shadow::{Codec, Links, Map, Runs};
 use crate::volume::Volume;
 pub use deep_view::{DeepSample, DeepView};
 
@@ -30,6 +31,10 @@ impl Backend for CpuBackend {
 
     fn default_map(&self) -> MapKind {
         MapKind::Threshold
+    }
+
+    fn builds(&self, _kind: MapKind) -> bool {
+        true
     }
 
     fn trace_threshold(
@@ -65,6 +70,16 @@ impl Backend for CpuBackend {
 
     fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
         Ok(link_neighbors::link_neighbors(runs, size))
+    }
+
+    fn trace_coded(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        codec: &dyn Codec,
+        progress: &dyn Progress,
+    ) -> Result<Vec<u8>> {
+        Ok(trace_coded::trace_coded(volume, frame, codec, progress))
     }
 
     fn march_view(

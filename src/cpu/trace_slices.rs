@@ -56,7 +56,12 @@ pub(super) fn by_rows(
 }
 
 /// One texel's nodes, in place of what `nodes` held.
-fn trace_texel(density: &Density<'_>, frame: &Frame, [u, v]: [f32; 2], nodes: &mut Vec<Node>) {
+pub(super) fn trace_texel(
+    density: &Density<'_>,
+    frame: &Frame,
+    [u, v]: [f32; 2],
+    nodes: &mut Vec<Node>,
+) {
     let [.., tolerance, truncation] = frame.slices.to_array();
     let slabs = slabs_of(frame, u, v);
     let mut fitter = Fitter::new(tolerance);

@@ -155,6 +155,9 @@ impl Backend for GpuBackend {
                 march(GpuShadow::Threshold(&gpu_map))?;
             }
             Map::Fragments(map) => march(GpuShadow::Fragments(&uploaded(gpu, map)?))?,
+            Map::Coded(_) => {
+                return Err(Error::gpu("this kind of map is marched through on the CPU only"));
+            }
         }
         let pixels = gpu.read(image.texture())?;
         progress.advance(1);

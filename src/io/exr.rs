@@ -13,6 +13,7 @@ use glam::{DMat4, DVec3};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::math::Aabb;
+use crate::scene::LightView;
 use crate::settings::Lookup;
 use crate::shadow::{ShadowMap, ThresholdMap};
 
@@ -47,8 +48,6 @@ pub fn encode_threshold_map(
     index_from_world: &DMat4,
     domain: &Aabb,
 ) -> Result<Vec<u8>> {
-    let text = |text: &str| AttributeValue::Text(Text::new_or_panic(text));
-    let view = map.view();
     let thresholds = map.thresholds().map(|t| t as f32);
     let unset = match map.lookup() {
         Lookup::Paper => "exit: the depth where the ray leaves the volume".to_owned(),
@@ -62,9 +61,21 @@ pub fn encode_threshold_map(
         ("kind", text("threshold")),
         ("thresholds", AttributeValue::FloatVec3(thresholds.into())),
         ("unset", text(&unset)),
+        ("lookup", text(map.lookup().name())),
+    ];
+    attributes.extend(placement(map.view(), index_from_world, domain));
+    encode_rgba([map.size(); 2], map.texels(), attributes)
+}
+
+/// How a map lies in the world, as attributes.
+pub(super) fn placement(
+    view: &LightView,
+    index_from_world: &DMat4,
+    domain: &Aabb,
+) -> Vec<(&'static str, AttributeValue)> {
+    let mut attributes = vec![
         ("depth_unit", text("world")),
         ("depth_from", text(if view.position.is_some() { "light" } else { "near plane" })),
-        ("lookup", text(map.lookup().name())),
         ("light_from_world", rows(&view.light_from_world)),
         ("index_from_world", rows(index_from_world)),
         ("domain_min", vector(domain.min)),
@@ -73,7 +84,11 @@ pub fn encode_threshold_map(
     if let Some(position) = view.position {
         attributes.push(("light_position", vector(position)));
     }
-    encode_rgba([map.size(); 2], map.texels(), attributes)
+    attributes
+}
+
+pub(super) fn text(text: &str) -> AttributeValue {
+    AttributeValue::Text(Text::new_or_panic(text))
 }
 
 fn rows(matrix: &DMat4) -> AttributeValue {

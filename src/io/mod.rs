@@ -1,6 +1,7 @@
 //! Files in and out: one module a format, chosen by content and not by name. Knows no backend.
 
 mod atomic;
+pub mod coded_map;
 pub mod deep_exr;
 pub mod dense;
 pub mod exr;

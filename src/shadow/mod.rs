@@ -1,10 +1,12 @@
 //! Shadow maps once they are built, behind one small interface: transmittance at (texel, depth).
 //! Knows neither how maps are built nor where they are kept.
 
+mod coded;
 mod fragments;
 mod threshold;
 
 pub use crate::kernel::fragments::Node;
+pub use coded::{Codec, CodedMap, TexelRay, codec};
 pub use fragments::{
     Fragment, FragmentLists, FragmentMap, Links, MOST_WALKED, NO_LINK, Runs, nearest_nodes,
     truncate,
@@ -18,6 +20,9 @@ use crate::scene::LightView;
 pub trait ShadowMap: Sync {
     /// Texels along each edge.
     fn size(&self) -> u32;
+
+    /// Bytes that a lookup may read, without what it may do without (links, the light's view).
+    fn bytes(&self) -> u64;
 
     /// Transmittance along the central ray of texel (`x`, `y`) from the light to `depth`, in 0..1.
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32;
@@ -92,13 +97,15 @@ fn brute_force_mean(
     sum / ((x1 - x0 + 1) * (y1 - y0 + 1)) as f32
 }
 
-/// A map of either kind.
+/// A map of any kind.
 #[derive(Clone, Debug)]
 pub enum Map {
     /// Four numbers a texel.
     Threshold(ThresholdMap),
     /// Lists of fragments.
     Fragments(FragmentMap),
+    /// A code of as many bytes a texel.
+    Coded(CodedMap),
 }
 
 impl Map {
@@ -107,14 +114,7 @@ impl Map {
         match self {
             Self::Threshold(map) => map.view(),
             Self::Fragments(map) => map.view(),
-        }
-    }
-
-    /// The threshold map, if it is one.
-    pub fn as_threshold(&self) -> Option<&ThresholdMap> {
-        match self {
-            Self::Threshold(map) => Some(map),
-            Self::Fragments(_) => None,
+            Self::Coded(map) => map.view(),
         }
     }
 
@@ -122,7 +122,7 @@ impl Map {
     pub fn as_fragments(&self) -> Option<&FragmentMap> {
         match self {
             Self::Fragments(map) => Some(map),
-            Self::Threshold(_) => None,
+            Self::Threshold(_) | Self::Coded(_) => None,
         }
     }
 
@@ -130,6 +130,7 @@ impl Map {
         match self {
             Self::Threshold(map) => map,
             Self::Fragments(map) => map,
+            Self::Coded(map) => map,
         }
     }
 }
@@ -137,6 +138,10 @@ impl Map {
 impl ShadowMap for Map {
     fn size(&self) -> u32 {
         self.inner().size()
+    }
+
+    fn bytes(&self) -> u64 {
+        self.inner().bytes()
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {

@@ -82,6 +82,10 @@ impl ShadowMap for ThresholdMap {
         self.size
     }
 
+    fn bytes(&self) -> u64 {
+        size_of_val(self.texels()) as u64
+    }
+
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
         let i = y as usize * self.size as usize + x as usize;
         match self.lookup {

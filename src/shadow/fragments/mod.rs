@@ -90,11 +90,6 @@ impl FragmentMap {
         self.runs.of(self.texel(x, y))
     }
 
-    /// Bytes of nodes and of where each texel's begin, links left out.
-    pub fn bytes(&self) -> u64 {
-        (size_of_val(self.runs.nodes()) + size_of_val(self.runs.starts())) as u64
-    }
-
     /// A number of nodes as the 32 bits that it is kept in.
     ///
     /// # Errors
@@ -144,6 +139,11 @@ impl FragmentMap {
 impl ShadowMap for FragmentMap {
     fn size(&self) -> u32 {
         self.size
+    }
+
+    /// Nodes and where each texel's begin; links left out.
+    fn bytes(&self) -> u64 {
+        (size_of_val(self.runs.nodes()) + size_of_val(self.runs.starts())) as u64
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {

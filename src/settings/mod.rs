@@ -1,5 +1,9 @@
 //! How a scene is computed: one settings type for both backends. Knows no scene and no backend.
 
+mod map_kind;
+
+pub use map_kind::{Coding, MapKind};
+
 /// Sizes, step counts and methods. Both backends read the same one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -97,16 +101,6 @@ macro_rules! named {
             }
         }
     };
-}
-
-named! {
-    /// The kinds of shadow map.
-    MapKind, "map" {
-        /// Depths at three opacities and the largest opacity, four numbers a texel.
-        Threshold = "threshold",
-        /// Lists of the slabs that a texel's ray crosses: exact, or within a given tolerance.
-        Fragments = "fragments",
-    }
 }
 
 named! {
