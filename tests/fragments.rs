@@ -135,6 +135,10 @@ impl ShadowMap for Exact<'_> {
         self.map.size()
     }
 
+    fn bytes(&self) -> u64 {
+        0
+    }
+
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
         let place = [x, y].map(|i| (f64::from(i) + 0.5) / f64::from(self.size()));
         let depths = [f64::from(depth)];
