@@ -1,5 +1,6 @@
 //! The GPU backend: every pass on the presets, 512 x 512 each, as milliseconds a pass from many passes
-//! in one submission. Prints tables; `DEEPSHADOW_BENCH_SIZE` makes maps and pictures smaller.
+//! in one submission. Prints the tables named as arguments (maps, drawn, views, filters), or all;
+//! `DEEPSHADOW_BENCH_SIZE` makes maps and pictures smaller.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::sync::Arc;
@@ -23,6 +24,9 @@ const NAIVE_STEPS: u32 = 512;
 /// Steps of a picture that counts as converged.
 const CONVERGED: u32 = 4096;
 
+/// Prints one table.
+type Table = fn(&[Bench<'_>]);
+
 struct Bench<'a> {
     gpu: &'a Renderer,
     name: &'static str,
@@ -42,20 +46,23 @@ fn main() {
     for bench in &benches {
         bench.threshold_ms(&bench.frame(&bench.settings, |_| ()));
     }
-    maps(&benches);
-    views(&benches);
-    filters(&benches);
+    let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let tables: [(&str, Table); 4] =
+        [("maps", maps), ("drawn", drawn), ("views", views), ("filters", filters)];
+    for (name, table) in tables {
+        if asked.is_empty() || asked.iter().any(|one| one == name) {
+            table(&benches);
+        }
+    }
 }
 
 /// What it takes to build each kind of map.
 fn maps(benches: &[Bench<'_>]) {
+    println!("\nMap, ms: naive = threshold map of {NAIVE_STEPS} steps; the rest {SLABS} slabs");
     println!(
-        "\nMap, ms: naive = threshold map of {NAIVE_STEPS} steps; the rest {SLABS} slabs or planes"
+        "| volume | naive | threshold | raw | fitted | fitted, default slabs | nodes a texel |"
     );
-    println!(
-        "| volume | naive | threshold | raw | fitted | fitted, default slabs | nodes a texel | drawn, raw | drawn, fitted | fragments a texel |"
-    );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|");
     for bench in benches {
         let paper = Settings { lookup: Lookup::Paper, ..bench.settings.clone() };
         let naive = bench.threshold_ms(&bench.frame(&paper, |f| {
@@ -68,6 +75,21 @@ fn maps(benches: &[Bench<'_>]) {
         let fitted = bench.slices(&bench.frame(&bench.settings, slabs), 64);
         let default = bench.slices(&bench.frame(&bench.settings, |_| ()), 64);
         let nodes = default.as_ref().map_or("-".to_owned(), |(_, map)| bench.nodes(map));
+        println!(
+            "| {} | {naive:.3} | {threshold:.3} | {} | {} | {} | {nodes} |",
+            bench.name,
+            shown(raw.map(|(ms, _)| ms)),
+            shown(fitted.map(|(ms, _)| ms)),
+            shown(default.map(|(ms, _)| ms)),
+        );
+    }
+}
+
+/// The same planes drawn as geometry, and sorted.
+fn drawn(benches: &[Bench<'_>]) {
+    println!("\nDrawn and sorted, ms: {SLABS} planes");
+    println!("| volume | raw | fitted | fragments a texel |\n|---|---|---|---|");
+    for bench in benches {
         let drawn = |tolerance: f64| {
             let settings = Settings {
                 slices: Slices::Raster,
@@ -77,16 +99,13 @@ fn maps(benches: &[Bench<'_>]) {
             };
             bench.drawn(&bench.frame(&settings, |_| ()))
         };
-        let (drawn_raw, drawn_fitted) = (drawn(0.0), drawn(0.002));
+        let (raw, fitted) = (drawn(0.0), drawn(0.002));
         println!(
-            "| {} | {naive:.3} | {threshold:.3} | {} | {} | {} | {nodes} | {} | {} | {:.1} |",
+            "| {} | {} | {} | {:.1} |",
             bench.name,
             shown(raw.map(|(ms, _)| ms)),
             shown(fitted.map(|(ms, _)| ms)),
-            shown(default.map(|(ms, _)| ms)),
-            shown(drawn_raw.map(|(ms, _)| ms)),
-            shown(drawn_fitted.map(|(ms, _)| ms)),
-            drawn_raw.map_or(0.0, |(_, fragments)| fragments),
+            raw.map_or(0.0, |(_, fragments)| fragments),
         );
     }
 }
