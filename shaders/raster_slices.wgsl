@@ -29,7 +29,7 @@ fn raster_slices(plane: Plane) {
     if (bounds.y <= bounds.x) {
         return;
     }
-    let optical_depth = slab_optical_depth(slabs.ray, bounds);
+    let optical_depth = slab_optical_depth(slabs, plane.index);
     if (optical_depth > 0.0) {
         push_fragment(texel.y * tile.extent.x + texel.x, bounds, optical_depth);
     }

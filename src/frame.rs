@@ -18,8 +18,11 @@ pub const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
 /// Steps along a light ray at least, for small volumes.
 pub const LIGHT_STEPS_LEAST: u32 = 64;
 /// Steps along a camera ray for each voxel length that it crosses. (A step takes two samples of
-/// density and one of the light.)
-pub const VIEW_STEPS_PER_VOXEL: f32 = 1.0;
+/// density and at most one of the light.)
+pub const VIEW_STEPS_PER_VOXEL: f32 = 0.8;
+/// Two steps of a camera ray share one sample of the light if they add no more than this share of the
+/// pixel's light.
+pub const LOOKUP_WEIGHT: f32 = 1.0 / 16.0;
 /// Slabs along a light ray for each voxel length that it crosses, at most [`Settings::steps`]. More
 /// than steps of a threshold map: between slabs optical depth is taken to be linear.
 pub const SLABS_PER_VOXEL: f32 = 8.0;
@@ -119,6 +122,12 @@ pub struct Frame {
 impl Frame {
     /// How many vectors of floats stand before the integers.
     const VECTORS: usize = size_of::<Self>() / size_of::<Vec4>() - 4;
+
+    /// Whether pictures need no more than the bilinear filter, exact shadow tests and physical shading.
+    pub fn is_usual(&self) -> bool {
+        let [_, _, window, shading] = self.methods;
+        window == 0 && shading == 0 && self.filtering.x == 0.0
+    }
 
     /// The frame of `scene` under `settings`.
     ///

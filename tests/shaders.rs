@@ -5,7 +5,7 @@ use std::mem::offset_of;
 
 use deepshadow::frame::{self, Frame};
 use deepshadow::gpu::{PASSES, linked, shadow_wgsl};
-use deepshadow::kernel::{fitting, fragments, threshold, view};
+use deepshadow::kernel::{fitting, fragments, medium, threshold, view};
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{MOST_WALKED, NO_LINK};
 use naga::{Expression, Literal, Module, TypeInner};
@@ -136,6 +136,7 @@ fn constant(module: &Module, name: &str) -> Vec<f64> {
 const ALL_CONSTANTS: &str = "#import kernel/shadow
 #import kernel/fitting
 #import kernel/lists
+#import kernel/medium
 #import kernel/slices
 fn keep_node(node: vec2<f32>) {}
 fn kept_node(k: u32) -> vec2<f32> { return vec2<f32>(f32(k)); }
@@ -147,6 +148,9 @@ fn constants_are_the_same_on_both_sides() {
     let common = [
         ("LIGHT_STEPS_PER_VOXEL", one(frame::LIGHT_STEPS_PER_VOXEL)),
         ("VIEW_STEPS_PER_VOXEL", one(frame::VIEW_STEPS_PER_VOXEL)),
+        ("LOOKUP_WEIGHT", one(frame::LOOKUP_WEIGHT)),
+        ("FOUR_PI", one(medium::FOUR_PI)),
+        ("SMALLEST_WEIGHT", one(medium::SMALLEST_WEIGHT)),
         ("SLABS_PER_VOXEL", one(frame::SLABS_PER_VOXEL)),
         ("SLAB_SAMPLES_PER_VOXEL", one(frame::SLAB_SAMPLES_PER_VOXEL)),
         ("OPAQUE_TRANSMITTANCE", one(frame::OPAQUE_TRANSMITTANCE)),

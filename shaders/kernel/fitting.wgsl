@@ -47,7 +47,7 @@ fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
     }
     let start = fitter.last;
     let across = vec2<f32>(max(bounds.y - start.x, 0.0), optical_depth);
-    if (fitter.tolerance > 0.0 && across.x > 0.0) {
+    if (optical_depth > POINT_SPACING && fitter.tolerance > 0.0 && across.x > 0.0) {
         let pieces = min(ceil(optical_depth / POINT_SPACING), MOST_POINTS);
         for (var i: f32 = 1.0; i < pieces; i += 1.0) {
             let inner = start + across * (i / pieces);

@@ -38,8 +38,13 @@ struct Frame {
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
+// True in pipelines for the usual settings alone (bilinear filter, exact shadow tests, physical shading):
+// the compiler leaves the rest out, and with fewer registers taken more threads run at once.
+override USUAL: bool = false;
+
 const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
 const SLABS_PER_VOXEL: f32 = 8.0;
 const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
-const VIEW_STEPS_PER_VOXEL: f32 = 1.0;
+const VIEW_STEPS_PER_VOXEL: f32 = 0.8;
+const LOOKUP_WEIGHT: f32 = 0.0625;
 const OPAQUE_TRANSMITTANCE: f32 = 0.0009765625;

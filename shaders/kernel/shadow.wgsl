@@ -24,7 +24,7 @@ fn shadow_lookup(light: vec3<f32>) -> f32 {
     let size = f32(frame.sizes.w);
     let last = frame.sizes.w - 1u;
     let width = frame.methods.z;
-    if (width != 0u) {
+    if (!USUAL && width != 0u) {
         let middle = min(vec2<u32>(light.xy * size), vec2<u32>(last));
         if (width == 1u) {
             return texel_transmittance(middle, light.z);

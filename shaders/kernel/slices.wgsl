@@ -11,6 +11,8 @@ struct Slabs {
     step: f32,
     first: u32,
     last: u32,
+    // Samples of density in each.
+    samples: u32,
 }
 
 // The slabs of the ray through (u, v): of the ray's own, from entry to exit, or between planes across
@@ -20,13 +22,14 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     let inside = intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
     let extent = inside.y - inside.x;
     if (extent <= 0.0) {
-        return Slabs(ray, inside.x, inside.y, inside.x, 0.0, 0u, 0u);
+        return Slabs(ray, inside.x, inside.y, inside.x, 0.0, 0u, 0u, 1u);
     }
     let planes = frame.counts.y;
     if (planes == 0u) {
         let voxel_lengths = extent * length(ray.direction);
         let count = step_count(voxel_lengths, SLABS_PER_VOXEL, frame.steps.x, frame.steps.y);
-        return Slabs(ray, inside.x, inside.y, inside.x, extent / f32(count), 0u, count);
+        let step = extent / f32(count);
+        return Slabs(ray, inside.x, inside.y, inside.x, step, 0u, count, slab_samples(ray, step));
     }
     // How much longer a way along this ray is than along the axis.
     let direction = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
@@ -35,7 +38,14 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     let step = (frame.slices.y - frame.slices.x) * along / f32(planes);
     let first = min(u32(max((inside.x - start) / step, 0.0)), planes - 1u);
     let last = u32(max(ceil((inside.y - start) / step), 0.0));
-    return Slabs(ray, inside.x, inside.y, start, step, first, clamp(last, first + 1u, planes));
+    let samples = slab_samples(ray, step);
+    return Slabs(ray, inside.x, inside.y, start, step, first, clamp(last, first + 1u, planes), samples);
+}
+
+// As many samples as the voxels of a slab ask for; rounding asks for none.
+fn slab_samples(ray: Ray, step: f32) -> u32 {
+    let voxel_lengths = step * length(ray.direction);
+    return u32(clamp(ceil(voxel_lengths * SLAB_SAMPLES_PER_VOXEL - 0.01), 1.0, 65536.0));
 }
 
 // Depths of the front and the back of slab i in the volume; empty if the second is not greater.
@@ -45,15 +55,35 @@ fn slab_bounds(slabs: Slabs, i: u32) -> vec2<f32> {
     return vec2<f32>(max(front, slabs.enter), min(back, slabs.exit));
 }
 
-// Optical depth of the ray between two depths: midpoints, as many as its voxels ask for.
-fn slab_optical_depth(ray: Ray, bounds: vec2<f32>) -> f32 {
-    let extent = bounds.y - bounds.x;
-    let voxel_lengths = extent * length(ray.direction);
-    let count = clamp(ceil(voxel_lengths * SLAB_SAMPLES_PER_VOXEL - 0.01), 1.0, 65536.0);
-    let step = extent / count;
+// Optical depth of slab i, by midpoints.
+fn slab_optical_depth(slabs: Slabs, i: u32) -> f32 {
+    let bounds = slab_bounds(slabs, i);
+    let step = max(bounds.y - bounds.x, 0.0) / f32(slabs.samples);
     var sum: f32 = 0.0;
-    for (var i: u32 = 0u; i < u32(count); i++) {
-        sum += sample_density(ray_at(ray, bounds.x + (f32(i) + 0.5) * step));
+    for (var s: u32 = 0u; s < slabs.samples; s++) {
+        sum += sample_density(ray_at(slabs.ray, bounds.x + (f32(s) + 0.5) * step));
     }
     return sum * step * frame.domain_min.w;
+}
+
+// Optical depths of slabs i to i + 3: as the passes wait for samples more than they compute, four are under
+// way at once.
+fn four_optical_depths(slabs: Slabs, i: u32) -> vec4<f32> {
+    let a = slab_bounds(slabs, i);
+    let b = slab_bounds(slabs, i + 1u);
+    let c = slab_bounds(slabs, i + 2u);
+    let d = slab_bounds(slabs, i + 3u);
+    let fronts = vec4<f32>(a.x, b.x, c.x, d.x);
+    let steps = max(vec4<f32>(a.y, b.y, c.y, d.y) - fronts, vec4<f32>(0.0)) / f32(slabs.samples);
+    var sums = vec4<f32>(0.0);
+    for (var s: u32 = 0u; s < slabs.samples; s++) {
+        let at = fronts + (f32(s) + 0.5) * steps;
+        sums += vec4<f32>(
+            sample_density(ray_at(slabs.ray, at.x)),
+            sample_density(ray_at(slabs.ray, at.y)),
+            sample_density(ray_at(slabs.ray, at.z)),
+            sample_density(ray_at(slabs.ray, at.w)),
+        );
+    }
+    return sums * steps * frame.domain_min.w;
 }

@@ -57,24 +57,52 @@ fn place_at(list: List, before: u32) -> Place {
     return Place(before, a, b);
 }
 
-// The place of a depth in a list, near a guess: a few nodes further or back, else by a search.
-fn place_near(list: List, guess: u32, depth: f32) -> Place {
-    var place = place_at(list, min(guess, list.count));
-    for (var i: u32 = 0u; i < MOST_WALKED; i++) {
-        if (place.b.x <= depth) {
-            place = place_at(list, place.before + 1u);
-        } else if (place.a.x > depth) {
-            place = place_at(list, place.before - 1u);
-        } else {
-            return place;
+// Whether a depth lies in a place.
+fn is_in(place: Place, depth: f32) -> bool {
+    return place.a.x <= depth && depth < place.b.x;
+}
+
+// The place next to one that a depth does not lie in, on the depth's side; else the same.
+fn place_towards(list: List, place: Place, depth: f32) -> Place {
+    var next = place;
+    if (place.b.x <= depth) {
+        next.before = place.before + 1u;
+        next.a = place.b;
+        next.b = vec2<f32>(FARTHEST, place.b.y);
+        if (next.before < list.count) {
+            next.b = node_of(list, next.before);
         }
+    } else if (place.a.x > depth) {
+        next.before = place.before - 1u;
+        next.b = place.a;
+        next.a = vec2<f32>(-FARTHEST, 0.0);
+        if (next.before > 0u) {
+            next.a = node_of(list, next.before - 1u);
+        }
+    }
+    return next;
+}
+
+// The place of a depth in a list: this one if it is, else by a search.
+fn place_searched(list: List, place: Place, depth: f32) -> Place {
+    if (is_in(place, depth)) {
+        return place;
     }
     return place_at(list, nodes_before(list, depth));
 }
 
+// The place of a depth in a list, near a guess: a few nodes further or back, else by a search.
+fn place_near(list: List, guess: u32, depth: f32) -> Place {
+    var place = place_at(list, min(guess, list.count));
+    for (var i: u32 = 0u; i < MOST_WALKED && !is_in(place, depth); i++) {
+        place = place_towards(list, place, depth);
+    }
+    return place_searched(list, place, depth);
+}
+
 // Transmittance at a depth in its place.
 fn place_transmittance(list: List, place: Place, depth: f32) -> f32 {
-    if (frame.filtering.x > 0.0 && place.before > 0u) {
+    if (!USUAL && frame.filtering.x > 0.0 && place.before > 0u) {
         let in_front = node_of(list, max(place.before, 2u) - 2u);
         return exponential_transmittance(in_front, place.a, place.b, depth, frame.filtering.x);
     }
@@ -90,27 +118,43 @@ fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
 // Where the last lookup of this invocation ended: a ray's next lookup is not far from there.
 var<private> last_places: vec4<u32>;
 
-// Transmittances of four texels: upper left, upper right, lower left, lower right.
+// Transmittances of four texels: upper left, upper right, lower left, lower right. The four lists are
+// read side by side: their nodes come at once and not one after the other.
 fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32> {
-    let lists = array<List, 4>(
-        list_of(low),
-        list_of(vec2<u32>(high.x, low.y)),
-        list_of(vec2<u32>(low.x, high.y)),
-        list_of(high),
-    );
-    let places = array<Place, 4>(
-        place_near(lists[0], last_places.x, depth),
-        place_near(lists[1], last_places.y, depth),
-        place_near(lists[2], last_places.z, depth),
-        place_near(lists[3], last_places.w, depth),
-    );
-    last_places =
-        vec4<u32>(places[0].before, places[1].before, places[2].before, places[3].before);
+    let list_0 = list_of(low);
+    let list_1 = list_of(vec2<u32>(high.x, low.y));
+    let list_2 = list_of(vec2<u32>(low.x, high.y));
+    let list_3 = list_of(high);
+    var place_0 = place_at(list_0, min(last_places.x, list_0.count));
+    var place_1 = place_at(list_1, min(last_places.y, list_1.count));
+    var place_2 = place_at(list_2, min(last_places.z, list_2.count));
+    var place_3 = place_at(list_3, min(last_places.w, list_3.count));
+    var found = false;
+    for (var i: u32 = 0u; i < MOST_WALKED; i++) {
+        found = is_in(place_0, depth)
+            && is_in(place_1, depth)
+            && is_in(place_2, depth)
+            && is_in(place_3, depth);
+        if (found) {
+            break;
+        }
+        place_0 = place_towards(list_0, place_0, depth);
+        place_1 = place_towards(list_1, place_1, depth);
+        place_2 = place_towards(list_2, place_2, depth);
+        place_3 = place_towards(list_3, place_3, depth);
+    }
+    if (!found) {
+        place_0 = place_searched(list_0, place_0, depth);
+        place_1 = place_searched(list_1, place_1, depth);
+        place_2 = place_searched(list_2, place_2, depth);
+        place_3 = place_searched(list_3, place_3, depth);
+    }
+    last_places = vec4<u32>(place_0.before, place_1.before, place_2.before, place_3.before);
     return vec4<f32>(
-        place_transmittance(lists[0], places[0], depth),
-        place_transmittance(lists[1], places[1], depth),
-        place_transmittance(lists[2], places[2], depth),
-        place_transmittance(lists[3], places[3], depth),
+        place_transmittance(list_0, place_0, depth),
+        place_transmittance(list_1, place_1, depth),
+        place_transmittance(list_2, place_2, depth),
+        place_transmittance(list_3, place_3, depth),
     );
 }
 

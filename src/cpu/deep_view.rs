@@ -4,9 +4,8 @@
 use glam::Vec3;
 
 use super::march_view::View;
-use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
+use crate::frame::Frame;
 use crate::kernel::density::Density;
-use crate::kernel::medium::step_opacity;
 use crate::kernel::view::{camera_ray, ground_distance};
 use crate::shadow::Map;
 use crate::volume::Volume;
@@ -49,10 +48,8 @@ impl<'a> DeepView<'a> {
         let ground = ground_distance(frame, &ray);
         let steps = self.view.steps(&ray, if ground > 0.0 { ground } else { f32::INFINITY });
         let mut samples: Vec<DeepSample> = Vec::new();
-        let mut through = 1.0;
-        self.view.scatter(&ray, &steps, |[front, back], tau, source| {
-            let alpha = step_opacity(tau);
-            through *= 1.0 - alpha;
+        let through = self.view.scatter(&ray, &steps, |[front, back], weight, through, source| {
+            let alpha = (weight / through).min(1.0);
             let own = DeepSample { front, back, radiance: alpha * source, alpha };
             match samples.last_mut() {
                 Some(last) if last.back >= front && last.alpha + alpha <= MERGED_OPACITY => {
@@ -62,9 +59,8 @@ impl<'a> DeepView<'a> {
                 }
                 _ => samples.push(own),
             }
-            through >= OPAQUE_TRANSMITTANCE
         });
-        if ground > 0.0 && through >= OPAQUE_TRANSMITTANCE {
+        if ground > 0.0 && through > 0.0 {
             let radiance = self.view.lit_ground(ray.at(ground));
             samples.push(DeepSample { front: ground, back: ground, radiance, alpha: 1.0 });
         }

@@ -8,7 +8,7 @@ use crate::frame::{Frame, OPAQUE_TRANSMITTANCE, VIEW_STEPS_PER_VOXEL};
 use crate::image::Image;
 use crate::kernel::density::{Density, sample_density};
 use crate::kernel::light::{irradiance_at, light_coordinates, light_direction_at};
-use crate::kernel::medium::{phase, step_opacity};
+use crate::kernel::medium::{phase, scattered, step_opacity};
 use crate::kernel::ray::{Ray, intersect_box, step_count};
 use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
@@ -109,52 +109,60 @@ impl View<'_> {
 
     /// Radiance scattered towards the camera, and the transmittance of the whole ray.
     fn single_scattering(&self, ray: &Ray, steps: &Steps) -> (Vec3, f32) {
-        let (mut light, mut through) = (Vec3::ZERO, 1.0_f32);
-        self.scatter(ray, steps, |_, tau, source| {
-            let opacity = step_opacity(tau);
-            light += through * opacity * source;
-            through *= 1.0 - opacity;
-            through >= OPAQUE_TRANSMITTANCE
-        });
-        (light, if through < OPAQUE_TRANSMITTANCE { 0.0 } else { through })
+        let mut light = Vec3::ZERO;
+        let through = self.scatter(ray, steps, |_, weight, _, source| light += weight * source);
+        (light, through)
     }
 
-    /// Calls `visit` for the steps that hold medium, in order, until it returns false: with the
-    /// distances of a step's ends, its optical depth, and the light that it sends towards the camera
-    /// per unit of opacity. A step takes two samples of density and one of the light, in the middle
-    /// of what it holds.
+    /// Calls `visit` for what steps scatter, in order: with the distances where that begins and ends,
+    /// its share of the ray's light, the transmittance from the camera in front of it, and the light
+    /// that it sends towards the camera per unit of opacity. A step takes two samples of density; a
+    /// step, or two that add little, take one of the light. The transmittance of the whole ray.
     pub(super) fn scatter(
         &self,
         ray: &Ray,
         steps: &Steps,
-        mut visit: impl FnMut([f32; 2], f32, Vec3) -> bool,
-    ) {
+        mut visit: impl FnMut([f32; 2], f32, f32, Vec3),
+    ) -> f32 {
         let frame = self.frame;
         let albedo = frame.albedo.truncate();
         let ambient = frame.ambient.truncate();
         let extinction_half = frame.domain_min.w * (0.5 * steps.step);
-        let sample = |t: f32| sample_density(&self.density, steps.index_ray.at(t));
         let parallel = frame.light_position.w == 0.0;
         let mut unshadowed = scattered_light(frame, ray, ray.origin);
-        for i in 0..steps.count {
-            let begin = steps.enter + i as f32 * steps.step;
-            let front = sample(begin + 0.25 * steps.step);
-            let back = sample(begin + 0.75 * steps.step);
-            let tau = (front + back) * extinction_half;
-            if tau <= 0.0 {
+        let mut through = 1.0;
+        for i in (0..steps.count).step_by(2) {
+            let at = |place: f32| steps.enter + (i as f32 + place) * steps.step;
+            let distances = Vec4::new(at(0.25), at(0.75), at(1.25), at(1.75));
+            let sample = |t: f32| sample_density(&self.density, steps.index_ray.at(t));
+            let mut taus = Vec4::new(sample(distances.x), sample(distances.y), 0.0, 0.0);
+            if i + 1 < steps.count {
+                (taus.z, taus.w) = (sample(distances.z), sample(distances.w));
+            }
+            if taus == Vec4::ZERO {
                 continue;
             }
-            let t = begin + steps.step * ((0.25 * front + 0.75 * back) / (front + back));
-            let point = ray.at(t);
-            if !parallel {
-                unshadowed = scattered_light(frame, ray, point);
+            let added = scattered(through, taus * extinction_half, distances);
+            let ends = if added.weights.y > 0.0 { [at(1.0), at(2.0)] } else { [at(2.0); 2] };
+            let parts = [([at(0.0), ends[0]], added.weights.x), (ends, added.weights.y)];
+            for ((part, weight), place) in parts.into_iter().zip(added.places.to_array()) {
+                if weight <= 0.0 {
+                    continue;
+                }
+                let point = ray.at(place);
+                if !parallel {
+                    unshadowed = scattered_light(frame, ray, point);
+                }
+                let source = albedo * (unshadowed * self.transmittance(point) + ambient);
+                visit(part, weight, through, source);
+                through -= weight;
             }
-            let source = albedo * (unshadowed * self.transmittance(point) + ambient);
-            let end = steps.enter + (i + 1) as f32 * steps.step;
-            if !visit([begin, end], tau, source) {
-                return;
+            through = added.through;
+            if through < OPAQUE_TRANSMITTANCE {
+                return 0.0;
             }
         }
+        through
     }
 
     /// The paper's shading: the sampled value as colour and opacity, accumulated unshadowed, then

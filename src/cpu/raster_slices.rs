@@ -32,7 +32,7 @@ fn raster_row(density: &Density<'_>, frame: &Frame, y: u32) -> FragmentLists {
         for (x, slabs) in texels.iter().enumerate() {
             let [front, back] = slab_bounds(slabs, i);
             if (slabs.first..slabs.last).contains(&i) && back > front {
-                let optical_depth = slab_optical_depth(density, frame, &slabs.ray, [front, back]);
+                let optical_depth = slab_optical_depth(density, frame, slabs, i);
                 lists.push(x, Fragment { front, back, optical_depth });
             }
         }

@@ -71,7 +71,7 @@ pub(super) fn trace_texel(
         if bounds[1] <= bounds[0] {
             continue;
         }
-        let optical_depth = slab_optical_depth(density, frame, &slabs.ray, bounds);
+        let optical_depth = slab_optical_depth(density, frame, &slabs, i);
         if optical_depth > 0.0 {
             fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
             if fitter.is_dark() {

@@ -29,7 +29,10 @@ pub(super) mod at {
     pub(crate) const COUNTERS: u32 = 11;
 }
 
-/// A compute pipeline for a pass, its shader's name and source.
+/// The shaders' constant that leaves all but the usual settings out.
+const USUAL: &str = "USUAL";
+
+/// A compute pipeline for a pass, its shader's name and source, for all settings.
 pub(super) fn pipeline(
     device: &wgpu::Device,
     (name, source): (&str, &str),
@@ -37,14 +40,36 @@ pub(super) fn pipeline(
     entries: &[BindGroupLayoutEntry],
 ) -> Result<wgpu::ComputePipeline> {
     let (module, layout) = shader(device, (name, source), map, entries)?;
-    Ok(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+    Ok(compute(device, name, &module, &layout, &[]))
+}
+
+/// Two compute pipelines for a pass: for the usual settings alone ([`USUAL`]), and for all.
+pub(super) fn usual_and_general(
+    device: &wgpu::Device,
+    (name, source): (&str, &str),
+    map: MapKind,
+    entries: &[BindGroupLayoutEntry],
+) -> Result<[wgpu::ComputePipeline; 2]> {
+    let (module, layout) = shader(device, (name, source), map, entries)?;
+    let usual = compute(device, name, &module, &layout, &[(USUAL, 1.0)]);
+    Ok([usual, compute(device, name, &module, &layout, &[])])
+}
+
+fn compute(
+    device: &wgpu::Device,
+    name: &str,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    constants: &[(&str, f64)],
+) -> wgpu::ComputePipeline {
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(name),
-        layout: Some(&layout),
-        module: &module,
+        layout: Some(layout),
+        module,
         entry_point: Some(name),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
         cache: None,
-    }))
+    })
 }
 
 /// A pass's shader and the layout of what it binds.

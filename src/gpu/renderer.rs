@@ -23,6 +23,8 @@ pub(super) const TEXEL_BYTES: u32 = 16;
 #[derive(Clone, Debug)]
 pub struct GpuFrame {
     buffer: wgpu::Buffer,
+    /// Whether the camera march needs nothing but the usual settings.
+    usual: bool,
 }
 
 impl GpuFrame {
@@ -92,8 +94,9 @@ pub(super) struct Passes {
     pub(super) raster_slices: wgpu::RenderPipeline,
     pub(super) sort_fragments: wgpu::ComputePipeline,
     pub(super) link_neighbors: wgpu::ComputePipeline,
-    march_view: wgpu::ComputePipeline,
-    march_view_fragments: wgpu::ComputePipeline,
+    /// For the usual settings and for all.
+    march_view: [wgpu::ComputePipeline; 2],
+    march_view_fragments: [wgpu::ComputePipeline; 2],
 }
 
 impl Passes {
@@ -103,6 +106,9 @@ impl Passes {
         let compute = |name, map, entries: &[_]| pipeline(device, pass(name)?, map, entries);
         let threshold = |name, entries: &[_]| compute(name, MapKind::Threshold, entries);
         let fragments = |name, entries: &[_]| compute(name, MapKind::Fragments, entries);
+        let march = |map, entries: &[_]| {
+            bindings::usual_and_general(device, pass("march_view")?, map, entries)
+        };
         let [runs, nodes, heads, elements, counters] =
             [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
         let map = bindings::threshold_map();
@@ -120,9 +126,9 @@ impl Passes {
                 &[frame, runs, nodes, tile, heads, elements, counters],
             )?,
             link_neighbors: fragments("link_neighbors", &[lists[0], lists[1], links, tile])?,
-            march_view: threshold("march_view", &[frame, voxels, trilinear, map, output])?,
-            march_view_fragments: fragments(
-                "march_view",
+            march_view: march(MapKind::Threshold, &[frame, voxels, trilinear, map, output])?,
+            march_view_fragments: march(
+                MapKind::Fragments,
                 &[frame, voxels, trilinear, output, lists[0], lists[1], read(at::LINKS)],
             )?,
         })
@@ -208,6 +214,7 @@ impl Renderer {
                 return Err(ErrorKind::Limit { what: what.to_owned(), needed, limit }.into());
             }
         }
+        let usual = frame.is_usual();
         let mut frame = *frame;
         frame.world_origin.w = volume.scale();
         let buffer = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -215,7 +222,7 @@ impl Renderer {
             contents: bytes_of(&frame),
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         });
-        Ok(GpuFrame { buffer })
+        Ok(GpuFrame { buffer, usual })
     }
 
     /// An empty map of `size` squared texels.
@@ -286,7 +293,7 @@ impl Renderer {
             trilinear,
             entry(at::OUTPUT, BindingResource::TextureView(&image.view)),
         ];
-        let pipeline = match shadow {
+        let [usual, general] = match shadow {
             GpuShadow::Threshold(map) => {
                 entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)));
                 &self.passes.march_view
@@ -298,6 +305,7 @@ impl Renderer {
                 &self.passes.march_view_fragments
             }
         };
+        let pipeline = if frame.usual { usual } else { general };
         let size = image.texture.size();
         self.record(encoder, pipeline, &entries, [size.width, size.height]);
     }

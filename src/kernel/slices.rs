@@ -23,6 +23,8 @@ pub struct Slabs {
     pub first: u32,
     /// One past the last.
     pub last: u32,
+    /// Samples of density in each.
+    pub samples: u32,
 }
 
 /// The slabs of the ray through map position `(u, v)`: of the ray's own, equally spaced from entry to
@@ -31,7 +33,7 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
     let ray = light_ray(frame, u, v).transformed(&frame.index_from_frame);
     let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
     let (enter, exit) = intersect_box(&ray, min, max);
-    let none = Slabs { ray, enter, exit, start: enter, step: 0.0, first: 0, last: 0 };
+    let none = Slabs { ray, enter, exit, start: enter, step: 0.0, first: 0, last: 0, samples: 1 };
     if exit <= enter {
         return none;
     }
@@ -40,7 +42,8 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
         let extent = exit - enter;
         let voxels = extent * ray.direction.length();
         let count = step_count(voxels, SLABS_PER_VOXEL, frame.steps[0], frame.steps[1]);
-        return Slabs { step: extent / count as f32, last: count, ..none };
+        let step = extent / count as f32;
+        return Slabs { step, last: count, samples: slab_samples(&ray, step), ..none };
     }
     // How much longer a way along this ray is than along the axis.
     let direction =
@@ -50,7 +53,14 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
         (frame.slices.x * along, (frame.slices.y - frame.slices.x) * along / planes as f32);
     let first = (((enter - start) / step).max(0.0) as u32).min(planes - 1);
     let last = ((exit - start) / step).ceil().max(0.0) as u32;
-    Slabs { start, step, first, last: last.clamp(first + 1, planes), ..none }
+    let samples = slab_samples(&ray, step);
+    Slabs { start, step, first, last: last.clamp(first + 1, planes), samples, ..none }
+}
+
+/// As many samples as the voxels of a slab ask for; rounding asks for none.
+fn slab_samples(ray: &Ray, step: f32) -> u32 {
+    let voxels = step * ray.direction.length();
+    (voxels * SLAB_SAMPLES_PER_VOXEL - 0.01).ceil().clamp(1.0, 65_536.0) as u32
 }
 
 /// Depths of the front and the back of slab `i` in the volume; empty if the second is not greater.
@@ -60,20 +70,13 @@ pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
     [front.max(slabs.enter), back.min(slabs.exit)]
 }
 
-/// Optical depth of the ray between two depths: midpoints, as many as its voxels ask for (rounding
-/// asks for none).
-pub fn slab_optical_depth(
-    density: &Density<'_>,
-    frame: &Frame,
-    ray: &Ray,
-    [front, back]: [f32; 2],
-) -> f32 {
-    let voxels = (back - front) * ray.direction.length();
-    let count = (voxels * SLAB_SAMPLES_PER_VOXEL - 0.01).ceil().clamp(1.0, 65_536.0);
-    let step = (back - front) / count;
+/// Optical depth of slab `i`, by midpoints.
+pub fn slab_optical_depth(density: &Density<'_>, frame: &Frame, slabs: &Slabs, i: u32) -> f32 {
+    let [front, back] = slab_bounds(slabs, i);
+    let step = (back - front).max(0.0) / slabs.samples as f32;
     let mut sum = 0.0;
-    for i in 0..count as u32 {
-        sum += sample_density(density, ray.at(front + (i as f32 + 0.5) * step));
+    for s in 0..slabs.samples {
+        sum += sample_density(density, slabs.ray.at(front + (s as f32 + 0.5) * step));
     }
     sum * step * frame.domain_min.w
 }
