@@ -160,7 +160,7 @@ fn gaps(z: Vec3) -> [f32; 2] {
 }
 
 /// A slope between neighbouring secants that keeps a cubic monotone on both sides.
-fn slope_between(a: f32, b: f32) -> f32 {
+pub(crate) fn slope_between(a: f32, b: f32) -> f32 {
     (0.5 * (a + b)).min(2.5 * a.min(b))
 }
 
@@ -171,7 +171,7 @@ fn slope_between(a: f32, b: f32) -> f32 {
 /// A free end is a parabola that flattens out. Where the border comes first, the curve ends there;
 /// the nearer it is, the straighter the curve, up to a straight line where the medium goes on with
 /// the same density: a uniform medium is reproduced exactly.
-fn run_out(rest: f32, secant: f32, slope: f32, room: f32) -> Vec3 {
+pub(crate) fn run_out(rest: f32, secant: f32, slope: f32, room: f32) -> Vec3 {
     let free = 2.0 * rest / slope;
     let room = room.max(1e-6 * free);
     if free <= room {
@@ -186,7 +186,7 @@ fn run_out(rest: f32, secant: f32, slope: f32, room: f32) -> Vec3 {
 }
 
 /// Cubic from (0, `p`) to (1, `q`) at `u`, with slopes `mp` and `mq` per unit of `u`.
-fn hermite(u: f32, [p, q]: [f32; 2], [mp, mq]: [f32; 2]) -> f32 {
+pub(crate) fn hermite(u: f32, [p, q]: [f32; 2], [mp, mq]: [f32; 2]) -> f32 {
     let v = 1.0 - u;
     p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + u * v * (mp * v - mq * u)
 }

@@ -22,38 +22,101 @@ pub enum MapKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Coding {
+    /// Depths at fixed shares of the texel's own largest opacity, 16 bits each, and that opacity.
+    Relative,
     /// Transmittance at equal distances along the ray, 8 bits each.
     Slices(u16),
+    /// Optical depth at equal distances along the ray, f32.
+    FloatSlices(u16),
 }
 
 /// A name, what may follow it, and what it means.
 struct Entry {
     name: &'static str,
-    /// The number taken where none is given, and the least and the most that is allowed.
-    count: Option<[u16; 3]>,
+    count: Option<Count>,
+    /// What a texel keeps, and who published it.
+    what: &'static str,
     make: fn(u16) -> MapKind,
 }
 
+/// The number after a name.
+struct Count {
+    /// The one taken where none is given.
+    usual: u16,
+    least: u16,
+    most: u16,
+    /// From one that is allowed to the next.
+    step: u16,
+}
+
+const fn count(usual: u16, [least, most]: [u16; 2], step: u16) -> Count {
+    Count { usual, least, most, step }
+}
+
 const ENTRIES: &[Entry] = &[
-    Entry { name: "threshold", count: None, make: |_| MapKind::Threshold },
-    Entry { name: "fragments", count: None, make: |_| MapKind::Fragments },
+    Entry {
+        name: "threshold",
+        count: None,
+        what: "depths at three opacities and the largest opacity (Volumetric Deep Shadow Maps)",
+        make: |_| MapKind::Threshold,
+    },
+    Entry {
+        name: "fragments",
+        count: None,
+        what: "lists of slabs, optical depth linear between, within a tolerance",
+        make: |_| MapKind::Fragments,
+    },
+    Entry {
+        name: "relative",
+        count: None,
+        what: "depths at seven shares of the texel's largest opacity, and that opacity, 16 bits each",
+        make: |_| MapKind::Coded(Coding::Relative),
+    },
     Entry {
         name: "slices",
-        count: Some([16, 2, 1024]),
+        count: Some(count(16, [2, 1024], 1)),
+        what: "transmittance at N equal distances, 8 bits each (opacity shadow maps, Kim and Neumann \
+               2001)",
         make: |n| MapKind::Coded(Coding::Slices(n)),
+    },
+    Entry {
+        name: "slices-float",
+        count: Some(count(16, [2, 1024], 1)),
+        what: "optical depth at N equal distances, 32 bits each (opacity shadow maps, Kim and Neumann \
+               2001)",
+        make: |n| MapKind::Coded(Coding::FloatSlices(n)),
     },
 ];
 
 impl MapKind {
     /// Every kind, with its usual number where it has one.
     pub fn all() -> impl Iterator<Item = Self> {
-        ENTRIES.iter().map(|entry| (entry.make)(entry.count.map_or(0, |[usual, ..]| usual)))
+        ENTRIES.iter().map(|entry| (entry.make)(entry.count.as_ref().map_or(0, |n| n.usual)))
+    }
+
+    /// The names of all kinds, `:N` after those that take a number.
+    pub fn names() -> String {
+        let name = |entry: &Entry| match entry.count {
+            Some(_) => format!("{}:N", entry.name),
+            None => entry.name.to_owned(),
+        };
+        ENTRIES.iter().map(name).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What the map keeps, and who published it.
+    pub fn description(self) -> &'static str {
+        self.entry().map_or("", |entry| entry.what)
+    }
+
+    fn entry(self) -> Option<&'static Entry> {
+        let count = self.count().unwrap_or(0);
+        ENTRIES.iter().find(|entry| (entry.make)(count) == self)
     }
 
     fn count(self) -> Option<u16> {
         match self {
-            Self::Threshold | Self::Fragments => None,
-            Self::Coded(Coding::Slices(n)) => Some(n),
+            Self::Threshold | Self::Fragments | Self::Coded(Coding::Relative) => None,
+            Self::Coded(Coding::Slices(n) | Coding::FloatSlices(n)) => Some(n),
         }
     }
 }
@@ -61,10 +124,8 @@ impl MapKind {
 /// `NAME` or `NAME:N`, as [`MapKind::from_str`] reads it.
 impl fmt::Display for MapKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let count = self.count();
-        let same = |entry: &&Entry| (entry.make)(count.unwrap_or(0)) == *self;
-        let name = ENTRIES.iter().find(same).map_or("", |entry| entry.name);
-        match count {
+        let name = self.entry().map_or("", |entry| entry.name);
+        match self.count() {
             Some(n) => write!(f, "{name}:{n}"),
             None => f.write_str(name),
         }
@@ -81,19 +142,21 @@ impl FromStr for MapKind {
             None => (text, None),
         };
         let Some(entry) = ENTRIES.iter().find(|entry| entry.name == name) else {
-            let names: Vec<_> = ENTRIES.iter().map(|entry| entry.name).collect();
-            return Err(wrong(format!("is none of {}", names.join(", "))));
+            return Err(wrong(format!("is none of {}", Self::names())));
         };
-        let Some([usual, least, most]) = entry.count else {
+        let Some(Count { usual, least, most, step }) = entry.count else {
             return match given {
                 Some(_) => Err(wrong(format!("takes no number after {name}"))),
                 None => Ok((entry.make)(0)),
             };
         };
-        let n = given.map_or(Some(usual), |given| given.parse().ok());
-        match n.filter(|n| (least..=most).contains(n)) {
+        let n: Option<u16> = given.map_or(Some(usual), |given| given.parse().ok());
+        match n.filter(|n| (least..=most).contains(n) && (n - least) % step == 0) {
             Some(n) => Ok((entry.make)(n)),
-            None => Err(wrong(format!("needs a number from {least} to {most} after {name}:"))),
+            None => {
+                let steps = if step == 1 { String::new() } else { format!(" in steps of {step}") };
+                Err(wrong(format!("needs a number from {least} to {most}{steps} after {name}:")))
+            }
         }
     }
 }
@@ -106,10 +169,22 @@ mod tests {
     fn names_are_read_as_they_are_written() {
         for kind in MapKind::all() {
             assert_eq!(kind.to_string().parse::<MapKind>().ok(), Some(kind));
+            assert!(!kind.description().is_empty(), "{kind}");
         }
         assert_eq!("slices:7".parse::<MapKind>().ok(), Some(MapKind::Coded(Coding::Slices(7))));
-        for wrong in ["", "slice", "slices:", "slices:1", "slices:x", "threshold:3", "slices:99999"]
-        {
+        for wrong in [
+            "",
+            "slice",
+            "slices:",
+            "slices:1",
+            "slices:x",
+            "threshold:3",
+            "slices:99999",
+            "moments:5",
+            "fourier:4",
+            "relative:7",
+            "trigonometric:5",
+        ] {
             assert!(wrong.parse::<MapKind>().is_err(), "{wrong}");
         }
     }

@@ -1,5 +1,8 @@
 //! Maps that keep every texel in the same number of bytes: one codec a file, each with its source.
 
+mod bytes;
+mod float_slices;
+mod relative;
 mod slices;
 
 use std::fmt::Debug;
@@ -7,7 +10,7 @@ use std::sync::Arc;
 
 use super::ShadowMap;
 use crate::frame::Frame;
-use crate::kernel::fragments::Node;
+use crate::kernel::fragments::{Node, OPAQUE_OPTICAL_DEPTH, nodes_before, optical_depth_between};
 use crate::kernel::light::light_extent;
 use crate::scene::LightView;
 use crate::settings::{Coding, MapKind};
@@ -26,10 +29,65 @@ pub struct TexelRay<'a> {
 impl TexelRay<'_> {
     /// Transmittance at `depth`.
     pub fn transmittance(&self, depth: f32) -> f32 {
-        use crate::kernel::fragments::{nodes_before, optical_depth_between};
-        let before = nodes_before(self.nodes, depth);
-        (-optical_depth_between(self.nodes, before, depth)).exp()
+        (-optical_depth_between(self.nodes, nodes_before(self.nodes, depth), depth)).exp()
     }
+
+    /// Optical depth at a share of the extent; of the whole ray at 1.
+    fn optical_depth(&self, share: f32) -> f32 {
+        if share >= 1.0 {
+            return self.total();
+        }
+        let [enter, exit] = self.extent;
+        let depth = enter + share * (exit - enter);
+        optical_depth_between(self.nodes, nodes_before(self.nodes, depth), depth)
+    }
+
+    /// Optical depth of the whole ray.
+    fn total(&self) -> f32 {
+        self.nodes.last().map_or(0.0, |last| last.optical_depth)
+    }
+
+    /// The share of the extent where optical depth reaches `level`.
+    fn share_at(&self, level: f32) -> f32 {
+        let after = self.nodes.partition_point(|node| node.optical_depth < level);
+        let depth =
+            match (after.checked_sub(1).and_then(|i| self.nodes.get(i)), self.nodes.get(after)) {
+                (Some(a), Some(b)) => {
+                    let step = (level - a.optical_depth) / (b.optical_depth - a.optical_depth);
+                    a.depth + (b.depth - a.depth) * step
+                }
+                (Some(node), None) | (None, Some(node)) => node.depth,
+                (None, None) => return 0.0,
+            };
+        share(self.extent, depth)
+    }
+
+    /// The slabs that hold medium, by rising depth: the shares of the extent where each begins and ends,
+    /// and its optical depth.
+    fn slabs(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
+        let place = |node: &Node| f64::from(share(self.extent, node.depth));
+        let depth = |[a, b]: &[Node; 2]| f64::from(b.optical_depth) - f64::from(a.optical_depth);
+        let pairs = self.nodes.array_windows::<2>().filter(move |pair| depth(pair) > 0.0);
+        pairs.map(move |pair| ([place(&pair[0]), place(&pair[1])], depth(pair)))
+    }
+}
+
+/// Where `depth` lies in an extent: 0 at its front and before, 1 at its end and behind; 0 in one that
+/// is empty.
+fn share([enter, exit]: [f32; 2], depth: f32) -> f32 {
+    let share = (depth - enter) / (exit - enter);
+    // What is no number counts as 0.
+    if exit > enter && share > 0.0 { share.min(1.0) } else { 0.0 }
+}
+
+/// An optical depth as read from a texel's bytes: finite, and at least 0.
+fn optical(depth: f32) -> f32 {
+    if depth > 0.0 { depth.min(OPAQUE_OPTICAL_DEPTH) } else { 0.0 }
+}
+
+/// Transmittance of an optical depth; 1 of what is no number.
+fn through(optical_depth: f32) -> f32 {
+    (-optical_depth.max(0.0)).exp()
 }
 
 /// A code for transmittance over depth along one ray.
@@ -45,10 +103,15 @@ pub trait Codec: Send + Sync + Debug {
     fn transmittance(&self, texel: &[u8], extent: [f32; 2], depth: f32) -> f32;
 }
 
-/// The codec of a coding.
+/// The codec of a coding. A number that its name does not take is moved to the next that it does.
 pub fn codec(coding: Coding) -> Arc<dyn Codec> {
+    let count = |n: u16, least: u16, most: u16| usize::from(n.clamp(least, most));
     match coding {
-        Coding::Slices(count) => Arc::new(slices::Slices { count: usize::from(count) }),
+        Coding::Relative => Arc::new(relative::Relative),
+        Coding::Slices(n) => Arc::new(slices::Slices { count: count(n, 1, u16::MAX) }),
+        Coding::FloatSlices(n) => {
+            Arc::new(float_slices::FloatSlices { count: count(n, 1, u16::MAX) })
+        }
     }
 }
 

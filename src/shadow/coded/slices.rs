@@ -1,7 +1,7 @@
 //! Transmittance at equal distances: opacity shadow maps (Kim and Neumann 2001), with layers between
 //! each ray's entry and exit.
 
-use super::{Codec, TexelRay};
+use super::{Codec, TexelRay, share, through};
 
 /// Byte `i` of a texel is transmittance at the end of part `i` of `count` equal ones, times 255.
 /// Between them transmittance is linear; where the ray enters it is 1.
@@ -16,19 +16,15 @@ impl Codec for Slices {
     }
 
     fn encode(&self, ray: &TexelRay<'_>, texel: &mut [u8]) {
-        let [enter, exit] = ray.extent;
         for (i, byte) in texel.iter_mut().enumerate() {
-            let share = (i + 1) as f32 / self.count as f32;
-            let depth = if i + 1 == self.count { f32::MAX } else { enter + share * (exit - enter) };
-            *byte = (ray.transmittance(depth) * 255.0).round() as u8;
+            let depth = ray.optical_depth((i + 1) as f32 / self.count as f32);
+            *byte = (through(depth) * 255.0).round() as u8;
         }
     }
 
-    fn transmittance(&self, texel: &[u8], [enter, exit]: [f32; 2], depth: f32) -> f32 {
-        let last = self.count - 1;
-        let place = (depth - enter) / (exit - enter).max(f32::MIN_POSITIVE) * self.count as f32;
-        let place = place.clamp(0.0, self.count as f32);
-        let after = (place as usize).min(last);
+    fn transmittance(&self, texel: &[u8], extent: [f32; 2], depth: f32) -> f32 {
+        let place = share(extent, depth) * self.count as f32;
+        let after = (place as usize).min(self.count - 1);
         let at = |i: usize| texel.get(i).map_or(1.0, |&byte| f32::from(byte) / 255.0);
         let before = if after == 0 { 1.0 } else { at(after - 1) };
         before + (at(after) - before) * (place - after as f32)

@@ -1,0 +1,38 @@
+//! Transmittance at equal distances: opacity shadow maps (Kim and Neumann 2001), with layers between
+//! each ray's entry and exit and numbers that do not round.
+
+use super::bytes::{put_f32, transmittance_at};
+use super::{Codec, TexelRay, share, through};
+
+/// Number `i` of a texel (f32) is transmittance at the end of part `i` of `count` equal ones. Between
+/// them transmittance is linear; where the ray enters it is 1.
+///
+/// Lines of optical depth would be exact in a uniform medium, but are worse where a medium begins or
+/// ends between two slices: 0.0075 and 0.0178 (root mean square over the presets, largest optical depth
+/// 4 and 16, 16 slices) where lines of transmittance have 0.0073 and 0.0154. Nor does rounding matter:
+/// 8 bits (`slices`) err as much.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FloatSlices {
+    pub count: usize,
+}
+
+impl Codec for FloatSlices {
+    fn stride(&self) -> usize {
+        4 * self.count
+    }
+
+    fn encode(&self, ray: &TexelRay<'_>, texel: &mut [u8]) {
+        for i in 0..self.count {
+            let depth = ray.optical_depth((i + 1) as f32 / self.count as f32);
+            put_f32(texel, i, through(depth));
+        }
+    }
+
+    fn transmittance(&self, texel: &[u8], extent: [f32; 2], depth: f32) -> f32 {
+        let place = share(extent, depth) * self.count as f32;
+        let after = (place as usize).min(self.count - 1);
+        let at = |i: usize| transmittance_at(texel, i);
+        let before = if after == 0 { 1.0 } else { at(after - 1) };
+        before + (at(after) - before) * (place - after as f32)
+    }
+}
