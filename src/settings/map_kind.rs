@@ -28,6 +28,12 @@ pub enum Coding {
     Slices(u16),
     /// Optical depth at equal distances along the ray, f32.
     FloatSlices(u16),
+    /// Coefficients of a Fourier series of extinction; an odd number.
+    Fourier(u16),
+    /// Power moments of extinction over depth: 4 or 6.
+    Moments(u16),
+    /// Complex trigonometric moments of extinction over depth: 2, 3 or 4.
+    Trigonometric(u16),
 }
 
 /// A name, what may follow it, and what it means.
@@ -86,6 +92,27 @@ const ENTRIES: &[Entry] = &[
                2001)",
         make: |n| MapKind::Coded(Coding::FloatSlices(n)),
     },
+    Entry {
+        name: "fourier",
+        count: Some(count(7, [3, 63], 2)),
+        what: "N coefficients of a Fourier series of extinction (Fourier opacity mapping, Jansen and \
+               Bavoil 2010)",
+        make: |n| MapKind::Coded(Coding::Fourier(n)),
+    },
+    Entry {
+        name: "moments",
+        count: Some(count(4, [4, 6], 2)),
+        what: "N power moments of extinction (moment shadow mapping, Peters and Klein 2015; \
+               Muenstermann et al. 2018)",
+        make: |n| MapKind::Coded(Coding::Moments(n)),
+    },
+    Entry {
+        name: "trigonometric",
+        count: Some(count(3, [2, 4], 1)),
+        what: "N complex trigonometric moments of extinction (moment-based order-independent \
+               transparency, Muenstermann et al. 2018)",
+        make: |n| MapKind::Coded(Coding::Trigonometric(n)),
+    },
 ];
 
 impl MapKind {
@@ -116,7 +143,13 @@ impl MapKind {
     fn count(self) -> Option<u16> {
         match self {
             Self::Threshold | Self::Fragments | Self::Coded(Coding::Relative) => None,
-            Self::Coded(Coding::Slices(n) | Coding::FloatSlices(n)) => Some(n),
+            Self::Coded(
+                Coding::Slices(n)
+                | Coding::FloatSlices(n)
+                | Coding::Fourier(n)
+                | Coding::Moments(n)
+                | Coding::Trigonometric(n),
+            ) => Some(n),
         }
     }
 }

@@ -1,9 +1,13 @@
 //! Maps that keep every texel in the same number of bytes: one codec a file, each with its source.
 
 mod bytes;
+mod canonical;
 mod float_slices;
+mod fourier;
+mod moments;
 mod relative;
 mod slices;
+mod trigonometric;
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -111,6 +115,11 @@ pub fn codec(coding: Coding) -> Arc<dyn Codec> {
         Coding::Slices(n) => Arc::new(slices::Slices { count: count(n, 1, u16::MAX) }),
         Coding::FloatSlices(n) => {
             Arc::new(float_slices::FloatSlices { count: count(n, 1, u16::MAX) })
+        }
+        Coding::Fourier(n) => Arc::new(fourier::Fourier { pairs: count(n, 1, u16::MAX) / 2 }),
+        Coding::Moments(n) => Arc::new(moments::Moments { half: count(n, 4, 6) / 2 }),
+        Coding::Trigonometric(n) => {
+            Arc::new(trigonometric::Trigonometric { count: count(n, 2, 4) })
         }
     }
 }
