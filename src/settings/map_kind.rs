@@ -34,6 +34,10 @@ pub enum Coding {
     Moments(u16),
     /// Complex trigonometric moments of extinction over depth: 2, 3 or 4.
     Trigonometric(u16),
+    /// Points of transmittance, left over of those of all slabs.
+    Adaptive(u16),
+    /// Layers that follow the depth where the medium begins.
+    Layers(u16),
 }
 
 /// A name, what may follow it, and what it means.
@@ -113,6 +117,20 @@ const ENTRIES: &[Entry] = &[
                transparency, Muenstermann et al. 2018)",
         make: |n| MapKind::Coded(Coding::Trigonometric(n)),
     },
+    Entry {
+        name: "adaptive",
+        count: Some(count(8, [3, 256], 1)),
+        what: "N points of transmittance, left over of all (adaptive volumetric shadow maps, Salvi et \
+               al. 2010)",
+        make: |n| MapKind::Coded(Coding::Adaptive(n)),
+    },
+    Entry {
+        name: "layers",
+        count: Some(count(7, [1, 255], 1)),
+        what: "the depth where the medium begins and opacity at the ends of N layers behind it (deep \
+               opacity maps, Yuksel and Keyser 2008)",
+        make: |n| MapKind::Coded(Coding::Layers(n)),
+    },
 ];
 
 impl MapKind {
@@ -148,7 +166,9 @@ impl MapKind {
                 | Coding::FloatSlices(n)
                 | Coding::Fourier(n)
                 | Coding::Moments(n)
-                | Coding::Trigonometric(n),
+                | Coding::Trigonometric(n)
+                | Coding::Adaptive(n)
+                | Coding::Layers(n),
             ) => Some(n),
         }
     }

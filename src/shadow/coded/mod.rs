@@ -1,12 +1,16 @@
 //! Maps that keep every texel in the same number of bytes: one codec a file, each with its source.
 
+mod adaptive;
 mod bytes;
 mod canonical;
 mod float_slices;
 mod fourier;
+mod layers;
 mod moments;
 mod relative;
 mod slices;
+#[cfg(test)]
+mod tests;
 mod trigonometric;
 
 use std::fmt::Debug;
@@ -121,6 +125,8 @@ pub fn codec(coding: Coding) -> Arc<dyn Codec> {
         Coding::Trigonometric(n) => {
             Arc::new(trigonometric::Trigonometric { count: count(n, 2, 4) })
         }
+        Coding::Adaptive(n) => Arc::new(adaptive::Adaptive { count: count(n, 3, u16::MAX) }),
+        Coding::Layers(n) => Arc::new(layers::Layers { count: count(n, 1, u16::MAX) }),
     }
 }
 

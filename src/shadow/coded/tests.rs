@@ -1,0 +1,194 @@
+//! What every codec has to do, and how near each comes to simple rays.
+
+use super::*;
+
+const EXTENT: [f32; 2] = [2.0, 6.0];
+
+/// Every coding that has a name, and the smallest and largest of those that take a number.
+fn codings() -> Vec<Coding> {
+    let usual = MapKind::all();
+    let more = ["slices:2", "fourier:3", "fourier:63", "moments:6", "trigonometric:2"].into_iter();
+    let more = more.chain(["trigonometric:4", "adaptive:3", "adaptive:16", "layers:1"]);
+    let kinds = usual.chain(more.filter_map(|name| name.parse().ok()));
+    kinds
+        .filter_map(|kind| if let MapKind::Coded(coding) = kind { Some(coding) } else { None })
+        .collect()
+}
+
+/// A ray's texel, read at a depth.
+fn coded(coding: Coding, nodes: &[Node]) -> impl Fn(f32) -> f32 + use<> {
+    let codec = codec(coding);
+    let mut texel = vec![0; codec.stride()];
+    codec.encode(&TexelRay { nodes, extent: EXTENT }, &mut texel);
+    move |depth| codec.transmittance(&texel, EXTENT, depth)
+}
+
+/// Depths from before the volume to behind it.
+fn depths() -> impl Iterator<Item = f32> {
+    (0..=600_u16).map(|i| 1.0 + f32::from(i) * 0.01)
+}
+
+/// Largest difference from the ray's own transmittance.
+fn worst(coding: Coding, nodes: &[Node]) -> f32 {
+    let (found, exact) = (coded(coding, nodes), TexelRay { nodes, extent: EXTENT });
+    depths().map(|z| (found(z) - exact.transmittance(z)).abs()).fold(0.0, f32::max)
+}
+
+fn node(depth: f32, optical_depth: f32) -> Node {
+    Node { depth, optical_depth }
+}
+
+/// A slab of uniform medium in `pieces`.
+fn slab([front, back]: [f32; 2], optical_depth: f32, pieces: u16) -> Vec<Node> {
+    let at = |i: u16| f32::from(i) / f32::from(pieces);
+    (0..=pieces).map(|i| node(front + at(i) * (back - front), at(i) * optical_depth)).collect()
+}
+
+#[test]
+fn an_empty_ray_lets_all_light_through() {
+    for coding in codings() {
+        let found = coded(coding, &[]);
+        assert!(depths().all(|z| found(z) == 1.0), "{coding:?}");
+    }
+}
+
+#[test]
+fn nothing_is_dark_in_front_of_the_volume_and_all_is_behind_it() {
+    for coding in codings() {
+        for optical_depth in [0.01, 1.0, 5.0] {
+            let found = coded(coding, &slab([2.5, 5.5], optical_depth, 50));
+            assert!([f32::NEG_INFINITY, -1.0, 0.0, 2.0].map(&found) == [1.0; 4], "{coding:?}");
+            for depth in [6.0, 7.0, 1e30, f32::INFINITY] {
+                let error = (found(depth) - (-optical_depth).exp()).abs();
+                assert!(error < 0.002, "{coding:?}: {error} at {depth}");
+            }
+        }
+    }
+}
+
+/// Largest error of transmittance where a uniform medium of optical depth 2 fills the ray, and where
+/// one of optical depth 1 begins and ends within it.
+fn bounds(coding: Coding) -> [f32; 2] {
+    match coding {
+        Coding::Relative => [0.0002, 0.017],
+        Coding::Slices(2) => [0.08, 0.22],
+        Coding::Slices(_) => [0.004, 0.033],
+        Coding::FloatSlices(_) => [0.003, 0.033],
+        Coding::Fourier(3) => [0.000_01, 0.056],
+        Coding::Fourier(63) => [0.000_01, 0.004],
+        Coding::Fourier(_) => [0.000_01, 0.031],
+        // A quarter of the way between two bounds that are far apart.
+        Coding::Moments(6) => [0.11, 0.075],
+        Coding::Moments(_) => [0.16, 0.1],
+        Coding::Trigonometric(2) => [0.3, 0.095],
+        Coding::Trigonometric(3) => [0.23, 0.067],
+        Coding::Trigonometric(_) => [0.19, 0.055],
+        Coding::Adaptive(3) => [0.21, 0.08],
+        Coding::Adaptive(16) => [0.003, 0.002],
+        Coding::Adaptive(_) => [0.022, 0.008],
+        Coding::Layers(1) => [0.000_2, 0.18],
+        Coding::Layers(_) => [0.000_2, 0.033],
+    }
+}
+
+#[test]
+fn uniform_slabs_are_as_near_as_stated() {
+    for coding in codings() {
+        let [whole, part] = bounds(coding);
+        let found = worst(coding, &slab(EXTENT, 2.0, 200));
+        assert!(found <= whole, "{coding:?}: {found} over the whole ray");
+        let found = worst(coding, &slab([3.1, 4.9], 1.0, 100));
+        assert!(found <= part, "{coding:?}: {found} in the middle");
+    }
+}
+
+#[test]
+fn an_opaque_surface_is_dark_behind_and_lit_in_front() {
+    let nodes = [node(4.0, 0.0), node(4.0, OPAQUE_OPTICAL_DEPTH)];
+    for coding in codings() {
+        let found = coded(coding, &nodes);
+        let coarse = matches!(coding, Coding::Fourier(_) | Coding::Layers(1) | Coding::Slices(2));
+        let reach = if coarse { 2.0 } else { 0.6 };
+        assert!(found(4.0 - reach) > 0.7, "{coding:?}: {} in front", found(4.0 - reach));
+        assert!(found(4.0 + reach) < 0.1, "{coding:?}: {} behind", found(4.0 + reach));
+        assert!(found(6.0) < 0.001, "{coding:?}: {} behind the volume", found(6.0));
+    }
+}
+
+#[test]
+fn two_thin_steps_keep_their_heights() {
+    let nodes = [node(3.0, 0.0), node(3.0, 0.7), node(5.0, 0.7), node(5.0, 1.4)];
+    for coding in codings() {
+        let found = coded(coding, &nodes);
+        let error = (found(4.0) - (-0.7_f32).exp()).abs();
+        let most = match coding {
+            Coding::Layers(1) | Coding::Adaptive(3) => 0.14,
+            // No share of its opacity lies on the plateau.
+            Coding::Relative => 0.025,
+            _ => 0.003,
+        };
+        assert!(error <= most, "{coding:?}: {error} between the steps");
+    }
+}
+
+/// Seeded numbers.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
+    }
+}
+
+#[test]
+fn any_bytes_are_some_transmittance() {
+    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 1.0, 1e30, 1e-40, f32::MAX];
+    let extents =
+        [EXTENT, [0.0, 1e-30], [3.0, 3.0], [5.0, 2.0], [f32::NAN, 1.0], [0.0, f32::INFINITY]];
+    let mut random = Random(7);
+    for coding in codings() {
+        let codec = codec(coding);
+        let mut texel = vec![0; codec.stride()];
+        for round in 0..400 {
+            texel.fill_with(|| if round == 0 { 255 } else { random.next() as u8 });
+            // Numbers that bytes seldom make.
+            for bytes in texel.as_chunks_mut::<4>().0 {
+                match random.next() % 4 {
+                    0 => *bytes = odd[random.next() as usize % odd.len()].to_le_bytes(),
+                    1 => *bytes = (random.next() as i8 as f32 / 100.0).to_le_bytes(),
+                    _ => {}
+                }
+            }
+            for extent in extents {
+                let inside = (0..8).map(|_| extent[0] + random.next() as u8 as f32 / 64.0);
+                for depth in inside.chain(odd).chain(extent) {
+                    let found = codec.transmittance(&texel, extent, depth);
+                    assert!(
+                        (0.0..=1.0).contains(&found),
+                        "{coding:?}: {found} at {depth} in {extent:?}"
+                    );
+                    if depth <= extent[0] {
+                        assert_eq!(found, 1.0, "{coding:?} in front of {extent:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Counts that no name has are moved to ones that are allowed.
+#[test]
+fn any_count_is_a_codec() {
+    for n in [0, 1, 2, 5, 7, 99] {
+        let all =
+            [Coding::Slices(n), Coding::FloatSlices(n), Coding::Fourier(n), Coding::Moments(n)];
+        let more = [Coding::Trigonometric(n), Coding::Adaptive(n), Coding::Layers(n)];
+        for coding in all.into_iter().chain(more) {
+            let found = coded(coding, &slab(EXTENT, 1.0, 20));
+            assert!((found(6.0) - (-1.0_f32).exp()).abs() < 0.002, "{coding:?}");
+        }
+    }
+}
