@@ -6,7 +6,10 @@ use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{LightView, Scene};
 use crate::settings::{MapKind, Settings, Slices};
-use crate::shadow::{Codec, CodedMap, FragmentMap, Links, Map, Runs, ThresholdMap, codec};
+use crate::shadow::{
+    Codec, CodedMap, FragmentMap, Links, Map, Runs, ThresholdMap, VisibilityMap, VisibilityPoint,
+    codec,
+};
 use crate::volume::Volume;
 
 /// A renderer. The passes have the same names in every backend and in `shaders/`.
@@ -81,7 +84,23 @@ pub trait Backend {
         _codec: &dyn Codec,
         _progress: &dyn Progress,
     ) -> Result<Vec<u8>> {
-        Err(Error::value("map", format!("{} does not build such maps", self.description())))
+        Err(unbuilt(&self.description()))
+    }
+
+    /// Pass `trace_visibility`: integrates every slab of every texel's ray, in order, into as few points
+    /// of transmittance as keep `tolerance`. Texels row by row, row 0 at v = 0; `frame` asks for all
+    /// nodes of a ray.
+    ///
+    /// # Errors
+    /// If this backend does not build such maps, or if there are more points than 32 bits count.
+    fn trace_visibility(
+        &self,
+        _volume: &Volume,
+        _frame: &Frame,
+        _tolerance: f32,
+        _progress: &dyn Progress,
+    ) -> Result<Runs<VisibilityPoint>> {
+        Err(unbuilt(&self.description()))
     }
 
     /// Pass `march_view`: marches every camera ray through the volume, lit through `map`.
@@ -110,10 +129,13 @@ pub trait Backend {
                 Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)))
             }
             MapKind::Coded(coding) => {
-                let mut frame = frame;
-                [frame.slices.z, frame.slices.w] = [0.0; 2];
-                let bytes = self.trace_coded(volume, &frame, &*codec(coding), progress)?;
+                let bytes = self.trace_coded(volume, &raw(&frame), &*codec(coding), progress)?;
                 Ok(Map::Coded(CodedMap::new(bytes, coding, view, &frame)))
+            }
+            MapKind::Visibility => {
+                let tolerance = settings.tolerance as f32;
+                let lists = self.trace_visibility(volume, &raw(&frame), tolerance, progress)?;
+                Ok(Map::Visibility(VisibilityMap::new(lists, tolerance, view, &frame)))
             }
             MapKind::Fragments => {
                 let runs = self.runs(volume, &frame, settings, progress)?;
@@ -166,4 +188,14 @@ pub trait Backend {
         let image = self.march_view(&scene.volume, &frame, &map, progress)?;
         Ok((image, map))
     }
+}
+
+/// The frame that asks for all nodes of a ray.
+fn raw(frame: &Frame) -> Frame {
+    let slices = glam::Vec4::new(frame.slices.x, frame.slices.y, 0.0, 0.0);
+    Frame { slices, ..*frame }
+}
+
+fn unbuilt(backend: &str) -> Error {
+    Error::value("map", format!("{backend} does not build such maps"))
 }

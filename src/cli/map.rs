@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::io::coded_map::encode_coded_map;
 use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::{PendingFile, exr};
+use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, Map, ShadowMap};
 
 #[derive(Debug, Args)]
@@ -30,6 +31,9 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         return Err(Error::contents(path, "a map's name must end in .exr"));
     }
     let job = Job::new(&scene, None)?;
+    if let Some(kind @ MapKind::Visibility) = job.settings.map {
+        return Err(unwritten(kind));
+    }
     let file = PendingFile::create(&path)?;
     let begun = Instant::now();
     let map = job.backend.map(&job.scene, &job.settings, &*job.progress)?;
@@ -56,6 +60,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
             let domain = job.scene.volume.domain();
             (encode_coded_map(map, &index_from_world, &domain)?, format!("{} map", map.kind()))
         }
+        Map::Visibility(_) => return Err(unwritten(MapKind::Visibility)),
     };
     file.finish_with(&contents)?;
     job.note(&format!(
@@ -66,6 +71,11 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         job.backend.description(),
     ));
     Ok(())
+}
+
+fn unwritten(kind: MapKind) -> Error {
+    let why = "maps are not written to files, only rendered with; every other kind is written";
+    Error::value("map", format!("'{kind}' {why}"))
 }
 
 /// What a fragment map holds, for people.

@@ -9,6 +9,7 @@ mod sort_fragments;
 mod trace_coded;
 mod trace_slices;
 mod trace_threshold;
+mod trace_visibility;
 
 use crate::backend::Backend;
 use crate::error::Result;
@@ -16,7 +17,7 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::settings::MapKind;
-use crate::shadow::{Codec, Links, Map, Runs};
+use crate::shadow::{Codec, Links, Map, Runs, VisibilityPoint};
 use crate::volume::Volume;
 pub use deep_view::{DeepSample, DeepView};
 
@@ -80,6 +81,16 @@ impl Backend for CpuBackend {
         progress: &dyn Progress,
     ) -> Result<Vec<u8>> {
         Ok(trace_coded::trace_coded(volume, frame, codec, progress))
+    }
+
+    fn trace_visibility(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        tolerance: f32,
+        progress: &dyn Progress,
+    ) -> Result<Runs<VisibilityPoint>> {
+        trace_visibility::trace_visibility(volume, frame, tolerance, progress)
     }
 
     fn march_view(

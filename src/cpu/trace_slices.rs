@@ -33,14 +33,14 @@ pub(super) fn trace_slices(
 }
 
 /// The rows of a map, made by all threads, one after the other.
-pub(super) fn by_rows(
+pub(super) fn by_rows<T: Copy + Default + Send>(
     frame: &Frame,
     progress: &dyn Progress,
-    row: impl Fn(u32) -> Result<Runs> + Sync,
-) -> Result<Runs> {
+    row: impl Fn(u32) -> Result<Runs<T>> + Sync,
+) -> Result<Runs<T>> {
     let size = frame.sizes[3];
     progress.begin("shadow map", u64::from(size));
-    let rows: Vec<Result<Runs>> = (0..size)
+    let rows: Vec<Result<Runs<T>>> = (0..size)
         .into_par_iter()
         .map(|y| {
             let runs = row(y);

@@ -13,6 +13,8 @@ pub enum MapKind {
     Threshold,
     /// Lists of the slabs that a texel's ray crosses: exact, or within a given tolerance.
     Fragments,
+    /// Lists of points of transmittance, joined by lines, within a given tolerance.
+    Visibility,
     /// As many bytes for every texel, in one of several codes.
     Coded(Coding),
 }
@@ -75,6 +77,13 @@ const ENTRIES: &[Entry] = &[
         count: None,
         what: "lists of slabs, optical depth linear between, within a tolerance",
         make: |_| MapKind::Fragments,
+    },
+    Entry {
+        name: "visibility",
+        count: None,
+        what: "lists of points, transmittance linear between, within a tolerance (deep shadow maps, \
+               Lokovic and Veach 2000)",
+        make: |_| MapKind::Visibility,
     },
     Entry {
         name: "relative",
@@ -160,7 +169,10 @@ impl MapKind {
 
     fn count(self) -> Option<u16> {
         match self {
-            Self::Threshold | Self::Fragments | Self::Coded(Coding::Relative) => None,
+            Self::Threshold
+            | Self::Fragments
+            | Self::Visibility
+            | Self::Coded(Coding::Relative) => None,
             Self::Coded(
                 Coding::Slices(n)
                 | Coding::FloatSlices(n)

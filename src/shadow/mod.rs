@@ -4,6 +4,7 @@
 mod coded;
 mod fragments;
 mod threshold;
+mod visibility;
 
 pub use crate::kernel::fragments::Node;
 pub use coded::{Codec, CodedMap, TexelRay, codec};
@@ -12,6 +13,7 @@ pub use fragments::{
     truncate,
 };
 pub use threshold::ThresholdMap;
+pub use visibility::{VisibilityMap, VisibilityPoint, fit_visibility};
 
 use crate::scene::LightView;
 
@@ -106,6 +108,8 @@ pub enum Map {
     Fragments(FragmentMap),
     /// A code of as many bytes a texel.
     Coded(CodedMap),
+    /// Lists of points of transmittance.
+    Visibility(VisibilityMap),
 }
 
 impl Map {
@@ -115,6 +119,7 @@ impl Map {
             Self::Threshold(map) => map.view(),
             Self::Fragments(map) => map.view(),
             Self::Coded(map) => map.view(),
+            Self::Visibility(map) => map.view(),
         }
     }
 
@@ -122,7 +127,7 @@ impl Map {
     pub fn as_fragments(&self) -> Option<&FragmentMap> {
         match self {
             Self::Fragments(map) => Some(map),
-            Self::Threshold(_) | Self::Coded(_) => None,
+            Self::Threshold(_) | Self::Coded(_) | Self::Visibility(_) => None,
         }
     }
 
@@ -131,6 +136,7 @@ impl Map {
             Self::Threshold(map) => map,
             Self::Fragments(map) => map,
             Self::Coded(map) => map,
+            Self::Visibility(map) => map,
         }
     }
 }
@@ -146,6 +152,14 @@ impl ShadowMap for Map {
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
         self.inner().texel_transmittance(x, y, depth)
+    }
+
+    fn nearest(&self, u: f32, v: f32, depth: f32) -> f32 {
+        self.inner().nearest(u, v, depth)
+    }
+
+    fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
+        self.inner().bilinear(u, v, depth)
     }
 
     fn mean(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {

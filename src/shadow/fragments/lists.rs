@@ -132,20 +132,20 @@ pub fn truncate(nodes: &mut Vec<Node>, truncation: f32) {
     }
 }
 
-/// Texels' nodes one after the other.
+/// Texels' nodes (of a polyline of optical depth, or of another kind) one after the other.
 #[derive(Clone, Debug, Default)]
-pub struct Runs {
+pub struct Runs<T = Node> {
     /// Where the nodes of each texel begin, and one past the last; empty for no texels.
     pub(super) starts: Vec<u32>,
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<T>,
 }
 
-impl Runs {
+impl<T: Copy> Runs<T> {
     /// Adds a texel.
     ///
     /// # Errors
     /// If there would be more nodes than can be counted in 32 bits.
-    pub fn push(&mut self, nodes: &[Node]) -> crate::Result<()> {
+    pub fn push(&mut self, nodes: &[T]) -> crate::Result<()> {
         if self.starts.is_empty() {
             self.starts.push(0);
         }
@@ -175,7 +175,7 @@ impl Runs {
     }
 
     /// Nodes of all texels.
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[T] {
         &self.nodes
     }
 
@@ -185,7 +185,7 @@ impl Runs {
     }
 
     /// Nodes of a texel, by rising depth; none if there is no such texel.
-    pub fn of(&self, texel: usize) -> &[Node] {
+    pub fn of(&self, texel: usize) -> &[T] {
         let bounds = self.starts.get(texel).zip(self.starts.get(texel + 1));
         bounds.and_then(|(&a, &b)| self.nodes.get(a as usize..b as usize)).unwrap_or_default()
     }

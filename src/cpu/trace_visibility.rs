@@ -1,0 +1,30 @@
+//! Pass `trace_visibility`: every slab of every texel's ray, in order, into points of transmittance.
+
+use super::trace_slices::{by_rows, trace_texel};
+use crate::error::Result;
+use crate::frame::Frame;
+use crate::kernel::density::Density;
+use crate::progress::Progress;
+use crate::shadow::{Runs, VisibilityPoint, fit_visibility};
+use crate::volume::Volume;
+
+/// The points of all texels, row 0 at v = 0. The frame asks for all nodes.
+pub(super) fn trace_visibility(
+    volume: &Volume,
+    frame: &Frame,
+    tolerance: f32,
+    progress: &dyn Progress,
+) -> Result<Runs<VisibilityPoint>> {
+    let density = Density::of(volume);
+    by_rows(frame, progress, |y| {
+        let size = frame.sizes[3];
+        let at = |i: u32| (i as f32 + 0.5) / size as f32;
+        let (mut row, mut nodes, mut points) = (Runs::default(), Vec::new(), Vec::new());
+        for x in 0..size {
+            trace_texel(&density, frame, [at(x), at(y)], &mut nodes);
+            fit_visibility(&nodes, tolerance, &mut points);
+            row.push(&points)?;
+        }
+        Ok(row)
+    })
+}
