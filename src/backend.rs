@@ -7,8 +7,8 @@ use crate::progress::Progress;
 use crate::scene::{LightView, Scene};
 use crate::settings::{MapKind, Settings, Slices};
 use crate::shadow::{
-    Codec, CodedMap, FragmentMap, Links, Map, Runs, ThresholdMap, VisibilityMap, VisibilityPoint,
-    codec,
+    Codec, CodedMap, FragmentMap, GridMap, Links, Map, Runs, ThresholdMap, VisibilityMap,
+    VisibilityPoint, codec, grid_shape,
 };
 use crate::volume::Volume;
 
@@ -103,6 +103,21 @@ pub trait Backend {
         Err(unbuilt(&self.description()))
     }
 
+    /// Pass `trace_grid`: marches from each point of a grid of `shape` (x, y, z) to the light.
+    /// Transmittance times 255, x fastest.
+    ///
+    /// # Errors
+    /// If this backend does not build such maps.
+    fn trace_grid(
+        &self,
+        _volume: &Volume,
+        _frame: &Frame,
+        _shape: [usize; 3],
+        _progress: &dyn Progress,
+    ) -> Result<Vec<u8>> {
+        Err(unbuilt(&self.description()))
+    }
+
     /// Pass `march_view`: marches every camera ray through the volume, lit through `map`.
     ///
     /// # Errors
@@ -136,6 +151,11 @@ pub trait Backend {
                 let tolerance = settings.tolerance as f32;
                 let lists = self.trace_visibility(volume, &raw(&frame), tolerance, progress)?;
                 Ok(Map::Visibility(VisibilityMap::new(lists, tolerance, view, &frame)))
+            }
+            MapKind::Grid(count) => {
+                let shape = grid_shape(volume.dims(), count);
+                let values = self.trace_grid(volume, &frame, shape, progress)?;
+                Ok(Map::Grid(GridMap::new(values, shape, view, &frame)))
             }
             MapKind::Fragments => {
                 let runs = self.runs(volume, &frame, settings, progress)?;

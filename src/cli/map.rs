@@ -31,7 +31,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         return Err(Error::contents(path, "a map's name must end in .exr"));
     }
     let job = Job::new(&scene, None)?;
-    if let Some(kind @ MapKind::Visibility) = job.settings.map {
+    if let Some(kind @ (MapKind::Visibility | MapKind::Grid(_))) = job.settings.map {
         return Err(unwritten(kind));
     }
     let file = PendingFile::create(&path)?;
@@ -61,6 +61,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
             (encode_coded_map(map, &index_from_world, &domain)?, format!("{} map", map.kind()))
         }
         Map::Visibility(_) => return Err(unwritten(MapKind::Visibility)),
+        Map::Grid(map) => return Err(unwritten(MapKind::Grid(map.size() as u16))),
     };
     file.finish_with(&contents)?;
     job.note(&format!(

@@ -7,6 +7,7 @@ mod march_view;
 mod raster_slices;
 mod sort_fragments;
 mod trace_coded;
+mod trace_grid;
 mod trace_slices;
 mod trace_threshold;
 mod trace_visibility;
@@ -91,6 +92,16 @@ impl Backend for CpuBackend {
         progress: &dyn Progress,
     ) -> Result<Runs<VisibilityPoint>> {
         trace_visibility::trace_visibility(volume, frame, tolerance, progress)
+    }
+
+    fn trace_grid(
+        &self,
+        volume: &Volume,
+        frame: &Frame,
+        shape: [usize; 3],
+        progress: &dyn Progress,
+    ) -> Result<Vec<u8>> {
+        Ok(trace_grid::trace_grid(volume, frame, shape, progress))
     }
 
     fn march_view(

@@ -155,7 +155,7 @@ impl Backend for GpuBackend {
                 march(GpuShadow::Threshold(&gpu_map))?;
             }
             Map::Fragments(map) => march(GpuShadow::Fragments(&uploaded(gpu, map)?))?,
-            Map::Coded(_) | Map::Visibility(_) => {
+            Map::Coded(_) | Map::Visibility(_) | Map::Grid(_) => {
                 return Err(Error::gpu("this kind of map is marched through on the CPU only"));
             }
         }

@@ -15,6 +15,8 @@ pub enum MapKind {
     Fragments,
     /// Lists of points of transmittance, joined by lines, within a given tolerance.
     Visibility,
+    /// Transmittance at the points of a grid in the volume, as many along its longest edge.
+    Grid(u16),
     /// As many bytes for every texel, in one of several codes.
     Coded(Coding),
 }
@@ -140,6 +142,13 @@ const ENTRIES: &[Entry] = &[
                opacity maps, Yuksel and Keyser 2008)",
         make: |n| MapKind::Coded(Coding::Layers(n)),
     },
+    Entry {
+        name: "grid",
+        count: Some(count(64, [2, 1024], 1)),
+        what: "transmittance at the points of a grid in the volume, N along its longest edge, 8 bits \
+               each",
+        make: MapKind::Grid,
+    },
 ];
 
 impl MapKind {
@@ -173,7 +182,8 @@ impl MapKind {
             | Self::Fragments
             | Self::Visibility
             | Self::Coded(Coding::Relative) => None,
-            Self::Coded(
+            Self::Grid(n)
+            | Self::Coded(
                 Coding::Slices(n)
                 | Coding::FloatSlices(n)
                 | Coding::Fourier(n)

@@ -3,6 +3,7 @@
 
 mod coded;
 mod fragments;
+mod grid;
 mod threshold;
 mod visibility;
 
@@ -12,6 +13,7 @@ pub use fragments::{
     Fragment, FragmentLists, FragmentMap, Links, MOST_WALKED, NO_LINK, Runs, nearest_nodes,
     truncate,
 };
+pub use grid::{GridMap, grid_point, grid_shape};
 pub use threshold::ThresholdMap;
 pub use visibility::{VisibilityMap, VisibilityPoint, fit_visibility};
 
@@ -110,6 +112,8 @@ pub enum Map {
     Coded(CodedMap),
     /// Lists of points of transmittance.
     Visibility(VisibilityMap),
+    /// A grid in the volume.
+    Grid(GridMap),
 }
 
 impl Map {
@@ -120,6 +124,7 @@ impl Map {
             Self::Fragments(map) => map.view(),
             Self::Coded(map) => map.view(),
             Self::Visibility(map) => map.view(),
+            Self::Grid(map) => map.view(),
         }
     }
 
@@ -127,7 +132,7 @@ impl Map {
     pub fn as_fragments(&self) -> Option<&FragmentMap> {
         match self {
             Self::Fragments(map) => Some(map),
-            Self::Threshold(_) | Self::Coded(_) | Self::Visibility(_) => None,
+            Self::Threshold(_) | Self::Coded(_) | Self::Visibility(_) | Self::Grid(_) => None,
         }
     }
 
@@ -137,6 +142,7 @@ impl Map {
             Self::Fragments(map) => map,
             Self::Coded(map) => map,
             Self::Visibility(map) => map,
+            Self::Grid(map) => map,
         }
     }
 }

@@ -1,0 +1,42 @@
+//! Pass `trace_grid`: from the centre of every cell of a grid to the light.
+
+use glam::{Mat3, Vec3};
+use rayon::prelude::*;
+
+use crate::frame::Frame;
+use crate::kernel::density::Density;
+use crate::kernel::light::{light_coordinates, light_extent, light_ray};
+use crate::kernel::slices::slab_optical_depth;
+use crate::progress::Progress;
+use crate::shadow::grid_point;
+use crate::volume::Volume;
+
+/// Transmittance at the centres of all cells, times 255, x fastest.
+pub(super) fn trace_grid(
+    volume: &Volume,
+    frame: &Frame,
+    shape: [usize; 3],
+    progress: &dyn Progress,
+) -> Vec<u8> {
+    let [nx, ny, nz] = shape;
+    progress.begin("shadow grid", (ny * nz) as u64);
+    let density = Density::of(volume);
+    let columns = frame.index_from_frame;
+    let linear =
+        Mat3::from_cols_array_2d(&columns.map(|row| row.truncate().to_array())).transpose();
+    let (frame_from_index, offset) = (linear.inverse(), Vec3::from_array(columns.map(|row| row.w)));
+    let mut values = vec![0; nx * ny * nz];
+    values.par_chunks_exact_mut(nx).enumerate().for_each(|(row, values)| {
+        for (x, value) in values.iter_mut().enumerate() {
+            let index = grid_point(frame, shape, [x, row % ny, row / ny]);
+            let light = light_coordinates(frame, frame_from_index * (index - offset));
+            let (enter, _) = light_extent(frame, light.x, light.y);
+            let ray = light_ray(frame, light.x, light.y).transformed(&frame.index_from_frame);
+            let way = [enter, light.z.max(enter)];
+            let optical_depth = slab_optical_depth(&density, frame, &ray, way);
+            *value = ((-optical_depth).exp() * 255.0).round() as u8;
+        }
+        progress.advance(1);
+    });
+    values
+}

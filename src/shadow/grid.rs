@@ -1,0 +1,124 @@
+//! Transmittance in a grid over the volume: the shadow volume that most engines keep (Behrens and
+//! Ratering 1998, "Adding Shadows to a Texture-Based Volume Renderer", whose shadow texture it is).
+//!
+//! It is no map of rays: every lookup is of a point in the volume, trilinear between the nearest cells'
+//! centres, and filters over texels have nothing to work on. A ray that has left the volume keeps the
+//! transmittance of the point where it left.
+
+use glam::Vec3;
+
+use super::ShadowMap;
+use crate::frame::Frame;
+use crate::kernel::light::light_ray;
+use crate::kernel::ray::intersect_box;
+use crate::scene::LightView;
+
+/// Cells of a grid along x, y, z: `count` along the longest axis of a volume of `dims` voxels, and as
+/// many a voxel along the others.
+pub fn grid_shape(dims: [usize; 3], count: u16) -> [usize; 3] {
+    let longest = dims.into_iter().max().unwrap_or(1).max(1);
+    dims.map(|n| (n * usize::from(count)).div_ceil(longest).max(1))
+}
+
+/// The voxel index in the middle of a cell.
+pub fn grid_point(frame: &Frame, shape: [usize; 3], cell: [usize; 3]) -> Vec3 {
+    let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+    let [shape, cell] = [shape, cell].map(|numbers| Vec3::from_array(numbers.map(|n| n as f32)));
+    min + (max - min) * (cell + 0.5) / shape
+}
+
+/// A grid over the volume's box, its cells' transmittances in 8 bits.
+#[derive(Clone, Debug)]
+pub struct GridMap {
+    shape: [usize; 3],
+    /// Transmittance at the cells' centres, times 255; x fastest.
+    values: Vec<u8>,
+    frame: Box<Frame>,
+    view: LightView,
+}
+
+impl GridMap {
+    /// A grid of `shape` (x, y, z) with transmittances times 255, x fastest, built from `view` for
+    /// `frame`.
+    ///
+    /// # Panics
+    /// If there are more or fewer values than cells, or none.
+    pub fn new(values: Vec<u8>, shape: [usize; 3], view: LightView, frame: &Frame) -> Self {
+        let cells: usize = shape.into_iter().product();
+        assert!(values.len() == cells && cells > 0, "{} values of {shape:?} cells", values.len());
+        Self { shape, values, frame: Box::new(*frame), view }
+    }
+
+    /// Cells along x, y, z.
+    pub fn shape(&self) -> [usize; 3] {
+        self.shape
+    }
+
+    /// Transmittance at the cells' centres, times 255; x fastest.
+    pub fn values(&self) -> &[u8] {
+        &self.values
+    }
+
+    /// How the light sees the volume.
+    pub fn view(&self) -> &LightView {
+        &self.view
+    }
+
+    /// Trilinear at a voxel index; beyond the outermost centres as there.
+    fn at(&self, index: Vec3) -> f32 {
+        let (min, max) = (self.frame.domain_min.truncate(), self.frame.domain_max.truncate());
+        let shape = Vec3::from_array(self.shape.map(|n| n as f32));
+        let place = (index - min) / (max - min) * shape - 0.5;
+        let place = place.clamp(Vec3::ZERO, shape - 1.0);
+        let cell = place.to_array().map(|c| c as usize);
+        let share = place.fract().to_array();
+        let mut sum = 0.0;
+        for corner in 0..8_usize {
+            let (mut at, mut weight) = (0, 1.0);
+            for axis in [2, 1, 0] {
+                let far = corner >> axis & 1;
+                let last = self.shape[axis] - 1;
+                at = at * self.shape[axis] + (cell[axis] + far).min(last);
+                weight *= if far == 1 { share[axis] } else { 1.0 - share[axis] };
+            }
+            sum += weight * self.values.get(at).map_or(1.0, |&value| f32::from(value) / 255.0);
+        }
+        sum
+    }
+}
+
+impl ShadowMap for GridMap {
+    /// Cells along the longest axis.
+    fn size(&self) -> u32 {
+        self.shape.into_iter().max().unwrap_or(1) as u32
+    }
+
+    fn bytes(&self) -> u64 {
+        self.values.len() as u64
+    }
+
+    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
+        let [u, v] = [x, y].map(|i| (i as f32 + 0.5) / self.size() as f32);
+        self.bilinear(u, v, depth)
+    }
+
+    fn nearest(&self, u: f32, v: f32, depth: f32) -> f32 {
+        self.bilinear(u, v, depth)
+    }
+
+    fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
+        if !super::inside(u, v) {
+            return 1.0;
+        }
+        let frame = &self.frame;
+        let ray = light_ray(frame, u, v).transformed(&frame.index_from_frame);
+        let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+        let (enter, exit) = intersect_box(&ray, min, max);
+        // Also of a ray that misses the volume, and of what is no number.
+        if depth > enter && exit > enter { self.at(ray.at(depth.min(exit))) } else { 1.0 }
+    }
+
+    fn mean(&self, _width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.bilinear(u, v, depth)
+    }
+}
