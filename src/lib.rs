@@ -5,6 +5,7 @@
 //! [`cpu::CpuBackend`] or, with feature `gpu`, [`gpu`] on a wgpu device of its own or the caller's.
 //! [`reference`](mod@reference) holds the truth in f64. `ARCHITECTURE.md` explains layers, passes and spaces.
 
+pub mod accuracy;
 pub mod backend;
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -13,7 +13,7 @@ const LAYERS: [&[&str]; 9] = [
     &["frame"],
     &["kernel", "reference"],
     &["shadow"],
-    &["backend"],
+    &["accuracy", "backend"],
     &["cpu", "gpu", "io"],
     &["cli"],
 ];

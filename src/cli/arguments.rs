@@ -13,20 +13,46 @@ use crate::scene::file::VolumeTable;
 use crate::settings::{Crossing, Filter, Lookup, MapKind, Shading, Slices};
 use crate::volume::Axis;
 
-/// A scene and how to compute it, as options.
+/// A scene, as options.
 #[derive(Debug, Args)]
-pub(super) struct SceneArguments {
+pub(super) struct SourceArguments {
     /// Preset (box, bucky, rods, clouds), volume file or scene file (.toml).
     pub input: String,
-    /// What computes: a hardware GPU if there is one and else the CPU (auto), gpu or cpu.
-    #[arg(long, default_value = "auto", value_parser = parse::<BackendChoice>)]
-    pub backend: BackendChoice,
     /// Threads of the CPU backend; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// Say nothing but errors.
     #[arg(long)]
     pub quiet: bool,
+
+    #[command(flatten)]
+    pub file: FileArguments,
+    /// Values to map to 0..1, clamped, for scans.
+    #[arg(long, value_name = "LO,HI", value_parser = numbers::<f32, 2>, allow_hyphen_values = true, help_heading = "Volume")]
+    pub window: Option<Numbers<f32, 2>>,
+    /// Index axis that points up: x, y, z, -x, -y, -z.
+    #[arg(long, value_name = "AXIS", value_parser = valid::<Axis>, allow_hyphen_values = true, help_heading = "Volume")]
+    pub up: Option<String>,
+    /// Extinction per unit of density, 1 / world length.
+    #[arg(long, value_name = "X", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Volume")]
+    pub density_scale: Option<f64>,
+
+    /// The way the light travels.
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
+    pub light: Option<Numbers<f64, 3>>,
+    /// No ground and no background: alpha in the file.
+    #[arg(long, help_heading = "Scene")]
+    pub transparent: bool,
+}
+
+/// A scene and how to compute it, as options.
+#[derive(Debug, Args)]
+pub(super) struct SceneArguments {
+    #[command(flatten)]
+    pub source: SourceArguments,
+    /// What computes: a hardware GPU if there is one and else the CPU (auto), gpu or cpu.
+    #[arg(long, default_value = "auto", value_parser = parse::<BackendChoice>)]
+    pub backend: BackendChoice,
 
     /// Kind of shadow map: fragments (within a tolerance; GPUs take it by default), threshold (four
     /// numbers a texel; processors do), or one that `compare` compares with them, as slices:16.
@@ -62,25 +88,6 @@ pub(super) struct SceneArguments {
     /// Bytes that fragment lists may take at a time; more are made in tiles [1 GiB].
     #[arg(long, value_name = "BYTES", help_heading = "Shadow map")]
     pub memory: Option<u64>,
-
-    #[command(flatten)]
-    pub file: FileArguments,
-    /// Values to map to 0..1, clamped, for scans.
-    #[arg(long, value_name = "LO,HI", value_parser = numbers::<f32, 2>, allow_hyphen_values = true, help_heading = "Volume")]
-    pub window: Option<Numbers<f32, 2>>,
-    /// Index axis that points up: x, y, z, -x, -y, -z.
-    #[arg(long, value_name = "AXIS", value_parser = valid::<Axis>, allow_hyphen_values = true, help_heading = "Volume")]
-    pub up: Option<String>,
-    /// Extinction per unit of density, 1 / world length.
-    #[arg(long, value_name = "X", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Volume")]
-    pub density_scale: Option<f64>,
-
-    /// The way the light travels.
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
-    pub light: Option<Numbers<f64, 3>>,
-    /// No ground and no background: alpha in the file.
-    #[arg(long, help_heading = "Scene")]
-    pub transparent: bool,
 }
 
 /// How to read a volume file, as options.
@@ -148,10 +155,30 @@ macro_rules! overlay {
     };
 }
 
-impl SceneArguments {
+impl SourceArguments {
     /// Puts the options over `file`.
     pub(super) fn overlay(&self, file: &mut SceneFile) {
-        let (volume, shadow) = (&mut file.volume, &mut file.shadow);
+        let volume = &mut file.volume;
+        overlay! {
+            volume.window => self.window.map(|w| w.0),
+            volume.up => self.up.clone(),
+            volume.density_scale => self.density_scale,
+        }
+        self.file.overlay(volume);
+        if let Some(Numbers(direction)) = self.light {
+            file.light.direction = Some(direction);
+            file.light.kind = Some("directional".to_owned());
+        }
+        if self.transparent {
+            file.ground.enabled = Some(false);
+        }
+    }
+}
+
+impl SceneArguments {
+    /// Puts the options of the map over `file`.
+    pub(super) fn overlay(&self, file: &mut SceneFile) {
+        let shadow = &mut file.shadow;
         overlay! {
             shadow.map => self.map.clone(),
             shadow.lookup => self.lookup.clone(),
@@ -164,17 +191,6 @@ impl SceneArguments {
             shadow.tolerance => self.tolerance,
             shadow.truncation => self.truncation,
             shadow.memory => self.memory,
-            volume.window => self.window.map(|w| w.0),
-            volume.up => self.up.clone(),
-            volume.density_scale => self.density_scale,
-        }
-        self.file.overlay(volume);
-        if let Some(Numbers(direction)) = self.light {
-            file.light.direction = Some(direction);
-            file.light.kind = Some("directional".to_owned());
-        }
-        if self.transparent {
-            file.ground.enabled = Some(false);
         }
     }
 }
@@ -232,7 +248,7 @@ pub(super) fn valid<T: FromStr<Err = crate::Error>>(text: &str) -> Result<String
     parse::<T>(text).map(|_| text.to_owned())
 }
 
-fn count(most: i64) -> clap::builder::RangedI64ValueParser<u32> {
+pub(super) fn count(most: i64) -> clap::builder::RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=most)
 }
 
@@ -251,13 +267,13 @@ pub(super) fn above_0(text: &str) -> Result<f64, String> {
     number(text, |x| x > 0.0, "above 0")
 }
 
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parsed
         .filter(|size: &[u32; 2]| size.iter().all(|n| (1..=16384).contains(n)))
         .ok_or_else(|| "WIDTHxHEIGHT is needed, as 640x480, each 1 to 16384".to_owned())
 }
 
-fn parse<T: FromStr<Err = crate::Error>>(text: &str) -> Result<T, String> {
+pub(super) fn parse<T: FromStr<Err = crate::Error>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error: crate::Error| error.to_string())
 }

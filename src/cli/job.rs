@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
-use super::arguments::{PictureArguments, SceneArguments};
+use super::arguments::{PictureArguments, SceneArguments, SourceArguments};
+use super::backend::BackendChoice;
 use super::progress::Bars;
 use super::{backend, say};
 use crate::backend::Backend;
@@ -32,16 +33,29 @@ impl Job {
         arguments: &SceneArguments,
         picture: Option<&PictureArguments>,
     ) -> Result<Self> {
-        if let Some(threads) = arguments.threads {
+        Self::open(&arguments.source, arguments.backend, |file| {
+            arguments.overlay(file);
+            if let Some(picture) = picture {
+                picture.overlay(file);
+            }
+        })
+    }
+
+    /// Loads what `source` names, with what `overlay` puts over its scene file, to be computed by
+    /// `choice`.
+    pub(super) fn open(
+        source: &SourceArguments,
+        choice: BackendChoice,
+        overlay: impl FnOnce(&mut SceneFile),
+    ) -> Result<Self> {
+        if let Some(threads) = source.threads {
             // Only a second pool in one process fails, and the program makes one.
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize);
             pool.build_global().map_err(|error| Error::value("threads", error.to_string()))?;
         }
-        let (mut file, surroundings) = described(&arguments.input)?;
-        arguments.overlay(&mut file);
-        if let Some(picture) = picture {
-            picture.overlay(&mut file);
-        }
+        let (mut file, surroundings) = described(&source.input)?;
+        source.overlay(&mut file);
+        overlay(&mut file);
         let mut volume = load_volume(&file.volume)?;
         let mut notes = Vec::new();
         if volume.replaced() > 0 {
@@ -58,18 +72,18 @@ impl Job {
             notes.push(format!("window {low},{high} (chosen; --window sets it)"));
         }
         let (mut scene, settings, choices) = complete(&file, Arc::new(volume), surroundings)?;
-        if arguments.transparent {
+        if source.transparent {
             scene.background = None;
         }
-        let backend = backend::open(arguments.backend, settings.map)?;
+        let backend = backend::open(choice, settings.map)?;
         let progress: Box<dyn Progress> =
-            if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
-        let job = Self { scene, settings, backend, progress, quiet: arguments.quiet };
+            if source.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
+        let job = Self { scene, settings, backend, progress, quiet: source.quiet };
         for note in &notes {
             job.note(note);
         }
         let shown =
-            |choice: &Choice| !(arguments.transparent && choice.what.starts_with("background"));
+            |choice: &Choice| !(source.transparent && choice.what.starts_with("background"));
         for Choice { what, value } in choices.into_iter().filter(shown) {
             job.note(&format!("{what} {value} (chosen)"));
         }

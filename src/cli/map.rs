@@ -26,7 +26,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, output, statistics } = arguments;
-    let path = output.out.unwrap_or_else(|| default_output(&scene.input, "exr"));
+    let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "exr"));
     if path.extension().is_none_or(|ending| ending != "exr") {
         return Err(Error::contents(path, "a map's name must end in .exr"));
     }

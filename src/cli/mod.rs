@@ -3,6 +3,7 @@
 mod adapters;
 mod arguments;
 mod backend;
+mod compare;
 mod convert;
 mod figures;
 mod info;
@@ -47,6 +48,8 @@ enum Command {
     Map(map::Arguments),
     /// Turn a volume file into another format.
     Convert(convert::Arguments),
+    /// Measure how wrong every kind of shadow map is against the exact integral.
+    Compare(compare::Arguments),
     /// Tell what a volume file holds.
     Info(info::Arguments),
     /// Draw the figures of the paper "Volumetric Deep Shadow Maps" from the presets.
@@ -90,6 +93,7 @@ fn dispatch(command: Command) -> Result<()> {
         Command::Render(arguments) => render::run(arguments),
         Command::Map(arguments) => map::run(arguments),
         Command::Convert(arguments) => convert::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Figures(arguments) => figures::run(&arguments),
         Command::Adapters => adapters::run(),

@@ -45,7 +45,7 @@ fn format(path: &Path) -> Result<Format> {
 
 pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, picture, output } = arguments;
-    let path = output.out.unwrap_or_else(|| default_output(&scene.input, "png"));
+    let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "png"));
     let format = format(&path)?;
     let job = Job::new(&scene, Some(&picture))?;
     if format == Format::Deep && (job.settings.samples, job.settings.shading) != ONE_RAY {

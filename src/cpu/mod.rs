@@ -18,13 +18,27 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::settings::MapKind;
-use crate::shadow::{Codec, Links, Map, Runs, VisibilityPoint};
+use crate::shadow::{Codec, Links, Map, Runs, ShadowMap, VisibilityPoint};
 use crate::volume::Volume;
 pub use deep_view::{DeepSample, DeepView};
 
 /// Renders with rayon's current thread pool.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CpuBackend;
+
+impl CpuBackend {
+    /// A picture lit through anything that answers as a shadow map does: pass `march_view` for maps
+    /// that are none of [`Map`]'s.
+    pub fn march_view_through(
+        self,
+        volume: &Volume,
+        frame: &Frame,
+        map: &dyn ShadowMap,
+        progress: &dyn Progress,
+    ) -> Image {
+        march_view::march_view(volume, frame, map, progress)
+    }
+}
 
 impl Backend for CpuBackend {
     fn description(&self) -> String {

@@ -157,9 +157,10 @@ impl Draft {
 }
 
 /// How the names of files begin that are not in their places yet.
-const PREFIX: &str = ".deepshadow-";
+pub(super) const PREFIX: &str = ".deepshadow-";
 
-fn folder(target: &Path) -> &Path {
+/// The folder that `target` lies in.
+pub(super) fn folder(target: &Path) -> &Path {
     match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

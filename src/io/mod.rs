@@ -1,6 +1,7 @@
 //! Files in and out: one module a format, chosen by content and not by name. Knows no backend.
 
 mod atomic;
+mod atomic_folder;
 pub mod coded_map;
 pub mod deep_exr;
 pub mod dense;
@@ -18,6 +19,7 @@ mod sidecar;
 pub mod vdb;
 
 pub use atomic::PendingFile;
+pub use atomic_folder::PendingFolder;
 pub use format::Format;
 pub use histogram::{FiniteRange, Histogram};
 pub use load::{check_options, format_of, load_volume};

@@ -1,17 +1,14 @@
 //! The line integral of density, cell by cell.
 //!
 //! Between eight voxel centres trilinear density along a straight line is a cubic polynomial of the
-//! distance, which two-point Gauss-Legendre quadrature integrates exactly (three would be exact to
-//! the fifth degree). So walking a ray through the cells (Amanatides and Woo 1987) gives the optical
-//! depth exact to rounding, without a step size. Within half a voxel of the border the clamped
-//! density makes cells of their own.
+//! distance. Its four coefficients in a cell give the integral up to any point of it in closed form,
+//! so walking a ray through the cells (Amanatides and Woo 1987) gives the optical depth exact to
+//! rounding, without a step size. Within half a voxel of the border the clamped density makes cells of
+//! their own.
 
 use glam::{DMat4, DVec3};
 
 use crate::volume::Volume;
-
-/// The two nodes of Gauss-Legendre quadrature on -1..1 are at plus and minus this.
-const NODE: f64 = 0.577_350_269_189_625_8;
 
 /// A volume ready for exact integration.
 #[derive(Clone, Debug)]
@@ -29,10 +26,9 @@ pub struct Stretch {
     pub enter: f64,
     /// Distance along the ray where it ends.
     pub exit: f64,
-    corners: [f64; 8],
-    /// Position in the cell at distance 0, and its change per unit distance.
-    origin: DVec3,
-    direction: DVec3,
+    /// Density as a polynomial of the share of the stretch that lies behind, 0..1, rising powers;
+    /// all zero where no corner of the cell has density.
+    cubic: [f64; 4],
 }
 
 impl<'a> Cells<'a> {
@@ -48,6 +44,7 @@ impl<'a> Cells<'a> {
 
     /// Calls `visit` with the stretches of the ray `origin + t direction` (world space) for
     /// `from <= t <= to`, in order, until it returns false.
+    #[inline]
     pub fn walk(
         &self,
         origin: DVec3,
@@ -59,78 +56,149 @@ impl<'a> Cells<'a> {
         let d = self.index_from_world.transform_vector3(direction);
         let Some((enter, exit)) = self.domain.intersect(o, d) else { return };
         let (mut t, end) = (enter.max(from), exit.min(to));
-        // The next plane of voxel centres along each axis, and the distance to it.
-        let mut plane = [0.0; 3];
-        let mut next = [f64::INFINITY; 3];
         let start = o + t * d;
-        for axis in 0..3 {
-            if d[axis] != 0.0 {
-                plane[axis] = if d[axis] > 0.0 {
-                    start[axis].floor() + 1.0
-                } else {
-                    start[axis].ceil() - 1.0
-                };
-                next[axis] = (plane[axis] - o[axis]) / d[axis];
-            }
-        }
+        let [nx, ny, nz] = self.dims;
+        let mut axes = [
+            Axis::new(o.x, d.x, start.x, nx, 1),
+            Axis::new(o.y, d.y, start.y, ny, nx),
+            Axis::new(o.z, d.z, start.z, nz, nx * ny),
+        ];
         while t < end {
-            let stop = next[0].min(next[1]).min(next[2]).min(end);
+            let stop = axes[0].next.min(axes[1].next).min(axes[2].next).min(end);
             if stop > t {
-                let middle = o + (t + stop) * 0.5 * d;
-                let cell = middle.floor();
-                let stretch = Stretch {
-                    enter: t,
-                    exit: stop,
-                    corners: self.corners(cell),
-                    origin: o - cell,
-                    direction: d,
-                };
+                let stretch = self.stretch(&axes, [t, stop]);
                 if !visit(&stretch) {
                     return;
                 }
                 t = stop;
             }
-            for axis in 0..3 {
-                if next[axis] <= stop {
-                    plane[axis] += d[axis].signum();
-                    next[axis] = (plane[axis] - o[axis]) / d[axis];
+            for axis in &mut axes {
+                if axis.next <= stop {
+                    axis.step();
                 }
             }
         }
     }
 
-    /// Densities at the corners of the cell between voxel `cell` and the next along each axis, x
-    /// fastest, with indices clamped to the volume.
-    fn corners(&self, cell: DVec3) -> [f64; 8] {
-        let clamped = |i: f64, n: usize| (i.max(0.0) as usize).min(n - 1);
-        let [nx, ny, nz] = self.dims;
-        let x = [clamped(cell.x, nx), clamped(cell.x + 1.0, nx)];
-        let y = [clamped(cell.y, ny) * nx, clamped(cell.y + 1.0, ny) * nx];
-        let z = [clamped(cell.z, nz) * nx * ny, clamped(cell.z + 1.0, nz) * nx * ny];
-        std::array::from_fn(|i| f64::from(self.values[z[i >> 2] + y[i >> 1 & 1] + x[i & 1]]))
+    /// The stretch between two distances in the cell that `axes` have reached.
+    #[inline]
+    fn stretch(&self, [x, y, z]: &[Axis; 3], [enter, exit]: [f64; 2]) -> Stretch {
+        let row = |offset: usize| {
+            [self.values[offset + x.offsets[0]], self.values[offset + x.offsets[1]]]
+        };
+        let [z0, z1] = z.offsets;
+        let [y0, y1] = y.offsets;
+        let corners = [row(z0 + y0), row(z0 + y1), row(z1 + y0), row(z1 + y1)];
+        if corners == [[0.0; 2]; 4] {
+            return Stretch { enter, exit, cubic: [0.0; 4] };
+        }
+        // In the cell each coordinate is linear in the share of the stretch.
+        let [x, y, z] = [x, y, z].map(|axis| axis.share([enter, exit]));
+        let rows = corners.map(|[a, b]| {
+            let (a, b) = (f64::from(a), f64::from(b));
+            [a + (b - a) * x[0], (b - a) * x[1]]
+        });
+        let face = |a: [f64; 2], b: [f64; 2]| {
+            let change = [b[0] - a[0], b[1] - a[1]];
+            [
+                a[0] + change[0] * y[0],
+                a[1] + (change[0] * y[1] + change[1] * y[0]),
+                change[1] * y[1],
+            ]
+        };
+        let (a, b) = (face(rows[0], rows[1]), face(rows[2], rows[3]));
+        let change = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+        let cubic = [
+            a[0] + change[0] * z[0],
+            a[1] + (change[0] * z[1] + change[1] * z[0]),
+            a[2] + (change[1] * z[1] + change[2] * z[0]),
+            change[2] * z[1],
+        ];
+        Stretch { enter, exit, cubic }
+    }
+}
+
+/// One axis of a walk: in which layer of cells it is and where it leaves that.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    /// Index coordinate at distance 0, its change per distance, and one over that.
+    origin: f64,
+    slope: f64,
+    inverse: f64,
+    /// The lower voxel index of the cell; -1 and the last one are cells of clamped density.
+    cell: i64,
+    /// Where the values of the cell's two layers of voxels begin, clamped to the volume.
+    offsets: [usize; 2],
+    /// Distance where the ray leaves the cell along this axis.
+    next: f64,
+    last: i64,
+    stride: usize,
+}
+
+impl Axis {
+    fn new(origin: f64, slope: f64, start: f64, count: usize, stride: usize) -> Self {
+        // On a plane between two cells the ray is in the one that it goes on through.
+        let cell = if slope < 0.0 { start.ceil() as i64 - 1 } else { start.floor() as i64 };
+        let last = count as i64 - 1;
+        let (inverse, next) = (1.0 / slope, f64::INFINITY);
+        let mut axis = Self { origin, slope, inverse, cell, offsets: [0; 2], next, last, stride };
+        axis.arrive();
+        axis
+    }
+
+    /// Goes on to the next cell.
+    #[inline]
+    fn step(&mut self) {
+        self.cell += if self.slope < 0.0 { -1 } else { 1 };
+        self.arrive();
+    }
+
+    #[inline]
+    fn arrive(&mut self) {
+        let layer = |i: i64| i.clamp(0, self.last) as usize * self.stride;
+        self.offsets = [layer(self.cell), layer(self.cell + 1)];
+        if self.slope != 0.0 {
+            let plane = if self.slope < 0.0 { self.cell } else { self.cell + 1 };
+            self.next = (plane as f64 - self.origin) * self.inverse;
+        }
+    }
+
+    /// Position in the cell at the first of two distances, and its change up to the second.
+    #[inline]
+    fn share(&self, [enter, exit]: [f64; 2]) -> [f64; 2] {
+        let begin = self.origin - self.cell as f64 + enter * self.slope;
+        [begin, (exit - enter) * self.slope]
     }
 }
 
 impl Stretch {
+    /// Whether no corner of its cell has density.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.cubic == [0.0; 4]
+    }
+
     /// Density at distance `t` along the ray.
+    #[inline]
     pub fn density(&self, t: f64) -> f64 {
-        let f = self.origin + t * self.direction;
-        let c = &self.corners;
-        let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-        let row = |i: usize| mix(c[i], c[i + 1], f.x);
-        mix(mix(row(0), row(2), f.y), mix(row(4), row(6), f.y), f.z)
+        let s = (t - self.enter) / (self.exit - self.enter);
+        let [a, b, c, d] = self.cubic;
+        a + s * (b + s * (c + s * d))
     }
 
     /// Integral of density from where the stretch begins to `t` in it; exact to rounding.
+    #[inline]
     pub fn integral_to(&self, t: f64) -> f64 {
-        let half = (t - self.enter) * 0.5;
-        let middle = self.enter + half;
-        half * (self.density(middle - NODE * half) + self.density(middle + NODE * half))
+        let s = (t - self.enter) / (self.exit - self.enter);
+        let [a, b, c, d] = self.cubic;
+        (t - self.enter) * (a + s * (b * (1.0 / 2.0) + s * (c * (1.0 / 3.0) + s * (d * 0.25))))
     }
 
     /// Integral of density over the whole stretch.
+    #[inline]
     pub fn integral(&self) -> f64 {
-        self.integral_to(self.exit)
+        let [a, b, c, d] = self.cubic;
+        (self.exit - self.enter) * (a + (b * (1.0 / 2.0) + (c * (1.0 / 3.0) + d * 0.25)))
     }
 }
 

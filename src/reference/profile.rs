@@ -28,23 +28,31 @@ impl TexelProfile {
     ) -> Self {
         let (origin, direction) = view.ray(u, v);
         let mut transmittance = Vec::with_capacity(depths.len());
-        let mut before = 0.0;
+        // The integral of density so far, and the transmittance that goes with it: a ray through
+        // empty cells takes no exponentials.
+        let (mut before, mut reached) = (0.0, 1.0);
         let mut extent: Option<[f64; 2]> = None;
         cells.walk(origin, direction, [0.0, f64::INFINITY], |stretch| {
             let begin = extent.map_or(stretch.enter, |[begin, _]| begin);
             extent = Some([begin, stretch.exit]);
+            let empty = stretch.is_empty();
             while let Some(&depth) = depths.get(transmittance.len())
                 && depth < stretch.exit
             {
-                let inside = stretch.integral_to(depth.max(stretch.enter));
-                transmittance.push((-density_scale * (before + inside)).exp());
+                transmittance.push(if empty || depth <= stretch.enter {
+                    reached
+                } else {
+                    (-density_scale * (before + stretch.integral_to(depth))).exp()
+                });
             }
-            before += stretch.integral();
+            if !empty {
+                before += stretch.integral();
+                reached = (-density_scale * before).exp();
+            }
             true
         });
-        let last = (-density_scale * before).exp();
-        transmittance.resize(depths.len(), last);
-        Self { transmittance, last, extent: extent.unwrap_or_default() }
+        transmittance.resize(depths.len(), reached);
+        Self { transmittance, last: reached, extent: extent.unwrap_or_default() }
     }
 }
 

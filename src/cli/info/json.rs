@@ -55,7 +55,7 @@ fn object(entries: &[(String, Json)]) -> Json {
 }
 
 /// A number, or its name where JSON has none.
-pub(super) fn number(value: f64) -> Json {
+pub(in crate::cli) fn number(value: f64) -> Json {
     if value.is_nan() {
         "nan".into()
     } else if value.is_infinite() {

@@ -13,6 +13,7 @@ use clap::Args;
 use super::arguments::FileArguments;
 use crate::error::{Error, Result};
 use crate::scene::file::VolumeTable;
+pub(super) use json::number;
 use report::Report;
 
 #[derive(Debug, Args)]

@@ -1,0 +1,71 @@
+//! Errors of transmittance boiled down to a few numbers.
+
+/// An error above this can show in a picture of 8 bits a channel.
+pub const VISIBLE: f64 = 1.0 / 255.0;
+
+/// Of the differences between what a map says and the truth, both transmittances in 0..1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// How many points were looked up.
+    pub count: usize,
+    /// Root mean square.
+    pub rms: f64,
+    /// Mean: above 0 where the map lets too much light through.
+    pub bias: f64,
+    /// The size that 99.9 % of the errors do not exceed.
+    pub p999: f64,
+    /// The size of the largest.
+    pub max: f64,
+    /// Share of errors larger than [`VISIBLE`], 0..1.
+    pub visible: f64,
+}
+
+impl Errors {
+    /// What `errors` (looked up minus true) come to; all 0 without any. One that is no number makes
+    /// `rms`, `bias` and `max` NaN.
+    pub fn of(errors: &[f64]) -> Self {
+        let count = errors.len();
+        if count == 0 {
+            return Self::default();
+        }
+        let mean = |f: fn(f64) -> f64| errors.iter().map(|&e| f(e)).sum::<f64>() / count as f64;
+        let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
+        let rank = ((count as f64 * 0.999).ceil() as usize).clamp(1, count) - 1;
+        let (_, &mut p999, above) = sizes.select_nth_unstable_by(rank, f64::total_cmp);
+        let max =
+            above.iter().copied().fold(p999, |a, b| if a.total_cmp(&b).is_lt() { b } else { a });
+        Self {
+            count,
+            rms: mean(|e| e * e).sqrt(),
+            bias: mean(|e| e),
+            p999,
+            max,
+            visible: mean(|e| f64::from(u8::from(e.abs() > VISIBLE))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_errors_are_measured_as_such() {
+        let mut errors = vec![0.001; 1996];
+        errors.extend([-0.5, 0.25, 0.125, -0.0625]);
+        let found = Errors::of(&errors);
+        assert_eq!((found.count, found.max), (2000, 0.5));
+        // 1998 of 2000 are at most 0.125.
+        assert_eq!(found.p999, 0.125);
+        assert_eq!(found.visible, 4.0 / 2000.0);
+        assert!((found.bias - (1.996 - 0.1875) / 2000.0).abs() < 1e-15);
+        let squares: f64 = 1996.0 * 1e-6 + 0.25 + 0.0625 + 0.015_625 + 0.003_906_25;
+        assert!((found.rms - (squares / 2000.0).sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn no_errors_are_zero_and_nan_is_not_hidden() {
+        assert_eq!(Errors::of(&[]), Errors::default());
+        assert!(Errors::of(&[0.0, f64::NAN, 0.1]).max.is_nan());
+    }
+}

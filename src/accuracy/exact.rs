@@ -1,0 +1,87 @@
+//! The exact integral in the place of a shadow map: what the others are measured against.
+
+use crate::reference::{Cells, optical_depth};
+use crate::scene::{LightView, Scene};
+use crate::shadow::ShadowMap;
+
+/// Exact transmittance of every texel's central ray. Filtered like any other map it shows what the
+/// map's resolution alone costs: no representation is better at that resolution.
+#[derive(Clone, Debug)]
+pub struct ExactTexels<'a> {
+    cells: Cells<'a>,
+    density_scale: f64,
+    view: LightView,
+    size: u32,
+}
+
+impl<'a> ExactTexels<'a> {
+    /// The rays of a map of `size` squared texels through `scene`, seen from `view`.
+    pub fn new(scene: &'a Scene, view: &LightView, size: u32) -> Self {
+        let cells = Cells::of(&scene.volume);
+        Self { cells, density_scale: scene.medium.density_scale, view: *view, size }
+    }
+
+    /// Exact transmittance from the light to `depth` (world length) along the ray through (u, v).
+    pub fn transmittance(&self, u: f64, v: f64, depth: f64) -> f64 {
+        let (origin, direction) = self.view.ray(u, v);
+        let integral = optical_depth(&self.cells, origin, direction, [0.0, depth]);
+        (-self.density_scale * integral).exp()
+    }
+
+    /// The volume's cells.
+    pub(super) fn cells(&self) -> &Cells<'a> {
+        &self.cells
+    }
+
+    /// The middle of texel (`x`, `y`).
+    fn center(&self, x: u32, y: u32) -> [f64; 2] {
+        [x, y].map(|i| (f64::from(i) + 0.5) / f64::from(self.size))
+    }
+}
+
+impl ShadowMap for ExactTexels<'_> {
+    fn size(&self) -> u32 {
+        self.size
+    }
+
+    /// It keeps nothing.
+    fn bytes(&self) -> u64 {
+        0
+    }
+
+    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
+        let [u, v] = self.center(x, y);
+        self.transmittance(u, v, depth.into()) as f32
+    }
+}
+
+/// Exact transmittance at each point itself, whatever filter is asked for: a picture marched through
+/// it is the truth that other maps' pictures are compared with.
+#[derive(Clone, Debug)]
+pub struct ExactPoints<'a>(pub ExactTexels<'a>);
+
+impl ShadowMap for ExactPoints<'_> {
+    fn size(&self) -> u32 {
+        self.0.size()
+    }
+
+    fn bytes(&self) -> u64 {
+        0
+    }
+
+    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
+        self.0.texel_transmittance(x, y, depth)
+    }
+
+    fn nearest(&self, u: f32, v: f32, depth: f32) -> f32 {
+        self.bilinear(u, v, depth)
+    }
+
+    fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
+        self.0.transmittance(u.into(), v.into(), depth.into()) as f32
+    }
+
+    fn mean(&self, _width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.bilinear(u, v, depth)
+    }
+}

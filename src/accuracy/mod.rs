@@ -1,0 +1,59 @@
+//! How wrong a shadow map is: its error against the exact line integral, its size and its speed.
+//! Knows neither how maps are built nor who reads the numbers.
+//!
+//! All maps are asked at the same seeded points ([`Points`]), whose true answers are integrated once
+//! in f64 by [`crate::reference`]. What is measured is a sample: the largest error found is no bound.
+
+mod errors;
+mod exact;
+mod picture;
+mod points;
+mod random;
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use crate::reference::{Cells, optical_depth};
+use crate::scene::{LightView, Scene};
+use crate::shadow::ShadowMap;
+pub use errors::{Errors, VISIBLE};
+pub use exact::{ExactPoints, ExactTexels};
+pub use picture::{Difference, PIXELS_PER_DEGREE, TruePicture};
+pub use points::{Place, Points, Sample};
+
+/// Lookups that a time is taken over, and how often; the fastest run counts.
+const TIMED_LOOKUPS: usize = 20_000;
+const TIMED_RUNS: usize = 3;
+
+/// The largest optical depth along the central rays of a map of `map_size` squared texels seen from
+/// `view`, exact to rounding.
+pub fn largest_optical_depth(scene: &Scene, view: &LightView, map_size: u32) -> f64 {
+    let cells = Cells::of(&scene.volume);
+    let n = map_size as usize;
+    let depth = |texel: usize| {
+        let at = |i: usize| (i as f64 + 0.5) / n as f64;
+        let (origin, direction) = view.ray(at(texel % n), at(texel / n));
+        optical_depth(&cells, origin, direction, [0.0, f64::INFINITY])
+    };
+    scene.medium.density_scale * (0..n * n).into_par_iter().map(depth).reduce(|| 0.0, f64::max)
+}
+
+/// Nanoseconds that a lookup in `map` takes on one thread of the processor, filtered by `window` as
+/// in [`Points::errors`], at random points of the volume in random order (so few are in a cache); 0
+/// without points.
+pub fn lookup_time(map: &dyn ShadowMap, points: &Points, window: u32) -> f64 {
+    let samples = points.of(Place::Volume);
+    let samples = &samples[..samples.len().min(TIMED_LOOKUPS)];
+    let run = || {
+        let begun = Instant::now();
+        for sample in samples {
+            let [u, v, depth] = black_box(sample.place);
+            black_box(map.filtered(window, u, v, depth));
+        }
+        begun.elapsed().as_secs_f64()
+    };
+    let fastest = (0..TIMED_RUNS).map(|_| run()).fold(f64::INFINITY, f64::min);
+    fastest * 1e9 / samples.len().max(1) as f64
+}

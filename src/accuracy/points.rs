@@ -1,0 +1,220 @@
+//! Where maps are looked up, and the exact answers: drawn once from a seed, the same for all maps.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::random::Random;
+use super::{Errors, ExactTexels};
+use crate::progress::Progress;
+use crate::reference::light_transmittance;
+use crate::scene::{LightView, Scene};
+use crate::shadow::ShadowMap;
+use crate::volume::Volume;
+
+/// A place of a map, and what an exact map says there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// (u, v, depth): u and v in 0..1 over the map, depth in world lengths along the ray.
+    pub place: [f32; 3],
+    /// Transmittance from the light to the point, 0..1, exact to rounding.
+    pub truth: f64,
+}
+
+/// Which points, and so which part of the error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Anywhere in the volume's box.
+    Volume,
+    /// In voxels whose value is above 0.
+    Medium,
+    /// On the central rays of texels that hit the volume, between entry and exit, looked up in that
+    /// texel alone: the representation's own error, without that of the map's resolution.
+    Rays,
+    /// Behind the volume, up to its own depth further on: the shadow that it casts on others.
+    Behind,
+}
+
+impl Place {
+    /// All of them, in the order of [`Points`].
+    pub const ALL: [Self; 4] = [Self::Volume, Self::Medium, Self::Rays, Self::Behind];
+
+    /// A short name for tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Volume => "volume",
+            Self::Medium => "medium",
+            Self::Rays => "rays",
+            Self::Behind => "behind",
+        }
+    }
+}
+
+/// How often a random ray may miss the volume before no more are tried. The map's outline is tight:
+/// half of its rays hit.
+const MOST_MISSES: usize = 1000;
+
+/// Samples of every [`Place`].
+#[derive(Clone, Debug)]
+pub struct Points {
+    sets: [Vec<Sample>; 4],
+}
+
+impl Points {
+    /// `count` samples of each place of `scene` for maps of `map_size` squared texels seen from
+    /// `view`, the same for the same `seed`. A place that does not exist (medium in an empty volume)
+    /// has none.
+    pub fn draw(
+        scene: &Scene,
+        view: &LightView,
+        map_size: u32,
+        count: usize,
+        seed: u64,
+        progress: &dyn Progress,
+    ) -> Self {
+        let exact = ExactTexels::new(scene, view, map_size);
+        let sets = Place::ALL.map(|place| {
+            let mut random = Random::new(seed, place as u64);
+            let drawn = match place {
+                Place::Volume => in_volume(scene, count, &mut random),
+                Place::Medium => in_medium(scene, count, &mut random),
+                Place::Rays => on_rays(scene, view, map_size, count, &mut random),
+                Place::Behind => behind(scene, view, count, &mut random),
+            };
+            progress.begin("truth", drawn.len() as u64);
+            let samples = drawn.into_par_iter().filter_map(|drawn| {
+                progress.advance(1);
+                sample(drawn, scene, view, &exact)
+            });
+            samples.collect()
+        });
+        Self { sets }
+    }
+
+    /// The samples of one place.
+    pub fn of(&self, place: Place) -> &[Sample] {
+        &self.sets[place as usize]
+    }
+
+    /// How far `map` is from the truth at one place, filtered by a window of `window` texels along its
+    /// edge (0: bilinear; [`ShadowMap::filtered`]), on rays by the texel alone.
+    pub fn errors(&self, place: Place, map: &dyn ShadowMap, window: u32) -> Errors {
+        let window = if place == Place::Rays { 1 } else { window };
+        let error = |sample: &Sample| {
+            let [u, v, depth] = sample.place;
+            f64::from(map.filtered(window, u, v, depth)) - sample.truth
+        };
+        Errors::of(&self.of(place).par_iter().map(error).collect::<Vec<f64>>())
+    }
+
+    /// The sample on a texel's central ray where `map` errs most; `None` without such samples.
+    pub fn worst(&self, map: &dyn ShadowMap) -> Option<Sample> {
+        let error = |sample: &&Sample| {
+            let [u, v, depth] = sample.place;
+            (f64::from(map.nearest(u, v, depth)) - sample.truth).abs()
+        };
+        let samples = self.of(Place::Rays).iter();
+        samples.max_by(|a, b| error(a).total_cmp(&error(b))).copied()
+    }
+}
+
+/// A point before its truth is known.
+#[derive(Clone, Copy, Debug)]
+enum Drawn {
+    World(DVec3),
+    /// (u, v, depth)
+    Light([f64; 3]),
+}
+
+fn sample(
+    drawn: Drawn,
+    scene: &Scene,
+    view: &LightView,
+    exact: &ExactTexels<'_>,
+) -> Option<Sample> {
+    match drawn {
+        Drawn::World(point) => {
+            let place = view.coordinates(point)?.as_vec3().to_array();
+            let cells = exact.cells();
+            let scale = scene.medium.density_scale;
+            let truth = light_transmittance(cells, &scene.light, scale, point);
+            Some(Sample { place, truth })
+        }
+        Drawn::Light([u, v, depth]) => {
+            // The depth that a lookup is asked for, so that rounding it is no map's error.
+            let depth = depth as f32;
+            let truth = exact.transmittance(u, v, depth.into());
+            Some(Sample { place: [u as f32, v as f32, depth], truth })
+        }
+    }
+}
+
+fn in_volume(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
+    let volume = &scene.volume;
+    let domain = volume.domain();
+    let world = |index: DVec3| Drawn::World(volume.world_from_index().transform_point3(index));
+    (0..count).map(|_| world(domain.min + random.cube() * domain.size())).collect()
+}
+
+fn in_medium(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
+    let volume = &scene.volume;
+    let filled = volume.values().iter().filter(|&&value| value > 0.0).count() as u64;
+    if filled == 0 {
+        return Vec::new();
+    }
+    // Ranks among the filled voxels, rising, so that one pass over the values finds them all.
+    let mut ranks: Vec<u64> = (0..count).map(|_| random.below(filled)).collect();
+    ranks.sort_unstable();
+    let (domain, [nx, ny, _]) = (volume.domain(), volume.dims());
+    let mut wanted = ranks.into_iter().peekable();
+    let mut drawn = Vec::with_capacity(count);
+    let voxels = volume.values().iter().enumerate().filter(|&(_, &value)| value > 0.0);
+    for (rank, (i, _)) in voxels.enumerate() {
+        while wanted.next_if_eq(&(rank as u64)).is_some() {
+            let voxel = [i % nx, i / nx % ny, i / (nx * ny)].map(|c| c as f64);
+            let index = DVec3::from_array(voxel) + random.cube() - 0.5;
+            let index = index.clamp(domain.min, domain.max);
+            drawn.push(Drawn::World(volume.world_from_index().transform_point3(index)));
+        }
+    }
+    drawn
+}
+
+fn on_rays(
+    scene: &Scene,
+    view: &LightView,
+    map_size: u32,
+    count: usize,
+    random: &mut Random,
+) -> Vec<Drawn> {
+    let n = u64::from(map_size);
+    drawn_through(count, || {
+        let texel = random.below(n * n);
+        let [u, v] = [texel % n, texel / n].map(|i| (i as f64 + 0.5) / n as f64);
+        let [enter, exit] = extent(&scene.volume, view, u, v)?;
+        Some([u, v, enter + random.unit() * (exit - enter)])
+    })
+}
+
+fn behind(scene: &Scene, view: &LightView, count: usize, random: &mut Random) -> Vec<Drawn> {
+    let [near, far] = view.axial_extent(&scene.volume);
+    drawn_through(count, || {
+        let (u, v) = (random.unit(), random.unit());
+        let [_, exit] = extent(&scene.volume, view, u, v)?;
+        Some([u, v, exit + random.unit() * (far - near)])
+    })
+}
+
+/// `count` points that `draw` finds, fewer where it fails all the time.
+fn drawn_through(count: usize, mut draw: impl FnMut() -> Option<[f64; 3]>) -> Vec<Drawn> {
+    let mut one = || (0..MOST_MISSES).find_map(|_| draw());
+    (0..count).map_while(|_| one().map(Drawn::Light)).collect()
+}
+
+/// Depths where the ray through (u, v) enters and leaves the volume; `None` if it misses.
+fn extent(volume: &Volume, view: &LightView, u: f64, v: f64) -> Option<[f64; 2]> {
+    let (origin, direction) = view.ray(u, v);
+    let index_from_world = volume.world_from_index().inverse();
+    let origin = index_from_world.transform_point3(origin);
+    let direction = index_from_world.transform_vector3(direction);
+    volume.domain().intersect(origin, direction).map(|(enter, exit)| [enter, exit])
+}

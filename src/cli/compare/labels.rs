@@ -1,0 +1,124 @@
+//! Labels beside points, none over another or over a point.
+
+/// Half the height of a label, and the width of a letter, in the plot's units.
+const HALF_HEIGHT: f64 = 7.0;
+const LETTER: f64 = 6.5;
+/// Room kept around a point.
+const RADIUS: f64 = 6.0;
+/// Ways from a point to its label, right first.
+const WAYS: [[f64; 2]; 12] = [
+    [1.0, 0.0],
+    [-1.0, 0.0],
+    [0.7, -0.7],
+    [0.7, 0.7],
+    [-0.7, -0.7],
+    [-0.7, 0.7],
+    [0.0, -1.0],
+    [0.0, 1.0],
+    [0.9, -0.35],
+    [0.9, 0.35],
+    [-0.9, -0.35],
+    [-0.9, 0.35],
+];
+
+/// A box: left, top, right, bottom.
+type Area = [f64; 4];
+
+/// A label's place: the left end of its text and the height of its middle; and from where to where a
+/// line leads to its point, if it stands apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placed {
+    pub left: f64,
+    pub middle: f64,
+    pub leader: Option<[f64; 4]>,
+}
+
+/// Places for a label at each of `points`, of as many letters, inside `frame`.
+pub(super) fn place(points: &[[f64; 2]], letters: &[usize], frame: Area) -> Vec<Placed> {
+    let around = |[x, y]: [f64; 2]| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS];
+    let mut taken: Vec<Area> = points.iter().copied().map(around).collect();
+    let mut placed = vec![None; points.len()];
+    // Points with few neighbours have room anyway: the crowded ones choose first.
+    let near = |i: usize| {
+        let [x, y] = points[i];
+        points.iter().filter(|[a, b]| (a - x).abs() < 90.0 && (b - y).abs() < 30.0).count()
+    };
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by_key(|&i| std::cmp::Reverse(near(i)));
+    for i in order {
+        let width = letters[i] as f64 * LETTER;
+        let found = candidates(points[i], width).find(|(area, _)| {
+            inside(*area, frame) && taken.iter().all(|other| !overlap(*area, *other))
+        });
+        // A plot too full for all of them still names the point.
+        let (area, placing) =
+            found.or_else(|| candidates(points[i], width).next()).unwrap_or_default();
+        taken.push(area);
+        placed[i] = Some(placing);
+    }
+    placed.into_iter().map(Option::unwrap_or_default).collect()
+}
+
+impl Default for Placed {
+    fn default() -> Self {
+        Self { left: 0.0, middle: 0.0, leader: None }
+    }
+}
+
+/// Where a label may stand, the nearest first.
+fn candidates([x, y]: [f64; 2], width: f64) -> impl Iterator<Item = (Area, Placed)> {
+    let distances = (0..14).map(|i| 9.0 + 8.0 * f64::from(i));
+    distances.flat_map(move |distance| {
+        WAYS.into_iter().map(move |[dx, dy]| {
+            let (ax, ay) = (x + dx * distance, y + dy * distance);
+            let left = if dx > 0.0 {
+                ax
+            } else if dx < 0.0 {
+                ax - width
+            } else {
+                ax - width / 2.0
+            };
+            let middle = ay + dy * HALF_HEIGHT;
+            let area = [left, middle - HALF_HEIGHT, left + width, middle + HALF_HEIGHT];
+            let leader = (distance > 10.0).then_some([
+                x + dx * 5.0,
+                y + dy * 5.0,
+                ax - dx * 2.0,
+                ay - dy * 2.0,
+            ]);
+            (area, Placed { left, middle, leader })
+        })
+    })
+}
+
+fn overlap(a: Area, b: Area) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+fn inside(a: Area, frame: Area) -> bool {
+    a[0] >= frame[0] && a[1] >= frame[1] && a[2] <= frame[2] && a[3] <= frame[3]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crowded_labels_do_not_overlap() {
+        let points: Vec<[f64; 2]> = (0..20)
+            .map(|i| [150.0 + f64::from(i % 5) * 25.0, 100.0 + f64::from(i / 5) * 12.0])
+            .collect();
+        let letters = vec![12; points.len()];
+        let placed = place(&points, &letters, [0.0, 0.0, 640.0, 400.0]);
+        let areas: Vec<Area> = placed
+            .iter()
+            .map(|p| {
+                [p.left, p.middle - HALF_HEIGHT, p.left + 12.0 * LETTER, p.middle + HALF_HEIGHT]
+            })
+            .collect();
+        for (i, a) in areas.iter().enumerate() {
+            assert!(inside(*a, [0.0, 0.0, 640.0, 400.0]), "{a:?}");
+            assert!(areas[..i].iter().all(|b| !overlap(*a, *b)), "label {i}");
+        }
+    }
+}

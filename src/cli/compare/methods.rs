@@ -1,0 +1,129 @@
+//! What is compared: settings with a label.
+
+use crate::error::{Error, Result};
+use crate::settings::{Crossing, Lookup, MapKind, Settings};
+
+/// One way to make and read a shadow map.
+#[derive(Clone, Debug)]
+pub(in crate::cli) struct Method {
+    /// `KIND` or `KIND@VARIANT`, as it is typed.
+    pub label: String,
+    pub kind: MapKind,
+    variant: Variant,
+}
+
+/// What differs from a kind's usual settings.
+#[derive(Clone, Copy, Debug)]
+enum Variant {
+    Usual,
+    /// As the threshold map's paper has it: its lookup and its crossing.
+    Paper,
+    /// The paper's cheaper crossing.
+    Bucket,
+    /// Every fragment.
+    Raw,
+    Tolerance(f64),
+}
+
+/// Variants measured beside every kind at its usual number.
+const VARIANTS: [&str; 7] = [
+    "threshold@paper",
+    "threshold@bucket",
+    "fragments@raw",
+    "fragments@0.0005",
+    "fragments@0.01",
+    "slices:8",
+    "slices:32",
+];
+
+impl Method {
+    /// Every kind at its usual number, and the variants.
+    pub(in crate::cli) fn all() -> Vec<Self> {
+        let kinds = MapKind::all().map(Self::usual);
+        let variants = VARIANTS.iter().filter_map(|label| Self::parse(label).ok());
+        let mut methods: Vec<Self> = Vec::new();
+        for method in kinds.chain(variants) {
+            if methods.iter().all(|other| other.label != method.label) {
+                methods.push(method);
+            }
+        }
+        methods
+    }
+
+    fn usual(kind: MapKind) -> Self {
+        Self { label: kind.to_string(), kind, variant: Variant::Usual }
+    }
+
+    /// The method of one label.
+    pub(in crate::cli) fn parse(label: &str) -> Result<Self> {
+        let Some((kind, variant)) = label.split_once('@') else {
+            return Ok(Self::usual(label.parse()?));
+        };
+        let kind: MapKind = kind.parse()?;
+        let tolerance = || variant.parse().ok().filter(|t: &f64| (0.0..1.0).contains(t));
+        let variant = match (kind, variant) {
+            (MapKind::Threshold, "paper") => Variant::Paper,
+            (MapKind::Threshold, "bucket") => Variant::Bucket,
+            (MapKind::Fragments, "raw") => Variant::Raw,
+            (MapKind::Fragments, _) if tolerance().is_some() => {
+                Variant::Tolerance(tolerance().unwrap_or_default())
+            }
+            _ => {
+                let why = "variants are threshold@paper, threshold@bucket, fragments@raw and \
+                           fragments@TOLERANCE (0 to 1)";
+                return Err(Error::value("maps", format!("'{label}' is unknown: {why}")));
+            }
+        };
+        Ok(Self { label: label.to_owned(), kind, variant })
+    }
+
+    /// The methods of labels with commas between them.
+    pub(in crate::cli) fn list(text: &str) -> Result<Vec<Self>> {
+        let methods = text.split(',').map(|label| Self::parse(label.trim()));
+        let methods = methods.collect::<Result<Vec<_>>>()?;
+        for (i, method) in methods.iter().enumerate() {
+            if methods[..i].iter().any(|other| other.label == method.label) {
+                let why = format!("'{}' stands there twice", method.label);
+                return Err(Error::value("maps", why));
+            }
+        }
+        Ok(methods)
+    }
+
+    /// `settings` with what this method changes.
+    pub(in crate::cli) fn settings(&self, settings: &Settings) -> Settings {
+        let mut settings = Settings { map: Some(self.kind), ..settings.clone() };
+        match self.variant {
+            Variant::Usual => {}
+            Variant::Paper => {
+                settings.lookup = Lookup::Paper;
+                settings.crossing = Crossing::Smoothstep;
+            }
+            Variant::Bucket => settings.crossing = Crossing::Bucket,
+            Variant::Raw => (settings.tolerance, settings.truncation) = (0.0, 0.0),
+            Variant::Tolerance(tolerance) => settings.tolerance = tolerance,
+        }
+        settings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_is_named_once_and_read_back() {
+        let methods = Method::all();
+        assert!(methods.len() >= VARIANTS.len() + 3);
+        for method in &methods {
+            let again = Method::parse(&method.label);
+            assert!(again.is_ok_and(|again| again.kind == method.kind), "{}", method.label);
+        }
+        let labels: Vec<&str> = methods.iter().map(|method| method.label.as_str()).collect();
+        assert!(Method::list(&labels.join(",")).is_ok());
+        for wrong in ["", "threshold@raw", "fragments@2", "fragments@x", "slices:16@paper", "a,a"] {
+            assert!(Method::list(wrong).is_err(), "{wrong}");
+        }
+        assert!(Method::list("threshold,threshold").is_err());
+    }
+}

@@ -1,0 +1,197 @@
+//! `compare`: every kind of shadow map against the exact line integral, as a report.
+
+mod axis;
+mod bench;
+mod curves;
+mod heat;
+mod labels;
+mod machine;
+mod methods;
+mod plot;
+mod report;
+mod results;
+mod tables;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::arguments::{SourceArguments, above_0, count, size, valid};
+use super::backend::BackendChoice;
+use super::job::Job;
+use crate::accuracy::largest_optical_depth;
+use crate::error::{Error, Result};
+use crate::io::PendingFolder;
+use crate::scene::{LightKind, LightView, Scene};
+use crate::settings::Filter;
+use bench::{Bench, Row};
+use methods::Method;
+
+/// Texels along the edge of the maps, pixels of the pictures and points of each place, where nobody
+/// says otherwise.
+const MAP_SIZE: u32 = 256;
+const IMAGE_SIZE: [u32; 2] = [256, 256];
+const POINTS: u32 = 100_000;
+/// Where the random numbers begin.
+const SEED: u64 = 1;
+/// The files of a report.
+const FILES: [&str; 3] = ["report.html", "results.csv", "results.json"];
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    source: SourceArguments,
+    /// Folder for the report (report.html, results.csv, results.json); the input's name with
+    /// -compare in the current folder by default. An older report gives way.
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// The results as JSON on stdout as well.
+    #[arg(long)]
+    json: bool,
+    /// Maps to compare, with commas between them: KIND, KIND:N, threshold@paper, threshold@bucket,
+    /// fragments@raw, fragments@TOLERANCE; all kinds and some variants by default.
+    #[arg(long, value_name = "A,B,..", value_parser = known)]
+    maps: Option<String>,
+    /// Texels along each edge of the maps [256].
+    #[arg(long, value_name = "N", value_parser = count(4096))]
+    map_size: Option<u32>,
+    /// Steps along a light ray at most [512].
+    #[arg(long, value_name = "N", value_parser = count(1 << 20))]
+    steps: Option<u32>,
+    /// How texels are combined: bilinear, nearest, pcf3, pcf5, pcf7 [bilinear].
+    #[arg(long, value_name = "HOW", value_parser = valid::<Filter>)]
+    filter: Option<String>,
+    /// Random points of each kind [100000].
+    #[arg(long, value_name = "N", value_parser = count(100_000_000))]
+    points: Option<u32>,
+    /// Where the random numbers begin [1].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Picture size in pixels [256x256].
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[u32; 2]>,
+    /// Scales the extinction so that the largest optical depth over the map is X.
+    #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true)]
+    depth: Option<f64>,
+}
+
+fn known(text: &str) -> Result<String, String> {
+    Method::list(text).map(|_| text.to_owned()).map_err(|error| error.to_string())
+}
+
+/// All that a report is made of.
+struct Findings<'a> {
+    bench: &'a Bench<'a>,
+    about: About,
+    /// What the map's resolution alone costs.
+    floor: Row,
+    /// By rising size.
+    rows: Vec<Row>,
+}
+
+/// The circumstances.
+struct About {
+    program: &'static str,
+    date: String,
+    machine: String,
+    input: String,
+    light: String,
+    seed: u64,
+    largest_optical_depth: f64,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let methods = match &arguments.maps {
+        Some(labels) => Method::list(labels)?,
+        None => Method::all(),
+    };
+    let path = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.source.input));
+    let mut job = open(arguments)?;
+    let folder = PendingFolder::create(&path, &FILES)?;
+    let settings = job.settings.clone();
+    if settings.filter.window().1 {
+        let why =
+            format!("'{}' tests fragments and looks up no transmittance", settings.filter.name());
+        return Err(Error::value("filter", why));
+    }
+    let view = LightView::fit(&job.scene.light, &job.scene.volume)?;
+    let mut deepest = largest_optical_depth(&job.scene, &view, settings.map_size);
+    if let Some(depth) = arguments.depth {
+        let scale = depth / deepest;
+        if !(scale.is_finite() && scale > 0.0) {
+            let why = "no light ray through the map meets any medium to be scaled";
+            return Err(Error::value("depth", why));
+        }
+        job.scene.medium.density_scale *= scale;
+        deepest = depth;
+        job.note(&format!("density scale {} (--depth {depth})", job.scene.medium.density_scale));
+    }
+    let count = arguments.points.unwrap_or(POINTS) as usize;
+    let seed = arguments.seed.unwrap_or(SEED);
+    let bench = Bench::new(&job.scene, &settings, count, seed, &*job.progress)?;
+    job.progress.begin("maps", methods.len() as u64 + 1);
+    let floor = bench.floor();
+    job.progress.advance(1);
+    let mut rows = Vec::new();
+    for method in &methods {
+        rows.push(bench.measure(method)?);
+        job.progress.advance(1);
+    }
+    rows.sort_by_key(|row| row.bytes);
+    let about = About {
+        program: concat!("deepshadow ", env!("CARGO_PKG_VERSION")),
+        date: machine::now(),
+        machine: machine::processor(),
+        input: arguments.source.input.clone(),
+        light: light(&job.scene),
+        seed,
+        largest_optical_depth: deepest,
+    };
+    let findings = Findings { bench: &bench, about, floor, rows };
+    let (html, csv) = (report::html(&findings)?, results::csv(&findings));
+    let json = results::json(&findings);
+    folder.finish_with(&[html.as_bytes(), csv.as_bytes(), json.as_bytes()])?;
+    job.note(&format!("wrote {}: {} maps", path.display(), findings.rows.len()));
+    if arguments.json { print(&json) } else { Ok(()) }
+}
+
+fn open(arguments: &Arguments) -> Result<Job> {
+    Job::open(&arguments.source, BackendChoice::Cpu, |file| {
+        file.shadow.size = Some(arguments.map_size.unwrap_or(MAP_SIZE));
+        let [width, height] = arguments.size.unwrap_or(IMAGE_SIZE);
+        (file.image.width, file.image.height) = (Some(width), Some(height));
+        if let Some(steps) = arguments.steps {
+            file.shadow.steps = Some(steps);
+        }
+        if let Some(filter) = &arguments.filter {
+            file.shadow.filter = Some(filter.clone());
+        }
+    })
+}
+
+fn default_folder(input: &str) -> PathBuf {
+    let mut name = Path::new(input).file_stem().unwrap_or_default().to_owned();
+    name.push("-compare");
+    PathBuf::from(name)
+}
+
+/// The light, for people.
+fn light(scene: &Scene) -> String {
+    let short = |v: glam::DVec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
+    match scene.light.kind {
+        LightKind::Directional { direction } => {
+            format!("directional, travelling along {}", short(direction.normalize_or_zero()))
+        }
+        LightKind::Point { position } => format!("point at {}", short(position)),
+        LightKind::Spot { position, .. } => format!("spot at {}", short(position)),
+    }
+}
+
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // A reader such as `head` may have had enough.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.map_err(|error| Error::file("standard output", error)),
+    }
+}

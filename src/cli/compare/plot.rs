@@ -1,0 +1,192 @@
+//! A scatter plot on logarithmic axes with its Pareto front, as SVG.
+
+use std::fmt::Write;
+
+use super::axis::{LogAxis, tick_label};
+use super::labels::place;
+use super::report::escaped;
+
+const WIDTH: f64 = 680.0;
+const HEIGHT: f64 = 420.0;
+/// Left, top, right, bottom of the drawing area.
+const AREA: [f64; 4] = [70.0, 16.0, 664.0, 366.0];
+
+/// One plot: less is better on both axes.
+pub(super) struct Plot<'a> {
+    /// Unique in the page.
+    pub id: &'a str,
+    pub title: &'a str,
+    pub x: &'a str,
+    pub y: &'a str,
+    pub points: Vec<Point<'a>>,
+    /// A line across that no point can be below, and its name.
+    pub floor: Option<(f64, &'a str)>,
+}
+
+pub(super) struct Point<'a> {
+    pub label: &'a str,
+    pub x: f64,
+    pub y: f64,
+}
+
+/// Which of `points` no other one beats: none is as good on one axis and better on the other.
+fn front(points: &[Point<'_>]) -> Vec<bool> {
+    let beats = |a: &Point<'_>, b: &Point<'_>| a.x <= b.x && a.y <= b.y && (a.x < b.x || a.y < b.y);
+    points.iter().map(|p| !points.iter().any(|other| beats(other, p))).collect()
+}
+
+impl Plot<'_> {
+    /// The plot as an SVG element with title and description.
+    pub(super) fn svg(&self) -> String {
+        let [left, top, right, bottom] = AREA;
+        let x = LogAxis::around(self.points.iter().map(|p| p.x), [left, right]);
+        let heights = self.points.iter().map(|p| p.y).chain(self.floor.map(|(y, _)| y));
+        let y = LogAxis::around(heights, [bottom, top]);
+        let best = front(&self.points);
+        let names: Vec<&str> = self
+            .points
+            .iter()
+            .zip(&best)
+            .filter_map(|(point, &best)| best.then_some(point.label))
+            .collect();
+        let mut svg = String::new();
+        let _ = write!(
+            svg,
+            "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" \
+             aria-labelledby=\"{0}-t {0}-d\"><title id=\"{0}-t\">{1}</title>\
+             <desc id=\"{0}-d\">{2} against {3}, both logarithmic. On the Pareto front: {4}.</desc>",
+            self.id,
+            escaped(self.title),
+            escaped(self.y),
+            escaped(self.x),
+            escaped(&names.join(", ")),
+        );
+        self.axes(&mut svg, &x, &y);
+        let places: Vec<[f64; 2]> =
+            self.points.iter().map(|p| [x.place(p.x), y.place(p.y)]).collect();
+        if let Some((floor, name)) = self.floor.filter(|(floor, _)| *floor > 0.0) {
+            let at = y.place(floor);
+            let _ = write!(
+                svg,
+                "<path class=\"floor\" d=\"M{left} {at:.1}H{right}\"/>\
+                 <text class=\"note\" x=\"{right}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                at + 13.0,
+                escaped(name),
+            );
+        }
+        draw_front(&mut svg, &places, &best);
+        for (([px, py], point), best) in places.iter().zip(&self.points).zip(&best) {
+            let class = if *best { "dot best" } else { "dot" };
+            let _ = write!(
+                svg,
+                "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"4.5\"><title>{}: {}, {}\
+                 </title></circle>",
+                escaped(point.label),
+                short(point.x),
+                short(point.y),
+            );
+        }
+        let letters: Vec<usize> = self.points.iter().map(|p| p.label.chars().count()).collect();
+        for (placed, point) in place(&places, &letters, AREA).iter().zip(&self.points) {
+            if let Some([x1, y1, x2, y2]) = placed.leader {
+                let _ =
+                    write!(svg, "<path class=\"leader\" d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\"/>");
+            }
+            let _ = write!(
+                svg,
+                "<text class=\"label\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                placed.left,
+                placed.middle + 4.0,
+                escaped(point.label),
+            );
+        }
+        svg.push_str("</svg>");
+        svg
+    }
+
+    fn axes(&self, svg: &mut String, x: &LogAxis, y: &LogAxis) {
+        let [left, top, right, bottom] = AREA;
+        for tick in x.ticks() {
+            let at = x.place(tick);
+            let _ = write!(
+                svg,
+                "<path class=\"grid\" d=\"M{at:.1} {top}V{bottom}\"/>\
+                 <text class=\"tick\" x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+                bottom + 17.0,
+                tick_label(tick),
+            );
+        }
+        for tick in y.ticks() {
+            let at = y.place(tick);
+            let _ = write!(
+                svg,
+                "<path class=\"grid\" d=\"M{left} {at:.1}H{right}\"/>\
+                 <text class=\"tick\" x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                left - 7.0,
+                at + 4.0,
+                tick_label(tick),
+            );
+        }
+        let _ = write!(
+            svg,
+            "<path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>\
+             <text class=\"name\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\
+             <text class=\"name\" transform=\"translate(16 {}) rotate(-90)\" \
+             text-anchor=\"middle\">{}</text>",
+            (left + right) / 2.0,
+            HEIGHT - 12.0,
+            escaped(self.x),
+            (top + bottom) / 2.0,
+            escaped(self.y),
+        );
+    }
+}
+
+/// Steps from best point to best point: what can be had for at most so much.
+fn draw_front(svg: &mut String, places: &[[f64; 2]], best: &[bool]) {
+    let mut corners: Vec<[f64; 2]> =
+        places.iter().zip(best).filter_map(|(&place, &best)| best.then_some(place)).collect();
+    corners.sort_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
+    let mut path = String::new();
+    for [x, y] in corners {
+        let _ = if path.is_empty() {
+            write!(path, "M{x:.1} {y:.1}")
+        } else {
+            write!(path, "H{x:.1}V{y:.1}")
+        };
+    }
+    let _ = write!(svg, "<path class=\"front\" d=\"{path}\"/>");
+}
+
+/// A number of any size in a few letters.
+pub(super) fn short(value: f64) -> String {
+    if value == 0.0 {
+        "0".to_owned()
+    } else if value.abs() >= 100.0 {
+        format!("{value:.0}")
+    } else if value.abs() >= 0.001 {
+        let digits = (2.0 - value.abs().log10().floor()).max(0.0) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_front_is_what_nothing_beats() {
+        let point = |x, y| Point { label: "", x, y };
+        let points =
+            [point(1.0, 9.0), point(2.0, 9.0), point(2.0, 3.0), point(4.0, 1.0), point(9.0, 1.0)];
+        assert_eq!(front(&points), [true, false, true, true, false]);
+    }
+
+    #[test]
+    fn numbers_stay_short() {
+        let numbers = [0.0, 12345.6, 16.0, 0.0123, 0.000_123].map(short);
+        assert_eq!(numbers, ["0", "12346", "16.0", "0.0123", "1.2e-4"]);
+    }
+}

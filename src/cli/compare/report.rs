@@ -1,0 +1,233 @@
+//! The page: one file that needs no other.
+
+use std::fmt::Write;
+
+use super::bench::Row;
+use super::plot::{Plot, Point, short};
+use super::{Findings, curves, heat, tables};
+use crate::accuracy::Place;
+use crate::error::Result;
+
+/// What stays the same; `{{name}}` stands for what does not.
+const TEMPLATE: &str = include_str!("report.html");
+
+/// The report as HTML.
+pub(super) fn html(findings: &Findings<'_>) -> Result<String> {
+    let places = Place::ALL.iter().map(|&place| {
+        let about = match place {
+            Place::Volume => {
+                "random points anywhere in the volume\u{2019}s box, filtered between texels: what a \
+                 renderer gets"
+            }
+            Place::Medium => {
+                "random points in voxels above 0: the volume\u{2019}s shadow on itself, without empty \
+                 space"
+            }
+            Place::Rays => {
+                "random depths between entry and exit on the central rays of random texels, looked up \
+                 in that texel alone: the representation without the map\u{2019}s resolution"
+            }
+            Place::Behind => {
+                "random points behind the volume: the shadow that it casts on the ground and on others"
+            }
+        };
+        let count = findings.bench.points.of(place).len();
+        format!(
+            "<h3 id=\"{0}\">{0}</h3><p>{count} {about}.</p>{1}",
+            place.name(),
+            tables::of_place(findings, place)
+        )
+    });
+    let parts = [
+        ("title", escaped(&format!("{}: shadow maps compared", findings.about.input))),
+        ("about", about(findings)),
+        ("summary", tables::summary(findings)),
+        ("plots", plots(findings)),
+        ("places", places.collect()),
+        ("curves", worst(findings)),
+        ("gradient", heat::gradient()),
+        ("least", heat::LEAST.to_string()),
+        ("pictures", pictures(findings)?),
+        ("program", escaped(findings.about.program)),
+    ];
+    Ok(filled(TEMPLATE, &parts))
+}
+
+/// `template` with every `{{name}}` as its part; parts are not looked through again.
+fn filled(template: &str, parts: &[(&str, String)]) -> String {
+    let mut pieces = template.split("{{");
+    let mut page = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let (name, rest) = piece.split_once("}}").unwrap_or((piece, ""));
+        if let Some((_, part)) = parts.iter().find(|(known, _)| *known == name) {
+            page.push_str(part);
+        }
+        page.push_str(rest);
+    }
+    page
+}
+
+/// Text as HTML.
+pub(super) fn escaped(text: &str) -> String {
+    let mut html = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => html.push_str("&amp;"),
+            '<' => html.push_str("&lt;"),
+            '>' => html.push_str("&gt;"),
+            '"' => html.push_str("&quot;"),
+            letter => html.push(letter),
+        }
+    }
+    html
+}
+
+fn about(findings: &Findings<'_>) -> String {
+    let Findings { bench, about, .. } = findings;
+    let (scene, settings) = (bench.scene, bench.settings);
+    let [nx, ny, nz] = scene.volume.dims();
+    let [width, height] = settings.image_size;
+    let counts = Place::ALL.map(|p| format!("{} {}", bench.points.of(p).len(), p.name()));
+    let facts = [
+        ("volume", format!("{}, {nx} \u{d7} {ny} \u{d7} {nz} voxels", scene.volume.name)),
+        ("light", about.light.clone()),
+        (
+            "density scale",
+            format!(
+                "{}: largest optical depth over the map {}",
+                short(scene.medium.density_scale),
+                short(about.largest_optical_depth)
+            ),
+        ),
+        (
+            "map",
+            format!(
+                "{0} \u{d7} {0} texels, at most {1} steps, filter {2}",
+                settings.map_size,
+                settings.steps,
+                settings.filter.name()
+            ),
+        ),
+        ("picture", format!("{width} \u{d7} {height} pixels, exposure {}", settings.exposure)),
+        ("points", format!("{}; seed {}", counts.join(", "), about.seed)),
+        ("machine", about.machine.clone()),
+        ("made", format!("{} by {}", about.date, about.program)),
+    ];
+    let mut html = "<dl>".to_owned();
+    for (name, value) in facts {
+        let _ = write!(html, "<div><dt>{name}</dt><dd>{}</dd></div>", escaped(&value));
+    }
+    html.push_str("</dl>");
+    html
+}
+
+fn plots(findings: &Findings<'_>) -> String {
+    let points = |x: fn(&Row) -> f64, place: Place| -> Vec<Point<'_>> {
+        let row = |row: &'_ Row| (x(row), row.at(place).rms);
+        let rows = findings.rows.iter();
+        rows.map(|r| (r, row(r))).map(|(r, (x, y))| Point { label: &r.label, x, y }).collect()
+    };
+    let floor = Some((findings.floor.at(Place::Volume).rms, "the map's resolution alone"));
+    let on_rays = "RMS error on texel-centre rays";
+    let in_volume = "RMS error in the volume";
+    let plots = [
+        Plot {
+            id: "rays-bytes",
+            title: "Error of the representation against its size",
+            x: "bytes a texel",
+            y: on_rays,
+            points: points(Row::bytes_per_texel, Place::Rays),
+            floor: None,
+        },
+        Plot {
+            id: "volume-bytes",
+            title: "Error at any point against size",
+            x: "bytes a texel",
+            y: in_volume,
+            points: points(Row::bytes_per_texel, Place::Volume),
+            floor,
+        },
+        Plot {
+            id: "rays-lookup",
+            title: "Error of the representation against the time of a lookup",
+            x: "nanoseconds a filtered lookup, one thread",
+            y: on_rays,
+            points: points(|row| row.lookup_nanoseconds, Place::Rays),
+            floor: None,
+        },
+        Plot {
+            id: "rays-build",
+            title: "Error of the representation against the time to build the map",
+            x: "seconds to build the map",
+            y: on_rays,
+            points: points(|row| row.build_seconds, Place::Rays),
+            floor: None,
+        },
+    ];
+    let figure = |plot: &Plot<'_>| {
+        format!("<figure><figcaption>{}</figcaption>{}</figure>", plot.title, plot.svg())
+    };
+    plots.iter().map(figure).collect()
+}
+
+fn worst(findings: &Findings<'_>) -> String {
+    let mut html = String::new();
+    for (i, row) in findings.rows.iter().enumerate() {
+        let (Some(curve), Some(svg)) = (&row.worst, curves::svg(row, i)) else { continue };
+        let [x, y] = curve.texel;
+        let _ = write!(
+            html,
+            "<figure><figcaption><b>{}</b> texel ({x}, {y}), off by {:+.4}</figcaption>{svg}</figure>",
+            escaped(&row.label),
+            curve.found - curve.truth,
+        );
+    }
+    html
+}
+
+fn pictures(findings: &Findings<'_>) -> Result<String> {
+    let settings = findings.bench.settings;
+    let exposure = settings.exposure as f32;
+    let [width, height] = settings.image_size;
+    let image = |uri: &str, alt: &str| {
+        format!(
+            "<img src=\"{uri}\" alt=\"{}\" width=\"{width}\" height=\"{height}\" loading=\"lazy\">",
+            escaped(alt)
+        )
+    };
+    let truth = heat::picture(&findings.bench.true_image, exposure)?;
+    let mut html = format!(
+        "<figure><figcaption><b>truth</b> lit through the exact integral</figcaption>\
+         <div class=\"pair\">{}</div></figure>",
+        image(&truth, "The true picture")
+    );
+    for row in std::iter::once(&findings.floor).chain(&findings.rows) {
+        let difference = &row.difference;
+        let picture = heat::picture(&row.image, exposure)?;
+        let heat = heat::differences(width, &difference.map)?;
+        let _ = write!(
+            html,
+            "<figure><figcaption><b>{}</b> PSNR {:.1} dB, SSIM {:.5}, FLIP {:.5}</figcaption>\
+             <div class=\"pair\">{}{}</div></figure>",
+            escaped(&row.label),
+            difference.psnr,
+            difference.ssim,
+            difference.flip,
+            image(&picture, &format!("Picture lit through {}", row.label)),
+            image(&heat, &format!("FLIP differences of {}", row.label)),
+        );
+    }
+    Ok(html)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_go_where_they_are_named() {
+        let parts = [("a", "1".to_owned()), ("b", "{{a}}".to_owned())];
+        assert_eq!(filled("x{{a}}y{{b}}z{{c}}", &parts), "x1y{{a}}z");
+        assert_eq!(escaped("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");
+    }
+}

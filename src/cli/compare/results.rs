@@ -1,0 +1,104 @@
+//! The results for programs: JSON and CSV.
+
+use std::fmt::Write;
+
+use serde_json::{Value as Json, json};
+
+use super::Findings;
+use super::bench::Row;
+use crate::accuracy::{Errors, Place};
+use crate::cli::info::number;
+
+/// The version of the JSON's layout.
+const LAYOUT: u32 = 1;
+
+/// Everything but pictures and curves. JSON has no infinity: the PSNR of equal pictures is "inf".
+pub(super) fn json(findings: &Findings<'_>) -> String {
+    let Findings { bench, about, .. } = findings;
+    let settings = bench.settings;
+    let methods: Vec<Json> = findings.rows.iter().map(row).collect();
+    let points = Place::ALL.map(|place| (place.name(), bench.points.of(place).len()));
+    let points: serde_json::Map<String, Json> =
+        points.into_iter().map(|(name, count)| (name.to_owned(), count.into())).collect();
+    let object = json!({
+        "layout": LAYOUT,
+        "program": about.program,
+        "date": about.date,
+        "machine": about.machine,
+        "input": about.input,
+        "volume": { "name": bench.scene.volume.name, "dims": bench.scene.volume.dims() },
+        "light": about.light,
+        "density_scale": number(bench.scene.medium.density_scale),
+        "largest_optical_depth": number(about.largest_optical_depth),
+        "map_size": settings.map_size,
+        "steps": settings.steps,
+        "filter": settings.filter.name(),
+        "image_size": settings.image_size,
+        "exposure": number(settings.exposure),
+        "seed": about.seed,
+        "points": points,
+        "floor": row(&findings.floor),
+        "methods": methods,
+    });
+    format!("{object:#}\n")
+}
+
+fn row(row: &Row) -> Json {
+    let errors: serde_json::Map<String, Json> =
+        Place::ALL.iter().map(|&place| (place.name().to_owned(), errors(row.at(place)))).collect();
+    let worst = row.worst.as_ref().map(|curve| {
+        json!({
+            "texel": curve.texel,
+            "depth": number(curve.depth),
+            "truth": number(curve.truth),
+            "found": number(curve.found),
+        })
+    });
+    json!({
+        "label": row.label,
+        "bytes": row.bytes,
+        "bytes_per_texel": number(row.bytes_per_texel()),
+        "build_seconds": number(row.build_seconds),
+        "lookup_nanoseconds": number(row.lookup_nanoseconds),
+        "errors": errors,
+        "picture": {
+            "psnr": number(row.difference.psnr),
+            "ssim": number(row.difference.ssim),
+            "flip": number(row.difference.flip),
+        },
+        "worst": worst,
+    })
+}
+
+fn errors(errors: &Errors) -> Json {
+    json!({
+        "count": errors.count,
+        "rms": number(errors.rms),
+        "mean": number(errors.bias),
+        "p99_9": number(errors.p999),
+        "max": number(errors.max),
+        "above_1_255": number(errors.visible),
+    })
+}
+
+/// A line a method; the first one is the floor.
+pub(super) fn csv(findings: &Findings<'_>) -> String {
+    let mut text = "method,bytes,bytes_per_texel,build_seconds,lookup_nanoseconds".to_owned();
+    for place in Place::ALL {
+        for measure in ["rms", "mean", "p99_9", "max", "above_1_255"] {
+            let _ = write!(text, ",{}_{measure}", place.name());
+        }
+    }
+    text.push_str(",psnr,ssim,flip\n");
+    for row in std::iter::once(&findings.floor).chain(&findings.rows) {
+        let numbers = [row.bytes_per_texel(), row.build_seconds, row.lookup_nanoseconds];
+        let errors = row.errors.iter().flat_map(|e| [e.rms, e.bias, e.p999, e.max, e.visible]);
+        let picture = [row.difference.psnr, row.difference.ssim, row.difference.flip];
+        let _ = write!(text, "{},{}", row.label, row.bytes);
+        for number in numbers.into_iter().chain(errors).chain(picture) {
+            let _ = write!(text, ",{number}");
+        }
+        text.push('\n');
+    }
+    text
+}
