@@ -6,12 +6,15 @@ mod analytic;
 mod architecture;
 mod backends;
 mod cli;
+mod compare;
 mod convert;
 mod embedding;
 mod formats;
 mod fragments;
+mod golden;
 mod info;
 mod lists;
+mod measures;
 #[path = "fuzz/readers.rs"]
 mod readers;
 mod scene_files;

@@ -24,8 +24,8 @@ pub use picture::{Difference, PIXELS_PER_DEGREE, TruePicture};
 pub use points::{Place, Points, Sample};
 
 /// Lookups that a time is taken over, and how often; the fastest run counts.
-const TIMED_LOOKUPS: usize = 20_000;
-const TIMED_RUNS: usize = 3;
+const TIMED_LOOKUPS: usize = 8_192;
+const TIMED_RUNS: usize = 16;
 
 /// The largest optical depth along the central rays of a map of `map_size` squared texels seen from
 /// `view`, exact to rounding.

@@ -60,20 +60,22 @@ pub struct Points {
 }
 
 impl Points {
-    /// `count` samples of each place of `scene` for maps of `map_size` squared texels seen from
+    /// `count` samples of each of `places` in `scene` for maps of `map_size` squared texels seen from
     /// `view`, the same for the same `seed`. A place that does not exist (medium in an empty volume)
     /// has none.
     pub fn draw(
         scene: &Scene,
         view: &LightView,
         map_size: u32,
-        count: usize,
-        seed: u64,
+        places: &[Place],
+        [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Self {
         let exact = ExactTexels::new(scene, view, map_size);
-        let sets = Place::ALL.map(|place| {
+        let mut sets = [const { Vec::new() }; 4];
+        for &place in places {
             let mut random = Random::new(seed, place as u64);
+            let count = count as usize;
             let drawn = match place {
                 Place::Volume => in_volume(scene, count, &mut random),
                 Place::Medium => in_medium(scene, count, &mut random),
@@ -85,8 +87,8 @@ impl Points {
                 progress.advance(1);
                 sample(drawn, scene, view, &exact)
             });
-            samples.collect()
-        });
+            sets[place as usize] = samples.collect();
+        }
         Self { sets }
     }
 

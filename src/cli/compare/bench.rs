@@ -75,13 +75,12 @@ impl<'a> Bench<'a> {
     pub(super) fn new(
         scene: &'a Scene,
         settings: &'a Settings,
-        count: usize,
-        seed: u64,
+        [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
         let view = LightView::fit(&scene.light, &scene.volume)?;
-        let frame = Frame::with_light_view(scene, settings, &view)?;
-        let points = Points::draw(scene, &view, settings.map_size, count, seed, progress);
+        let (frame, size) = (Frame::with_light_view(scene, settings, &view)?, settings.map_size);
+        let points = Points::draw(scene, &view, size, &Place::ALL, [count, seed], progress);
         let exact = ExactPoints(ExactTexels::new(scene, &view, settings.map_size));
         let true_image = CpuBackend.march_view_through(&scene.volume, &frame, &exact, progress);
         let picture = TruePicture::new(&true_image, settings.exposure as f32);

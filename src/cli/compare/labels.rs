@@ -22,7 +22,7 @@ const WAYS: [[f64; 2]; 12] = [
 ];
 
 /// A box: left, top, right, bottom.
-type Area = [f64; 4];
+pub(super) type Area = [f64; 4];
 
 /// A label's place: the left end of its text and the height of its middle; and from where to where a
 /// line leads to its point, if it stands apart.
@@ -33,10 +33,16 @@ pub(super) struct Placed {
     pub leader: Option<[f64; 4]>,
 }
 
-/// Places for a label at each of `points`, of as many letters, inside `frame`.
-pub(super) fn place(points: &[[f64; 2]], letters: &[usize], frame: Area) -> Vec<Placed> {
+/// Places for a label at each of `points`, of as many letters, inside `frame`, beside what is
+/// already drawn in the boxes `taken`.
+pub(super) fn place(
+    points: &[[f64; 2]],
+    letters: &[usize],
+    frame: Area,
+    mut taken: Vec<Area>,
+) -> Vec<Placed> {
     let around = |[x, y]: [f64; 2]| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS];
-    let mut taken: Vec<Area> = points.iter().copied().map(around).collect();
+    taken.extend(points.iter().copied().map(around));
     let mut placed = vec![None; points.len()];
     // Points with few neighbours have room anyway: the crowded ones choose first.
     let near = |i: usize| {
@@ -109,7 +115,8 @@ mod tests {
             .map(|i| [150.0 + f64::from(i % 5) * 25.0, 100.0 + f64::from(i / 5) * 12.0])
             .collect();
         let letters = vec![12; points.len()];
-        let placed = place(&points, &letters, [0.0, 0.0, 640.0, 400.0]);
+        let (frame, line) = ([0.0, 0.0, 640.0, 400.0], [0.0, 80.0, 640.0, 81.0]);
+        let placed = place(&points, &letters, frame, vec![line]);
         let areas: Vec<Area> = placed
             .iter()
             .map(|p| {
@@ -117,7 +124,7 @@ mod tests {
             })
             .collect();
         for (i, a) in areas.iter().enumerate() {
-            assert!(inside(*a, [0.0, 0.0, 640.0, 400.0]), "{a:?}");
+            assert!(inside(*a, frame) && !overlap(*a, line), "{a:?}");
             assert!(areas[..i].iter().all(|b| !overlap(*a, *b)), "label {i}");
         }
     }

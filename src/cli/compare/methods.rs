@@ -60,7 +60,7 @@ impl Method {
             return Ok(Self::usual(label.parse()?));
         };
         let kind: MapKind = kind.parse()?;
-        let tolerance = || variant.parse().ok().filter(|t: &f64| (0.0..1.0).contains(t));
+        let tolerance = || variant.parse().ok().filter(|t: &f64| (0.0..=0.5).contains(t));
         let variant = match (kind, variant) {
             (MapKind::Threshold, "paper") => Variant::Paper,
             (MapKind::Threshold, "bucket") => Variant::Bucket,
@@ -70,7 +70,7 @@ impl Method {
             }
             _ => {
                 let why = "variants are threshold@paper, threshold@bucket, fragments@raw and \
-                           fragments@TOLERANCE (0 to 1)";
+                           fragments@TOLERANCE (0 to 0.5)";
                 return Err(Error::value("maps", format!("'{label}' is unknown: {why}")));
             }
         };

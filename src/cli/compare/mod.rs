@@ -6,7 +6,7 @@ mod curves;
 mod heat;
 mod labels;
 mod machine;
-mod methods;
+pub(super) mod methods;
 mod plot;
 mod report;
 mod results;
@@ -127,9 +127,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         deepest = depth;
         job.note(&format!("density scale {} (--depth {depth})", job.scene.medium.density_scale));
     }
-    let count = arguments.points.unwrap_or(POINTS) as usize;
+    let count = u64::from(arguments.points.unwrap_or(POINTS));
     let seed = arguments.seed.unwrap_or(SEED);
-    let bench = Bench::new(&job.scene, &settings, count, seed, &*job.progress)?;
+    let bench = Bench::new(&job.scene, &settings, [count, seed], &*job.progress)?;
     job.progress.begin("maps", methods.len() as u64 + 1);
     let floor = bench.floor();
     job.progress.advance(1);

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::axis::{LogAxis, tick_label};
-use super::labels::place;
+use super::labels::{Area, place};
 use super::report::escaped;
 
 const WIDTH: f64 = 680.0;
@@ -64,17 +64,8 @@ impl Plot<'_> {
         self.axes(&mut svg, &x, &y);
         let places: Vec<[f64; 2]> =
             self.points.iter().map(|p| [x.place(p.x), y.place(p.y)]).collect();
-        if let Some((floor, name)) = self.floor.filter(|(floor, _)| *floor > 0.0) {
-            let at = y.place(floor);
-            let _ = write!(
-                svg,
-                "<path class=\"floor\" d=\"M{left} {at:.1}H{right}\"/>\
-                 <text class=\"note\" x=\"{right}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                at + 13.0,
-                escaped(name),
-            );
-        }
-        draw_front(&mut svg, &places, &best);
+        let mut taken = self.draw_floor(&mut svg, &y);
+        taken.extend(draw_front(&mut svg, &places, &best));
         for (([px, py], point), best) in places.iter().zip(&self.points).zip(&best) {
             let class = if *best { "dot best" } else { "dot" };
             let _ = write!(
@@ -87,7 +78,7 @@ impl Plot<'_> {
             );
         }
         let letters: Vec<usize> = self.points.iter().map(|p| p.label.chars().count()).collect();
-        for (placed, point) in place(&places, &letters, AREA).iter().zip(&self.points) {
+        for (placed, point) in place(&places, &letters, AREA, taken).iter().zip(&self.points) {
             if let Some([x1, y1, x2, y2]) = placed.leader {
                 let _ =
                     write!(svg, "<path class=\"leader\" d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\"/>");
@@ -102,6 +93,26 @@ impl Plot<'_> {
         }
         svg.push_str("</svg>");
         svg
+    }
+
+    /// The line that no point can be below, with its name. Returns where they are.
+    fn draw_floor(&self, svg: &mut String, y: &LogAxis) -> Vec<Area> {
+        let [left, _, right, bottom] = AREA;
+        let Some((floor, name)) = self.floor.filter(|(floor, _)| *floor > 0.0) else {
+            return Vec::new();
+        };
+        let at = y.place(floor);
+        // The small maps are far above: there is room on the left.
+        let text = if at + 20.0 < bottom { at + 14.0 } else { at - 6.0 };
+        let _ = write!(
+            svg,
+            "<path class=\"floor\" d=\"M{left} {at:.1}H{right}\"/>\
+             <text class=\"note\" x=\"{}\" y=\"{text:.1}\">{}</text>",
+            left + 6.0,
+            escaped(name),
+        );
+        let width = 6.5 * name.chars().count() as f64;
+        vec![[left, at - 1.0, right, at + 1.0], [left, text - 11.0, left + 6.0 + width, text + 3.0]]
     }
 
     fn axes(&self, svg: &mut String, x: &LogAxis, y: &LogAxis) {
@@ -142,20 +153,26 @@ impl Plot<'_> {
     }
 }
 
-/// Steps from best point to best point: what can be had for at most so much.
-fn draw_front(svg: &mut String, places: &[[f64; 2]], best: &[bool]) {
+/// Steps from best point to best point: what can be had for at most so much. Returns where they are.
+fn draw_front(svg: &mut String, places: &[[f64; 2]], best: &[bool]) -> Vec<Area> {
     let mut corners: Vec<[f64; 2]> =
         places.iter().zip(best).filter_map(|(&place, &best)| best.then_some(place)).collect();
     corners.sort_by(|a, b| a[0].total_cmp(&b[0]).then(b[1].total_cmp(&a[1])));
     let mut path = String::new();
+    let mut lines = Vec::new();
+    let mut last: Option<[f64; 2]> = None;
     for [x, y] in corners {
-        let _ = if path.is_empty() {
-            write!(path, "M{x:.1} {y:.1}")
+        if let Some([from_x, from_y]) = last {
+            let _ = write!(path, "H{x:.1}V{y:.1}");
+            lines.push([from_x, from_y - 1.0, x, from_y + 1.0]);
+            lines.push([x - 1.0, from_y, x + 1.0, y]);
         } else {
-            write!(path, "H{x:.1}V{y:.1}")
-        };
+            let _ = write!(path, "M{x:.1} {y:.1}");
+        }
+        last = Some([x, y]);
     }
     let _ = write!(svg, "<path class=\"front\" d=\"{path}\"/>");
+    lines
 }
 
 /// A number of any size in a few letters.

@@ -177,9 +177,9 @@ fn worst(findings: &Findings<'_>) -> String {
         let [x, y] = curve.texel;
         let _ = write!(
             html,
-            "<figure><figcaption><b>{}</b> texel ({x}, {y}), off by {:+.4}</figcaption>{svg}</figure>",
+            "<figure><figcaption><b>{}</b><br>texel ({x}, {y}), off by {}</figcaption>{svg}</figure>",
             escaped(&row.label),
-            curve.found - curve.truth,
+            short(curve.found - curve.truth),
         );
     }
     html
