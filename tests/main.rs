@@ -5,6 +5,7 @@ mod accuracy;
 mod analytic;
 mod architecture;
 mod backends;
+mod certify;
 mod cli;
 mod compare;
 mod convert;

@@ -5,6 +5,7 @@ use std::time::Instant;
 use clap::Args;
 
 use super::arguments::{OutputArguments, SceneArguments};
+use super::certify::{Certified, LimitArguments, choose};
 use super::job::{Job, default_output};
 use crate::error::{Error, Result};
 use crate::io::coded_map::encode_coded_map;
@@ -18,6 +19,8 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scene: SceneArguments,
     #[command(flatten)]
+    limits: LimitArguments,
+    #[command(flatten)]
     output: OutputArguments,
     /// Of a fragment map only what its lists come to, as a flat image: count, front, back, A.
     #[arg(long)]
@@ -25,7 +28,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<()> {
-    let Arguments { scene, output, statistics } = arguments;
+    let Arguments { scene, limits, output, statistics } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "exr"));
     if path.extension().is_none_or(|ending| ending != "exr") {
         return Err(Error::contents(path, "a map's name must end in .exr"));
@@ -36,14 +39,18 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     }
     let file = PendingFile::create(&path)?;
     let begun = Instant::now();
-    let map = job.backend.map(&job.scene, &job.settings, &*job.progress)?;
+    let (map, certificate) = match choose(&job, &scene, &limits)? {
+        Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
+        None => (job.backend.map(&job.scene, &job.settings, &*job.progress)?, None),
+    };
+    let certified = certificate.as_deref();
     let time = begun.elapsed();
     let index_from_world = job.scene.volume.world_from_index().inverse();
     let (contents, what) = match &map {
         Map::Threshold(map) => {
             let domain = job.scene.volume.domain();
             (
-                exr::encode_threshold_map(map, &index_from_world, &domain)?,
+                exr::encode_threshold_map(map, &index_from_world, &domain, certified)?,
                 "threshold map".to_owned(),
             )
         }
@@ -52,13 +59,16 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
             let contents = if statistics {
                 encode_fragment_statistics(map)?
             } else {
-                encode_fragment_map(map, &index_from_world, &domain)?
+                encode_fragment_map(map, &index_from_world, &domain, certified)?
             };
             (contents, format!("fragment map, {}", held(map)))
         }
         Map::Coded(map) => {
             let domain = job.scene.volume.domain();
-            (encode_coded_map(map, &index_from_world, &domain)?, format!("{} map", map.kind()))
+            (
+                encode_coded_map(map, &index_from_world, &domain, certified)?,
+                format!("{} map", map.kind()),
+            )
         }
         Map::Visibility(_) => return Err(unwritten(MapKind::Visibility)),
         Map::Grid(map) => return Err(unwritten(MapKind::Grid(map.size() as u16))),
@@ -67,10 +77,13 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     job.note(&format!(
         "wrote {}: {what} {1}x{1} in {2:.2} s, {3}",
         path.display(),
-        job.settings.map_size,
+        map.size(),
         time.as_secs_f64(),
         job.backend.description(),
     ));
+    if let Some(certificate) = certificate {
+        job.note(&certificate);
+    }
     Ok(())
 }
 

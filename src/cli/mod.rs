@@ -3,6 +3,7 @@
 mod adapters;
 mod arguments;
 mod backend;
+mod certify;
 mod compare;
 mod convert;
 mod figures;

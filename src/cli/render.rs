@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::Args;
 
 use super::arguments::{OutputArguments, PictureArguments, SceneArguments};
+use super::certify::{Certified, LimitArguments, choose};
 use super::job::{Job, default_output};
 use crate::cpu::DeepView;
 use crate::error::{Error, Result};
@@ -18,6 +19,8 @@ use crate::settings::Shading;
 pub(super) struct Arguments {
     #[command(flatten)]
     scene: SceneArguments,
+    #[command(flatten)]
+    limits: LimitArguments,
     #[command(flatten)]
     picture: PictureArguments,
     #[command(flatten)]
@@ -44,10 +47,10 @@ fn format(path: &Path) -> Result<Format> {
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<()> {
-    let Arguments { scene, picture, output } = arguments;
+    let Arguments { scene, limits, picture, output } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "png"));
     let format = format(&path)?;
-    let job = Job::new(&scene, Some(&picture))?;
+    let mut job = Job::new(&scene, Some(&picture))?;
     if format == Format::Deep && (job.settings.samples, job.settings.shading) != ONE_RAY {
         let why = "a deep image takes one sample a pixel and physical shading";
         return Err(Error::contents(path, why));
@@ -55,18 +58,25 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let file = PendingFile::create(&path)?;
 
     let begun = Instant::now();
+    let (map, certificate) = match choose(&job, &scene, &limits)? {
+        Some(Certified { map, settings, certificate }) => {
+            job.settings = settings;
+            (map, Some(certificate))
+        }
+        None => (job.backend.map(&job.scene, &job.settings, &*job.progress)?, None),
+    };
+    let certified = certificate.as_deref();
     let (settings, progress) = (&job.settings, &*job.progress);
-    let map = job.backend.map(&job.scene, settings, progress)?;
     let map_time = begun.elapsed();
     let frame = Frame::with_light_view(&job.scene, settings, map.view())?;
     let volume = &job.scene.volume;
     let contents = if format == Format::Deep {
-        encode_deep(&DeepView::new(volume, &frame, &map), settings.image_size)?
+        encode_deep(&DeepView::new(volume, &frame, &map), settings.image_size, certified)?
     } else {
         let image = job.backend.march_view(volume, &frame, &map, progress)?;
         match format {
             Format::Png => png::encode(&image, settings.exposure as f32)?,
-            Format::Exr | Format::Deep => exr::encode_image(&image)?,
+            Format::Exr | Format::Deep => exr::encode_image(&image, certified)?,
         }
     };
     let view_time = begun.elapsed().saturating_sub(map_time);
@@ -80,6 +90,9 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         view_time.as_secs_f64(),
         job.backend.description(),
     ));
+    if let Some(certificate) = certificate {
+        job.note(&certificate);
+    }
     Ok(())
 }
 
@@ -88,13 +101,20 @@ const ONE_RAY: (u32, Shading) = (1, Shading::Physical);
 
 /// The camera's own deep image: R, G, B (radiance, premultiplied), A, Z and ZBack (distances from the
 /// camera along the ray, world lengths), f32, marched by the processor.
-fn encode_deep(view: &DeepView<'_>, [width, height]: [u32; 2]) -> Result<Vec<u8>> {
+fn encode_deep(
+    view: &DeepView<'_>,
+    [width, height]: [u32; 2],
+    certificate: Option<&str>,
+) -> Result<Vec<u8>> {
     let channels = ["A", "B", "G", "R", "Z", "ZBack"].map(Channel::float).into();
-    let header = DeepHeader::new([width, height], channels)
+    let mut header = DeepHeader::new([width, height], channels)
         .with("software", concat!("deepshadow ", env!("CARGO_PKG_VERSION")))
         .with("kind", "camera")
         .with("depth_unit", "world")
         .with("depth_from", "camera, along the ray");
+    if let Some(certificate) = certificate {
+        header = header.with("certificate", certificate);
+    }
     deep_exr::encode(&header, |y, row| {
         for x in 0..width {
             for sample in view.pixel(x, y) {

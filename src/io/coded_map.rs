@@ -3,7 +3,7 @@
 use exr::prelude::AttributeValue;
 use glam::DMat4;
 
-use super::exr::{encode_channels, placement, text};
+use super::exr::{certified, encode_channels, placement, text};
 use crate::error::Result;
 use crate::math::Aabb;
 use crate::shadow::{CodedMap, ShadowMap};
@@ -18,9 +18,11 @@ pub fn encode_coded_map(
     map: &CodedMap,
     index_from_world: &DMat4,
     domain: &Aabb,
+    certificate: Option<&str>,
 ) -> Result<Vec<u8>> {
     let mut attributes: Vec<(&str, AttributeValue)> = vec![("kind", text(&map.kind().to_string()))];
     attributes.extend(placement(map.view(), index_from_world, domain));
+    attributes.extend(certified(certificate));
     let names: Vec<String> = (0..map.stride()).map(|i| format!("byte{i:03}")).collect();
     let channels = names.iter().enumerate().map(|(i, name)| {
         let bytes = map.texels().iter().skip(i).step_by(map.stride());

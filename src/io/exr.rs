@@ -17,12 +17,23 @@ use crate::scene::LightView;
 use crate::settings::Lookup;
 use crate::shadow::{ShadowMap, ThresholdMap};
 
-/// A picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32.
+/// A picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32, with what was
+/// measured of its shadows as the attribute `certificate` (string), if anything was.
 ///
 /// # Errors
 /// If the encoder fails.
-pub fn encode_image(image: &Image) -> Result<Vec<u8>> {
-    encode_rgba([image.width, image.height], &image.pixels, Vec::new())
+pub fn encode_image(image: &Image, certificate: Option<&str>) -> Result<Vec<u8>> {
+    let attributes = certified(certificate).collect();
+    encode_rgba([image.width, image.height], &image.pixels, attributes)
+}
+
+/// The attribute that holds a certificate.
+pub(super) fn certified(
+    certificate: Option<&str>,
+) -> impl Iterator<Item = (&'static str, AttributeValue)> {
+    // What the format's strings cannot hold is no part of a certificate.
+    let value = certificate.and_then(Text::new_or_none);
+    value.into_iter().map(|value| ("certificate", AttributeValue::Text(value)))
 }
 
 /// A threshold map as OpenEXR: channels R, G, B (depths in world lengths along the texel's ray), A
@@ -39,6 +50,7 @@ pub fn encode_image(image: &Image) -> Result<Vec<u8>> {
 /// | `light_position` | v3f | of point and spot lights; depth is the distance to it |
 /// | `lookup` | string | the lookup that it is made for: `default` or `paper` |
 /// | `index_from_world` | m44f | row-major, for column vectors: world to voxel index |
+/// | `certificate` | string | what was measured of the map's error, if anything was |
 /// | `domain_min`, `domain_max` | v3f | the box of voxel indices that holds medium: where it ends along a texel's ray is part of the default lookup |
 ///
 /// # Errors
@@ -47,6 +59,7 @@ pub fn encode_threshold_map(
     map: &ThresholdMap,
     index_from_world: &DMat4,
     domain: &Aabb,
+    certificate: Option<&str>,
 ) -> Result<Vec<u8>> {
     let thresholds = map.thresholds().map(|t| t as f32);
     let unset = match map.lookup() {
@@ -64,6 +77,7 @@ pub fn encode_threshold_map(
         ("lookup", text(map.lookup().name())),
     ];
     attributes.extend(placement(map.view(), index_from_world, domain));
+    attributes.extend(certified(certificate));
     encode_rgba([map.size(); 2], map.texels(), attributes)
 }
 

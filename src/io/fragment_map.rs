@@ -19,6 +19,7 @@ pub fn encode_fragment_map(
     map: &FragmentMap,
     index_from_world: &DMat4,
     domain: &Aabb,
+    certificate: Option<&str>,
 ) -> Result<Vec<u8>> {
     let view = map.view();
     let mut header = DeepHeader::new([map.size(); 2], Vec::new())
@@ -33,6 +34,9 @@ pub fn encode_fragment_map(
         .with("domain_max", domain.max);
     if let Some(position) = view.position {
         header = header.with("light_position", position);
+    }
+    if let Some(certificate) = certificate {
+        header = header.with("certificate", certificate);
     }
     encode_slabs(&header, |x, y| {
         map.fragments(x, y).map(|fragment| Slab {
