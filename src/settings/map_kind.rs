@@ -26,6 +26,8 @@ pub enum MapKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Coding {
+    /// Nine knots of opacity over depth in sixteen bytes.
+    Nested,
     /// Depths at fixed shares of the texel's own largest opacity, 16 bits each, and that opacity.
     Relative,
     /// Transmittance at equal distances along the ray, 8 bits each.
@@ -86,6 +88,12 @@ const ENTRIES: &[Entry] = &[
         what: "lists of points, transmittance linear between, within a tolerance (deep shadow maps, \
                Lokovic and Veach 2000)",
         make: |_| MapKind::Visibility,
+    },
+    Entry {
+        name: "nested",
+        count: None,
+        what: "nine knots of opacity over depth, each a share of the way between two others, 16 bytes",
+        make: |_| MapKind::Coded(Coding::Nested),
     },
     Entry {
         name: "relative",
@@ -181,7 +189,7 @@ impl MapKind {
             Self::Threshold
             | Self::Fragments
             | Self::Visibility
-            | Self::Coded(Coding::Relative) => None,
+            | Self::Coded(Coding::Nested | Coding::Relative) => None,
             Self::Grid(n)
             | Self::Coded(
                 Coding::Slices(n)

@@ -7,6 +7,7 @@ mod float_slices;
 mod fourier;
 mod layers;
 mod moments;
+mod nested;
 mod relative;
 mod slices;
 #[cfg(test)]
@@ -115,6 +116,7 @@ pub trait Codec: Send + Sync + Debug {
 pub fn codec(coding: Coding) -> Arc<dyn Codec> {
     let count = |n: u16, least: u16, most: u16| usize::from(n.clamp(least, most));
     match coding {
+        Coding::Nested => Arc::new(nested::Nested),
         Coding::Relative => Arc::new(relative::Relative),
         Coding::Slices(n) => Arc::new(slices::Slices { count: count(n, 1, u16::MAX) }),
         Coding::FloatSlices(n) => {
