@@ -29,7 +29,7 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
         let voxel_lengths = extent * length(ray.direction);
         let count = step_count(voxel_lengths, SLABS_PER_VOXEL, frame.steps.x, frame.steps.y);
         let step = extent / f32(count);
-        return Slabs(ray, inside.x, inside.y, inside.x, step, 0u, count, slab_samples(ray, step));
+        return Slabs(ray, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step));
     }
     // How much longer a way along this ray is than along the axis.
     let direction = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
@@ -38,12 +38,12 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     let step = (frame.slices.y - frame.slices.x) * along / f32(planes);
     let first = min(u32(max((inside.x - start) / step, 0.0)), planes - 1u);
     let last = u32(max(ceil((inside.y - start) / step), 0.0));
-    let samples = slab_samples(ray, step);
+    let samples = samples_over(ray, step);
     return Slabs(ray, inside.x, inside.y, start, step, first, clamp(last, first + 1u, planes), samples);
 }
 
-// As many samples as the voxels of a slab ask for; rounding asks for none.
-fn slab_samples(ray: Ray, step: f32) -> u32 {
+// As many samples as the voxels of a length of a ray ask for; rounding asks for none.
+fn samples_over(ray: Ray, step: f32) -> u32 {
     let voxel_lengths = step * length(ray.direction);
     return u32(clamp(ceil(voxel_lengths * SLAB_SAMPLES_PER_VOXEL - 0.01), 1.0, 65536.0));
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::frame::Frame;
 use crate::kernel::density::Density;
 use crate::kernel::light::{light_coordinates, light_extent, light_ray};
-use crate::kernel::slices::slab_optical_depth;
+use crate::kernel::slices::{ray_optical_depth, samples_over};
 use crate::progress::Progress;
 use crate::shadow::grid_point;
 use crate::volume::Volume;
@@ -33,7 +33,8 @@ pub(super) fn trace_grid(
             let (enter, _) = light_extent(frame, light.x, light.y);
             let ray = light_ray(frame, light.x, light.y).transformed(&frame.index_from_frame);
             let way = [enter, light.z.max(enter)];
-            let optical_depth = slab_optical_depth(&density, frame, &ray, way);
+            let samples = samples_over(&ray, way[1] - way[0]);
+            let optical_depth = ray_optical_depth(&density, frame, &ray, way, samples);
             *value = ((-optical_depth).exp() * 255.0).round() as u8;
         }
         progress.advance(1);

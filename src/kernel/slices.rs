@@ -43,7 +43,7 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
         let voxels = extent * ray.direction.length();
         let count = step_count(voxels, SLABS_PER_VOXEL, frame.steps[0], frame.steps[1]);
         let step = extent / count as f32;
-        return Slabs { step, last: count, samples: slab_samples(&ray, step), ..none };
+        return Slabs { step, last: count, samples: samples_over(&ray, step), ..none };
     }
     // How much longer a way along this ray is than along the axis.
     let direction =
@@ -53,12 +53,12 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
         (frame.slices.x * along, (frame.slices.y - frame.slices.x) * along / planes as f32);
     let first = (((enter - start) / step).max(0.0) as u32).min(planes - 1);
     let last = ((exit - start) / step).ceil().max(0.0) as u32;
-    let samples = slab_samples(&ray, step);
+    let samples = samples_over(&ray, step);
     Slabs { start, step, first, last: last.clamp(first + 1, planes), samples, ..none }
 }
 
-/// As many samples as the voxels of a slab ask for; rounding asks for none.
-fn slab_samples(ray: &Ray, step: f32) -> u32 {
+/// As many samples as the voxels of a length of a ray ask for; rounding asks for none.
+pub fn samples_over(ray: &Ray, step: f32) -> u32 {
     let voxels = step * ray.direction.length();
     (voxels * SLAB_SAMPLES_PER_VOXEL - 0.01).ceil().clamp(1.0, 65_536.0) as u32
 }
@@ -72,11 +72,21 @@ pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
 
 /// Optical depth of slab `i`, by midpoints.
 pub fn slab_optical_depth(density: &Density<'_>, frame: &Frame, slabs: &Slabs, i: u32) -> f32 {
-    let [front, back] = slab_bounds(slabs, i);
-    let step = (back - front).max(0.0) / slabs.samples as f32;
+    ray_optical_depth(density, frame, &slabs.ray, slab_bounds(slabs, i), slabs.samples)
+}
+
+/// Optical depth of a ray in voxel indices between two depths, by as many midpoints.
+pub fn ray_optical_depth(
+    density: &Density<'_>,
+    frame: &Frame,
+    ray: &Ray,
+    [front, back]: [f32; 2],
+    samples: u32,
+) -> f32 {
+    let step = (back - front).max(0.0) / samples as f32;
     let mut sum = 0.0;
-    for s in 0..slabs.samples {
-        sum += sample_density(density, slabs.ray.at(front + (s as f32 + 0.5) * step));
+    for s in 0..samples {
+        sum += sample_density(density, ray.at(front + (s as f32 + 0.5) * step));
     }
     sum * step * frame.domain_min.w
 }

@@ -70,6 +70,7 @@ fn nothing_is_dark_in_front_of_the_volume_and_all_is_behind_it() {
 /// one of optical depth 1 begins and ends within it.
 fn bounds(coding: Coding) -> [f32; 2] {
     match coding {
+        Coding::Nested => [0.007, 0.007],
         Coding::Relative => [0.0002, 0.017],
         Coding::Slices(2) => [0.08, 0.22],
         Coding::Slices(_) => [0.004, 0.033],
