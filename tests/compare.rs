@@ -69,7 +69,7 @@ fn a_report_is_whole_and_says_the_same_everywhere() {
     for attribute in ["src=\"", "href=\""] {
         for (at, _) in html.match_indices(attribute) {
             let rest = &html[at + attribute.len()..];
-            assert!(rest.starts_with('#') || rest.starts_with("data:"), "{:.40}", rest);
+            assert!(rest.starts_with('#') || rest.starts_with("data:"), "{rest:.40}");
         }
     }
     // Truth, floor and methods; four plots and a curve a method.

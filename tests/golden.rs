@@ -67,7 +67,9 @@ fn no_kind_of_map_gets_worse() {
         let mut text = "preset,method,volume,medium,rays,behind\n".to_owned();
         for ((preset, method), errors) in &found {
             write!(text, "{preset},{method}").unwrap();
-            errors.iter().for_each(|error| write!(text, ",{error:.7}").unwrap());
+            for error in errors {
+                write!(text, ",{error:.7}").unwrap();
+            }
             text.push('\n');
         }
         fs::write(&path, text).unwrap();

@@ -210,7 +210,7 @@ fn pictures_are_compared_as_the_formulas_say() {
     assert!((off.ssim - luminance).abs() < 1e-5, "{} instead of {luminance}", off.ssim);
     // A picture against its negative: structure turned around.
     let stripes = |phase: u32| {
-        image(32, 32, move |x, _| [if (x / 2 + phase) % 2 == 0 { 0.25 } else { 0.75 }; 3])
+        image(32, 32, move |x, _| [if (x / 2 + phase).is_multiple_of(2) { 0.25 } else { 0.75 }; 3])
     };
     let turned = TruePicture::new(&stripes(0), 1.0).difference(&stripes(1));
     assert!(turned.ssim < -0.5, "{}", turned.ssim);

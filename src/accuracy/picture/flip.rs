@@ -99,7 +99,9 @@ fn features(grey: &Plane, pixels_per_degree: f64) -> Vec<[f64; 2]> {
         // Positive weights sum to 1, negative ones to -1.
         let positive: f64 = across.iter().filter(|w| **w > 0.0).sum();
         let negative: f64 = across.iter().filter(|w| **w < 0.0).sum();
-        across.iter_mut().for_each(|w| *w /= if *w > 0.0 { positive } else { -negative });
+        for w in &mut across {
+            *w /= if *w > 0.0 { positive } else { -negative };
+        }
         let (x, y) = (grey.filtered(&across, &down), grey.filtered(&down, &across));
         x.values.into_iter().zip(y.values).map(|(x, y)| x.hypot(y)).collect::<Vec<f64>>()
     };

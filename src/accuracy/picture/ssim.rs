@@ -12,7 +12,9 @@ const STABILISERS: [f64; 2] = [0.01 * 0.01, 0.03 * 0.03];
 pub(super) fn ssim(a: &Plane, b: &Plane) -> f64 {
     let mut window = gaussian(1.5, 5);
     let sum: f64 = window.iter().sum();
-    window.iter_mut().for_each(|w| *w /= sum);
+    for w in &mut window {
+        *w /= sum;
+    }
     let mean = |f: fn(f64, f64) -> f64| {
         let values = a.values.iter().zip(&b.values).map(|(&a, &b)| f(a, b)).collect();
         Plane::new(a.width, values).filtered(&window, &window).values

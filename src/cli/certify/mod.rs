@@ -8,6 +8,8 @@
 
 mod limits;
 
+use std::fmt::Write;
+
 pub(super) use limits::{Budget, LimitArguments};
 
 use super::arguments::SceneArguments;
@@ -173,7 +175,7 @@ impl<'a> Search<'a> {
             }
         }
         match kept {
-            Some(tried) => Ok(self.certified(tried)),
+            Some(tried) => Ok(certified(tried)),
             None => {
                 // Nothing was worth building: the one of which least is expected tells how far off.
                 let build = || least.map(|(method, size)| self.build(method, size)).transpose();
@@ -230,25 +232,6 @@ impl<'a> Search<'a> {
         self.points.errors(Place::Volume, map, window)
     }
 
-    fn certified(&self, tried: Tried<'_>) -> Certified {
-        let mut certificate = format!(
-            "{}: at {} random points of the volume (seed {SEED}, filter {}) transmittance differs \
-             from the exact line integral by {:.6} RMS, {:.6} at most; a sample, not a bound",
-            described(&tried),
-            tried.errors.count,
-            tried.settings.filter.name(),
-            tried.errors.rms,
-            tried.errors.max,
-        );
-        if let (Map::Fragments(_), true) = (&tried.map, tried.settings.tolerance > 0.0) {
-            certificate.push_str(&format!(
-                "; on texels' central rays it is within {} of all slabs together, a bound",
-                tried.settings.tolerance
-            ));
-        }
-        Certified { map: tried.map, settings: tried.settings, certificate }
-    }
-
     /// Why nothing was chosen, with what came closest.
     fn failed(&self, closest: Option<&Tried<'_>>) -> Error {
         let Some(tried) = closest else {
@@ -262,6 +245,27 @@ impl<'a> Search<'a> {
         );
         Error::value(what, why)
     }
+}
+
+/// A map with what was measured of it.
+fn certified(tried: Tried<'_>) -> Certified {
+    let mut certificate = format!(
+        "{}: at {} random points of the volume (seed {SEED}, filter {}) transmittance differs \
+         from the exact line integral by {:.6} RMS, {:.6} at most; a sample, not a bound",
+        described(&tried),
+        tried.errors.count,
+        tried.settings.filter.name(),
+        tried.errors.rms,
+        tried.errors.max,
+    );
+    if let (Map::Fragments(_), true) = (&tried.map, tried.settings.tolerance > 0.0) {
+        let _ = write!(
+            certificate,
+            "; on texels' central rays it is within {} of all slabs together, a bound",
+            tried.settings.tolerance
+        );
+    }
+    Certified { map: tried.map, settings: tried.settings, certificate }
 }
 
 fn described(tried: &Tried<'_>) -> String {

@@ -59,7 +59,7 @@ pub(super) fn svg(row: &Row, id: usize) -> Option<String> {
          <path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>\
          <path class=\"truth\" d=\"{}\"/><path class=\"found\" d=\"{}\"/>\
          <path class=\"worst\" d=\"M{at:.1} {:.1}V{:.1}\"/></svg>",
-        (left + right) / 2.0,
+        f64::midpoint(left, right),
         HEIGHT - 6.0,
         line(|p| p[1]),
         line(|p| p[2]),

@@ -144,10 +144,10 @@ impl Plot<'_> {
              <text class=\"name\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\
              <text class=\"name\" transform=\"translate(16 {}) rotate(-90)\" \
              text-anchor=\"middle\">{}</text>",
-            (left + right) / 2.0,
+            f64::midpoint(left, right),
             HEIGHT - 12.0,
             escaped(self.x),
-            (top + bottom) / 2.0,
+            f64::midpoint(top, bottom),
             escaped(self.y),
         );
     }

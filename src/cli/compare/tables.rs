@@ -11,10 +11,13 @@ use crate::accuracy::{Errors, Place};
 /// A column: its head, what a row holds there (`None`: it has no such number), and how it is written.
 struct Column {
     head: &'static str,
-    value: Box<dyn Fn(&Row) -> Option<f64>>,
+    value: Value,
     write: fn(f64) -> String,
     best: Best,
 }
+
+/// What a row holds in a column.
+type Value = Box<dyn Fn(&Row) -> Option<f64>>;
 
 /// Which number of a column stands out.
 #[derive(Clone, Copy, PartialEq)]
