@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use crate::support::scenes::{anchor_scene, settings as all_settings};
 use crate::support::{Random, rms};
 
-const MAP: u32 = 256;
+pub const MAP: u32 = 256;
 const POINTS: usize = 40_000;
 
 /// Random points in the volume with the exact transmittance from the light.
-fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
+pub fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
     let bounds = scene.volume.world_bounds();
     let mut random = Random(42);
     let points: Vec<DVec3> = (0..POINTS)
@@ -36,7 +36,7 @@ fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
         .collect()
 }
 
-fn error(map: &Map, points: &[(DVec3, f64)]) -> f64 {
+pub fn error(map: &Map, points: &[(DVec3, f64)]) -> f64 {
     rms(points.iter().map(|&(point, truth)| {
         let light = map.view().coordinates(point).unwrap().as_vec3();
         f64::from(map.bilinear(light.x, light.y, light.z)) - truth
@@ -56,7 +56,7 @@ fn settings(map_size: u32, image_size: [u32; 2]) -> Settings {
     Settings { map: Some(MapKind::Threshold), ..all_settings(map_size, image_size) }
 }
 
-fn average(errors: [f64; 4]) -> f64 {
+pub fn average(errors: [f64; 4]) -> f64 {
     errors.iter().sum::<f64>() / 4.0
 }
 

@@ -18,6 +18,7 @@ mod lists;
 mod measures;
 #[path = "fuzz/readers.rs"]
 mod readers;
+mod representations;
 mod scene_files;
 mod shaders;
 mod support;

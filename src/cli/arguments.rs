@@ -54,9 +54,7 @@ pub(super) struct SceneArguments {
     #[arg(long, default_value = "auto", value_parser = parse::<BackendChoice>)]
     pub backend: BackendChoice,
 
-    /// Kind of shadow map: fragments (within a tolerance; GPUs take it by default), threshold (four
-    /// numbers a texel; processors do), or one that `compare` compares with them, as slices:16.
-    #[arg(long, value_name = "KIND", value_parser = valid::<MapKind>, help_heading = "Shadow map")]
+    #[arg(long, value_name = "KIND", value_parser = valid::<MapKind>, help = map_help(), help_heading = "Shadow map")]
     pub map: Option<String>,
     /// How transmittance is read from the map: default or paper.
     #[arg(long, value_name = "HOW", value_parser = valid::<Lookup>, help_heading = "Shadow map")]
@@ -246,6 +244,14 @@ pub(super) fn numbers<T: FromStr + Copy + Default, const N: usize>(
 /// Text that is a name of `T`; what it means is read where the whole scene is put together.
 pub(super) fn valid<T: FromStr<Err = crate::Error>>(text: &str) -> Result<String, String> {
     parse::<T>(text).map(|_| text.to_owned())
+}
+
+fn map_help() -> String {
+    format!(
+        "Kind of shadow map: fragments (lists within a tolerance; GPUs take it by default), threshold \
+         (four numbers a texel; processors do), or, on the CPU, one to compare with them. All: {}",
+        MapKind::names()
+    )
 }
 
 pub(super) fn count(most: i64) -> clap::builder::RangedI64ValueParser<u32> {
