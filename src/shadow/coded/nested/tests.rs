@@ -200,7 +200,9 @@ fn rough_rays_are_followed_closely() {
                 list.push([2.0 + f32::from(i) * 0.01, before + smooth.max(0.0)]);
             }
             let scale = tau / list[200][1].max(1e-3);
-            list.iter_mut().for_each(|node| node[1] *= scale);
+            for node in &mut list {
+                node[1] *= scale;
+            }
             let texel = coded(&list, EXTENT);
             for [z, tau] in list {
                 let off = Nested.transmittance(&texel, EXTENT, z) - (-tau).exp();
