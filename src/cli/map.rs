@@ -34,12 +34,12 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         return Err(Error::contents(path, "a map's name must end in .exr"));
     }
     let job = Job::new(&scene, None)?;
-    if let Some(kind @ (MapKind::Visibility | MapKind::Grid(_))) = job.settings.map {
+    if let Some(kind) = job.settings.map.filter(|&kind| !written(kind)) {
         return Err(unwritten(kind));
     }
     let file = PendingFile::create(&path)?;
     let begun = Instant::now();
-    let (map, certificate) = match choose(&job, &scene, &limits)? {
+    let (map, certificate) = match choose(&job, &scene, &limits, written)? {
         Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
         None => (job.backend.map(&job.scene, &job.settings, &*job.progress)?, None),
     };
@@ -85,6 +85,11 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         job.note(&certificate);
     }
     Ok(())
+}
+
+/// Whether maps of `kind` are written to files.
+fn written(kind: MapKind) -> bool {
+    !matches!(kind, MapKind::Visibility | MapKind::Grid(_))
 }
 
 fn unwritten(kind: MapKind) -> Error {

@@ -58,7 +58,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let file = PendingFile::create(&path)?;
 
     let begun = Instant::now();
-    let (map, certificate) = match choose(&job, &scene, &limits)? {
+    let (map, certificate) = match choose(&job, &scene, &limits, |_| true)? {
         Some(Certified { map, settings, certificate }) => {
             job.settings = settings;
             (map, Some(certificate))

@@ -30,7 +30,7 @@ const SIZES: [u32; 6] = [64, 128, 256, 512, 1024, 2048];
 const POINTS: u64 = 50_000;
 const SEED: u64 = 1;
 /// Methods tried beside every kind at its usual number.
-const MORE: [&str; 11] = [
+const MORE: [&str; 16] = [
     "fragments@0.05",
     "fragments@0.02",
     "fragments@0.01",
@@ -38,6 +38,11 @@ const MORE: [&str; 11] = [
     "fragments@0.001",
     "fragments@0.0005",
     "fragments@raw",
+    "visibility@0.05",
+    "visibility@0.02",
+    "visibility@0.01",
+    "visibility@0.005",
+    "visibility@0.001",
     "slices:4",
     "slices:8",
     "slices:32",
@@ -59,7 +64,7 @@ pub(super) struct Certified {
     pub certificate: String,
 }
 
-/// The map that keeps `limits`; `None` if there are none.
+/// The map that keeps `limits`, of a kind that is `wanted`; `None` if there are none.
 ///
 /// # Errors
 /// If no map tried keeps them, with the one that came closest.
@@ -67,6 +72,7 @@ pub(super) fn choose(
     job: &Job,
     arguments: &SceneArguments,
     limits: &LimitArguments,
+    wanted: fn(MapKind) -> bool,
 ) -> Result<Option<Certified>> {
     if limits.max_error.is_none() && limits.max_map_bytes.is_none() {
         return Ok(None);
@@ -77,7 +83,7 @@ pub(super) fn choose(
         let why = format!("'{name}' tests fragments: its transmittance cannot be measured");
         return Err(Error::value("filter", why));
     }
-    let search = Search::new(job, arguments, limits)?;
+    let search = Search::new(job, arguments, limits, wanted)?;
     search.run().map(Some)
 }
 
@@ -108,7 +114,12 @@ struct Tried<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(job: &'a Job, arguments: &SceneArguments, limits: &LimitArguments) -> Result<Self> {
+    fn new(
+        job: &'a Job,
+        arguments: &SceneArguments,
+        limits: &LimitArguments,
+        wanted: fn(MapKind) -> bool,
+    ) -> Result<Self> {
         let view = LightView::fit(&job.scene.light, &job.scene.volume)?;
         let sizes = match (arguments.map_size, limits.max_error, limits.max_map_bytes) {
             (Some(size), ..) => vec![size],
@@ -117,16 +128,17 @@ impl<'a> Search<'a> {
             _ => SIZES.to_vec(),
         };
         let asked: Option<MapKind> = arguments.map.as_ref().and(job.settings.map);
-        let wanted = |method: &Method| {
-            job.backend.builds(method.kind)
+        let tried = |method: &Method| {
+            wanted(method.kind)
+                && job.backend.builds(method.kind)
                 && asked.is_none_or(|kind| method.kind == kind)
-                && (arguments.tolerance.is_none() || !method.label.starts_with("fragments@"))
+                && (arguments.tolerance.is_none() || !method.label.contains('@'))
         };
         let kinds = MapKind::all().chain(asked).map(|kind| kind.to_string());
         let mut methods: Vec<Method> = Vec::new();
         for label in kinds.chain(MORE.map(str::to_owned)) {
             let method = Method::parse(&label)?;
-            if wanted(&method) && methods.iter().all(|other| other.label != label) {
+            if tried(&method) && methods.iter().all(|other| other.label != label) {
                 methods.push(method);
             }
         }
@@ -207,6 +219,14 @@ impl<'a> Search<'a> {
             let scout = self.build(method, SCOUT)?;
             self.job.progress.advance(1);
             let per_texel = scout.map.bytes() as f64 / f64::from(SCOUT).powi(2);
+            if let Map::Grid(map) = &scout.map {
+                // The same at every resolution.
+                let (size, bytes) = (self.job.settings.map_size, map.bytes() as f64);
+                if self.budget.is_none_or(|b| b.allows(bytes, f64::from(size).powi(2))) {
+                    candidates.push(Candidate { method, size, bytes, expected: scout.errors.rms });
+                }
+                continue;
+            }
             let own = (scout.errors.rms.powi(2) - scouted.powi(2)).max(0.0);
             for &(size, floor) in &floors {
                 let texels = f64::from(size).powi(2);
@@ -258,7 +278,8 @@ fn certified(tried: Tried<'_>) -> Certified {
         tried.errors.rms,
         tried.errors.max,
     );
-    if let (Map::Fragments(_), true) = (&tried.map, tried.settings.tolerance > 0.0) {
+    let fitted = matches!(tried.map, Map::Fragments(_) | Map::Visibility(_));
+    if fitted && tried.settings.tolerance > 0.0 {
         let _ = write!(
             certificate,
             "; on texels' central rays it is within {} of all slabs together, a bound",
@@ -270,5 +291,8 @@ fn certified(tried: Tried<'_>) -> Certified {
 
 fn described(tried: &Tried<'_>) -> String {
     let n = tried.settings.map_size;
+    if let Map::Grid(map) = &tried.map {
+        return format!("{}, {} bytes", tried.label, map.bytes());
+    }
     format!("{} {n}x{n}, {} bytes", tried.label, tried.map.bytes())
 }

@@ -37,6 +37,7 @@ pub(super) struct Row {
     pub label: String,
     /// Bytes that a lookup may read, of the whole map; 0 for the exact integral.
     pub bytes: u64,
+    /// Texels of a map; what keeps none (a grid over the volume) is held against as many.
     pub texels: u64,
     /// Seconds until the first lookup is answered.
     pub build_seconds: f64,
@@ -111,7 +112,7 @@ impl<'a> Bench<'a> {
         Row {
             label: label.to_owned(),
             bytes: map.bytes(),
-            texels: u64::from(map.size()).pow(2),
+            texels: u64::from(self.settings.map_size).pow(2),
             build_seconds: 0.0,
             lookup_nanoseconds: 0.0,
             errors,
@@ -135,7 +136,7 @@ impl<'a> Bench<'a> {
         let step = (exit - enter + 2.0 * margin) / (CURVE_POINTS - 1) as f64;
         let depths: Vec<f64> =
             (0..CURVE_POINTS).map(|i| enter - margin + i as f64 * step).collect();
-        let lookup = |depth: f32| f64::from(map.texel_transmittance(texel[0], texel[1], depth));
+        let lookup = |depth: f32| f64::from(map.nearest(u, v, depth));
         let truths = trace(&depths).transmittance;
         let points = depths.iter().zip(truths).map(|(&z, truth)| [z, truth, lookup(z as f32)]);
         Curve {

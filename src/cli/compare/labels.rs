@@ -33,16 +33,16 @@ pub(super) struct Placed {
     pub leader: Option<[f64; 4]>,
 }
 
-/// Places for a label at each of `points`, of as many letters, inside `frame`, beside what is
-/// already drawn in the boxes `taken`.
+/// Places for a label at each of `points`, of as many letters, inside `frame`, not over another one or
+/// a point, and beside the `lines` where there is room.
 pub(super) fn place(
     points: &[[f64; 2]],
     letters: &[usize],
     frame: Area,
-    mut taken: Vec<Area>,
+    lines: &[Area],
 ) -> Vec<Placed> {
     let around = |[x, y]: [f64; 2]| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS];
-    taken.extend(points.iter().copied().map(around));
+    let mut taken: Vec<Area> = points.iter().copied().map(around).collect();
     let mut placed = vec![None; points.len()];
     // Points with few neighbours have room anyway: the crowded ones choose first.
     let near = |i: usize| {
@@ -53,9 +53,11 @@ pub(super) fn place(
     order.sort_by_key(|&i| std::cmp::Reverse(near(i)));
     for i in order {
         let width = letters[i] as f64 * LETTER;
-        let found = candidates(points[i], width).find(|(area, _)| {
-            inside(*area, frame) && taken.iter().all(|other| !overlap(*area, *other))
-        });
+        let free = |area: Area, drawn: &[Area]| drawn.iter().all(|other| !overlap(area, *other));
+        let fits = |(area, _): &(Area, Placed)| inside(*area, frame) && free(*area, &taken);
+        let found = candidates(points[i], width)
+            .find(|candidate| fits(candidate) && free(candidate.0, lines))
+            .or_else(|| candidates(points[i], width).find(fits));
         // A plot too full for all of them still names the point.
         let (area, placing) =
             found.or_else(|| candidates(points[i], width).next()).unwrap_or_default();
@@ -116,7 +118,7 @@ mod tests {
             .collect();
         let letters = vec![12; points.len()];
         let (frame, line) = ([0.0, 0.0, 640.0, 400.0], [0.0, 80.0, 640.0, 81.0]);
-        let placed = place(&points, &letters, frame, vec![line]);
+        let placed = place(&points, &letters, frame, &[line]);
         let areas: Vec<Area> = placed
             .iter()
             .map(|p| {

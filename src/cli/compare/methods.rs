@@ -26,14 +26,15 @@ enum Variant {
 }
 
 /// Variants measured beside every kind at its usual number.
-const VARIANTS: [&str; 7] = [
+const VARIANTS: [&str; 8] = [
     "threshold@paper",
     "threshold@bucket",
     "fragments@raw",
     "fragments@0.0005",
     "fragments@0.01",
-    "slices:8",
+    "visibility@0.01",
     "slices:32",
+    "adaptive:16",
 ];
 
 impl Method {
@@ -65,12 +66,12 @@ impl Method {
             (MapKind::Threshold, "paper") => Variant::Paper,
             (MapKind::Threshold, "bucket") => Variant::Bucket,
             (MapKind::Fragments, "raw") => Variant::Raw,
-            (MapKind::Fragments, _) if tolerance().is_some() => {
+            (MapKind::Fragments | MapKind::Visibility, _) if tolerance().is_some() => {
                 Variant::Tolerance(tolerance().unwrap_or_default())
             }
             _ => {
-                let why = "variants are threshold@paper, threshold@bucket, fragments@raw and \
-                           fragments@TOLERANCE (0 to 0.5)";
+                let why = "variants are threshold@paper, threshold@bucket, fragments@raw, \
+                           fragments@TOLERANCE and visibility@TOLERANCE (0 to 0.5)";
                 return Err(Error::value("maps", format!("'{label}' is unknown: {why}")));
             }
         };

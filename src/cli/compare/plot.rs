@@ -64,8 +64,8 @@ impl Plot<'_> {
         self.axes(&mut svg, &x, &y);
         let places: Vec<[f64; 2]> =
             self.points.iter().map(|p| [x.place(p.x), y.place(p.y)]).collect();
-        let mut taken = self.draw_floor(&mut svg, &y);
-        taken.extend(draw_front(&mut svg, &places, &best));
+        let mut lines = self.draw_floor(&mut svg, &y);
+        lines.extend(draw_front(&mut svg, &places, &best));
         for (([px, py], point), best) in places.iter().zip(&self.points).zip(&best) {
             let class = if *best { "dot best" } else { "dot" };
             let _ = write!(
@@ -78,7 +78,7 @@ impl Plot<'_> {
             );
         }
         let letters: Vec<usize> = self.points.iter().map(|p| p.label.chars().count()).collect();
-        for (placed, point) in place(&places, &letters, AREA, taken).iter().zip(&self.points) {
+        for (placed, point) in place(&places, &letters, AREA, &lines).iter().zip(&self.points) {
             if let Some([x1, y1, x2, y2]) = placed.leader {
                 let _ =
                     write!(svg, "<path class=\"leader\" d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\"/>");

@@ -1,6 +1,9 @@
 //! The page: one file that needs no other.
 
+use std::borrow::Cow;
+use std::ffi::OsStr;
 use std::fmt::Write;
+use std::path::Path;
 
 use super::bench::Row;
 use super::plot::{Plot, Point, short};
@@ -39,7 +42,7 @@ pub(super) fn html(findings: &Findings<'_>) -> Result<String> {
         )
     });
     let parts = [
-        ("title", escaped(&format!("{}: shadow maps compared", findings.about.input))),
+        ("title", escaped(&format!("{}: shadow maps compared", name(&findings.about.input)))),
         ("about", about(findings)),
         ("summary", tables::summary(findings)),
         ("plots", plots(findings)),
@@ -65,6 +68,11 @@ fn filled(template: &str, parts: &[(&str, String)]) -> String {
         page.push_str(rest);
     }
     page
+}
+
+/// An input without its folder.
+fn name(input: &str) -> Cow<'_, str> {
+    Path::new(input).file_name().map_or(Cow::Borrowed(input), OsStr::to_string_lossy)
 }
 
 /// Text as HTML.
