@@ -126,6 +126,8 @@ fn two_thin_steps_keep_their_heights() {
             Coding::Layers(1) | Coding::Adaptive(3) => 0.14,
             // No share of its opacity lies on the plateau.
             Coding::Relative => 0.025,
+            // Fitted at points along the curve, of which none need lie at the corners of a jump.
+            Coding::Nested => 0.1,
             _ => 0.003,
         };
         assert!(error <= most, "{coding:?}: {error} between the steps");

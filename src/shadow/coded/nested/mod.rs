@@ -100,13 +100,16 @@ impl Codec for Nested {
     fn transmittance(&self, texel: &[u8], [enter, exit]: [f32; 2], depth: f32) -> f32 {
         let [ends, middle, left, right] = words_in(texel);
         let largest = share(ends, 0, LARGEST_BITS);
+        if depth <= enter {
+            return 1.0;
+        }
         if depth >= exit {
             return 1.0 - largest;
         }
         let at = unit((depth - enter) / (exit - enter));
         let first = share(ends, 12, END_BITS);
         let last = share(ends, 22, END_BITS).max(first);
-        if at < first || depth <= enter {
+        if at < first {
             return 1.0;
         }
         if at >= last {
