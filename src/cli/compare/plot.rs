@@ -9,7 +9,7 @@ use super::report::escaped;
 const WIDTH: f64 = 680.0;
 const HEIGHT: f64 = 420.0;
 /// Left, top, right, bottom of the drawing area.
-const AREA: [f64; 4] = [70.0, 16.0, 664.0, 366.0];
+const AREA: [f64; 4] = [70.0, 16.0, 654.0, 366.0];
 
 /// One plot: less is better on both axes.
 pub(super) struct Plot<'a> {
