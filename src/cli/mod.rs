@@ -19,7 +19,7 @@ use std::io::Write;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// How a run of the program ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +98,15 @@ fn dispatch(command: Command) -> Result<()> {
         Command::Info(arguments) => info::run(&arguments),
         Command::Figures(arguments) => figures::run(&arguments),
         Command::Adapters => adapters::run(),
+    }
+}
+
+/// Puts what was asked for on stdout.
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // A reader such as `head` may have had enough.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.map_err(|error| Error::file("standard output", error)),
     }
 }
 

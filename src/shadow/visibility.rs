@@ -193,7 +193,7 @@ impl ShadowMap for VisibilityMap {
 
     /// Points and where each texel's begin.
     fn bytes(&self) -> u64 {
-        (size_of_val(self.points.nodes()) + size_of_val(self.points.starts())) as u64
+        self.points.bytes()
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {

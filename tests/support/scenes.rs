@@ -2,15 +2,14 @@
 
 use std::sync::Arc;
 
+use deepshadow::accuracy::largest_optical_depth;
 use deepshadow::math::Aabb;
-use deepshadow::reference::{Cells, TexelProfile};
 use deepshadow::scene::{Camera, Light, LightKind, LightView, Medium, Projection, Scene};
 use deepshadow::settings::Settings;
 use deepshadow::volume::presets::Preset;
 use deepshadow::volume::{Axis, Volume, world_from_index_in_bounds};
 use glam::DVec3;
 use ndarray::Array3;
-use rayon::prelude::*;
 
 /// The light of the published figures, in index axes (z up).
 pub const ANCHOR_LIGHT: DVec3 = DVec3::new(0.5, 0.3, -0.81);
@@ -57,15 +56,7 @@ pub fn anchor_scene(preset: Preset, largest: f64, map_size: u32) -> Scene {
     scene.light.kind =
         LightKind::Directional { direction: Axis::Z.world_from_file() * ANCHOR_LIGHT };
     let view = LightView::fit(&scene.light, &scene.volume).unwrap();
-    let cells = Cells::of(&scene.volume);
-    let n = map_size as usize;
-    let deepest = (0..n * n)
-        .into_par_iter()
-        .map(|i| {
-            let at = |c: usize| (c as f64 + 0.5) / n as f64;
-            -TexelProfile::trace(&cells, &view, 1.0, [at(i % n), at(i / n)], &[]).last.ln()
-        })
-        .reduce(|| 0.0, f64::max);
+    let deepest = largest_optical_depth(&scene, &view, map_size);
     scene.medium.density_scale = largest / deepest;
     scene
 }

@@ -13,7 +13,7 @@ use std::fmt::Write;
 pub(super) use limits::{Budget, LimitArguments};
 
 use super::arguments::SceneArguments;
-use super::compare::methods::Method;
+use super::compare::methods::{Method, check_filter};
 use super::job::Job;
 use crate::accuracy::{Errors, ExactTexels, Place, Points};
 use crate::error::{Error, Result};
@@ -77,12 +77,7 @@ pub(super) fn choose(
     if limits.max_error.is_none() && limits.max_map_bytes.is_none() {
         return Ok(None);
     }
-    let settings = &job.settings;
-    if settings.filter.window().1 {
-        let name = settings.filter.name();
-        let why = format!("'{name}' tests fragments: its transmittance cannot be measured");
-        return Err(Error::value("filter", why));
-    }
+    check_filter(&job.settings)?;
     let search = Search::new(job, arguments, limits, wanted)?;
     search.run().map(Some)
 }
@@ -205,7 +200,6 @@ impl<'a> Search<'a> {
         };
         let steps = self.sizes.len() + self.methods.len();
         self.job.progress.begin("scouting", steps as u64);
-        let scouted = floor(SCOUT);
         let floors: Vec<(u32, f64)> = self
             .sizes
             .iter()
@@ -214,6 +208,8 @@ impl<'a> Search<'a> {
                 (size, floor(size))
             })
             .collect();
+        let at_scout = floors.iter().find(|&&(size, _)| size == SCOUT);
+        let scouted = at_scout.map_or_else(|| floor(SCOUT), |&(_, floor)| floor);
         let mut candidates = Vec::new();
         for method in &self.methods {
             let scout = self.build(method, SCOUT)?;

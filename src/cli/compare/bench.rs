@@ -57,6 +57,8 @@ pub(super) struct Curve {
     pub depth: f64,
     pub truth: f64,
     pub found: f64,
+    /// Depths where the ray enters and leaves the volume.
+    pub extent: [f64; 2],
     /// (depth, truth, what the map says), by rising depth, from entry to exit and a little around.
     pub points: Vec<[f64; 3]>,
 }
@@ -144,6 +146,7 @@ impl<'a> Bench<'a> {
             depth: depth.into(),
             truth: sample.truth,
             found: lookup(depth),
+            extent: [enter, exit],
             points: points.collect(),
         }
     }

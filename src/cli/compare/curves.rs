@@ -41,9 +41,7 @@ pub(super) fn svg(row: &Row, id: usize) -> Option<String> {
             at + 4.0,
         );
     }
-    // The margin on both sides is 4 % of the ray's length in the volume.
-    let margin = 0.04 / 1.08 * (to - from);
-    for (depth, name) in [(from + margin, "entry"), (to - margin, "exit")] {
+    for (depth, name) in curve.extent.into_iter().zip(["entry", "exit"]) {
         let at = x(depth);
         let _ = write!(
             svg,

@@ -108,6 +108,19 @@ impl Method {
     }
 }
 
+/// Exponential shadow tests are no transmittance that could be held against the truth.
+///
+/// # Errors
+/// If `settings` ask for them.
+pub(in crate::cli) fn check_filter(settings: &Settings) -> Result<()> {
+    if settings.filter.window().1 {
+        let name = settings.filter.name();
+        let why = format!("'{name}' tests fragments: its transmittance cannot be measured");
+        return Err(Error::value("filter", why));
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,7 +12,6 @@ mod report;
 mod results;
 mod tables;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -20,6 +19,7 @@ use clap::Args;
 use super::arguments::{SourceArguments, above_0, count, size, valid};
 use super::backend::BackendChoice;
 use super::job::Job;
+use super::print;
 use crate::accuracy::largest_optical_depth;
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
@@ -108,13 +108,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let path = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.source.input));
     let mut job = open(arguments)?;
+    methods::check_filter(&job.settings)?;
     let folder = PendingFolder::create(&path, &FILES)?;
     let settings = job.settings.clone();
-    if settings.filter.window().1 {
-        let why =
-            format!("'{}' tests fragments and looks up no transmittance", settings.filter.name());
-        return Err(Error::value("filter", why));
-    }
     let view = LightView::fit(&job.scene.light, &job.scene.volume)?;
     let mut deepest = largest_optical_depth(&job.scene, &view, settings.map_size);
     if let Some(depth) = arguments.depth {
@@ -185,13 +181,5 @@ fn light(scene: &Scene) -> String {
         }
         LightKind::Point { position } => format!("point at {}", short(position)),
         LightKind::Spot { position, .. } => format!("spot at {}", short(position)),
-    }
-}
-
-fn print(text: &str) -> Result<()> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // A reader such as `head` may have had enough.
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(|error| Error::file("standard output", error)),
     }
 }

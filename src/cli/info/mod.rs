@@ -5,13 +5,13 @@ mod json;
 mod report;
 mod text;
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::arguments::FileArguments;
-use crate::error::{Error, Result};
+use super::print;
+use crate::error::Result;
 use crate::scene::file::VolumeTable;
 pub(super) use json::number;
 use report::Report;
@@ -35,9 +35,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     arguments.how.overlay(&mut table);
     let report = Report::of(&arguments.file, &table, !arguments.no_stats, !arguments.json)?;
     let text = if arguments.json { json::write(&report) } else { text::write(&report) };
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // A reader such as `head` may have had enough.
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(|error| Error::file("standard output", error)),
-    }
+    print(&text)
 }

@@ -2,6 +2,7 @@
 //! each ray's entry and exit and numbers that do not round.
 
 use super::bytes::{put_f32, transmittance_at};
+use super::slices::between_slices;
 use super::{Codec, TexelRay, share, through};
 
 /// Number `i` of a texel (f32) is transmittance at the end of part `i` of `count` equal ones. Between
@@ -29,10 +30,6 @@ impl Codec for FloatSlices {
     }
 
     fn transmittance(&self, texel: &[u8], extent: [f32; 2], depth: f32) -> f32 {
-        let place = share(extent, depth) * self.count as f32;
-        let after = (place as usize).min(self.count - 1);
-        let at = |i: usize| transmittance_at(texel, i);
-        let before = if after == 0 { 1.0 } else { at(after - 1) };
-        before + (at(after) - before) * (place - after as f32)
+        between_slices(share(extent, depth), self.count, |i| transmittance_at(texel, i))
     }
 }

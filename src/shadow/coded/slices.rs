@@ -10,6 +10,15 @@ pub(super) struct Slices {
     pub count: usize,
 }
 
+/// Transmittance at a share of the extent: linear between those `at` the ends of `count` equal parts,
+/// and 1 where the ray enters.
+pub(super) fn between_slices(share: f32, count: usize, at: impl Fn(usize) -> f32) -> f32 {
+    let place = share * count as f32;
+    let after = (place as usize).min(count - 1);
+    let before = if after == 0 { 1.0 } else { at(after - 1) };
+    before + (at(after) - before) * (place - after as f32)
+}
+
 impl Codec for Slices {
     fn stride(&self) -> usize {
         self.count
@@ -23,10 +32,7 @@ impl Codec for Slices {
     }
 
     fn transmittance(&self, texel: &[u8], extent: [f32; 2], depth: f32) -> f32 {
-        let place = share(extent, depth) * self.count as f32;
-        let after = (place as usize).min(self.count - 1);
         let at = |i: usize| texel.get(i).map_or(1.0, |&byte| f32::from(byte) / 255.0);
-        let before = if after == 0 { 1.0 } else { at(after - 1) };
-        before + (at(after) - before) * (place - after as f32)
+        between_slices(share(extent, depth), self.count, at)
     }
 }

@@ -174,6 +174,11 @@ impl<T: Copy> Runs<T> {
         self.starts.len().saturating_sub(1)
     }
 
+    /// Bytes of nodes and of where each texel's begin.
+    pub fn bytes(&self) -> u64 {
+        (size_of_val(&*self.nodes) + size_of_val(&*self.starts)) as u64
+    }
+
     /// Nodes of all texels.
     pub fn nodes(&self) -> &[T] {
         &self.nodes

@@ -143,7 +143,7 @@ impl ShadowMap for FragmentMap {
 
     /// Nodes and where each texel's begin; links left out.
     fn bytes(&self) -> u64 {
-        (size_of_val(self.runs.nodes()) + size_of_val(self.runs.starts())) as u64
+        self.runs.bytes()
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
