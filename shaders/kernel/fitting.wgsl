@@ -4,7 +4,7 @@
 // gives back the k-th.
 
 const POINT_SPACING: f32 = 0.25;
-const FIT_SHARE: f32 = 0.88;
+const FIT_SHARE: f32 = 0.58;
 const LOWEST_SHARE: f32 = 0.25;
 const DARK_SHARE: f32 = 0.1;
 const MOST_POINTS: f32 = 256.0;

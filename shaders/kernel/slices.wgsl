@@ -28,8 +28,14 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     if (planes == 0u) {
         let voxel_lengths = extent * length(ray.direction);
         let count = step_count(voxel_lengths, SLABS_PER_VOXEL, frame.steps.x, frame.steps.y);
-        let step = extent / f32(count);
-        return Slabs(ray, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step));
+        var samples = samples_over(ray, extent / f32(count));
+        // A fit keeps no slab that it does not need: each sample may as well be one.
+        var last = count;
+        if (frame.slices.z > 0.0) {
+            last = count * samples;
+            samples = 1u;
+        }
+        return Slabs(ray, inside.x, inside.y, inside.x, extent / f32(last), 0u, last, samples);
     }
     // How much longer a way along this ray is than along the axis.
     let direction = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;

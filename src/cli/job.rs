@@ -101,7 +101,7 @@ impl Job {
 /// The scene file that `input` is or stands for.
 fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
     if let Ok(preset) = Preset::from_str(input)
-        && !Path::new(input).exists()
+        && !Path::new(input).is_file()
     {
         return Ok((descriptor(preset)?, Surroundings::Studio));
     }

@@ -7,14 +7,14 @@
 //! [`POINT_SPACING`] in optical depth. At an extremum inside a piece the second derivative of the
 //! difference of the two exponentials is at most `POINT_SPACING` squared times the difference times the
 //! ratio of the two transmittances, which is kept below 4, so the difference exceeds its ends by some
-//! percent at most: [`FIT_SHARE`] takes that off the tolerance.
+//! percent at most: [`FIT_SHARE`] takes that off the tolerance, and leaves what slabs err themselves.
 
 use super::fragments::Node;
 
 /// Optical depth between points that a fit is held to, at most.
 pub const POINT_SPACING: f32 = 0.25;
 /// Share of the tolerance that holds at the points.
-pub const FIT_SHARE: f32 = 0.88;
+pub const FIT_SHARE: f32 = 0.58;
 /// Lowest transmittance of a fit, as a share of the true one.
 pub const LOWEST_SHARE: f32 = 0.25;
 /// Share of the tolerance below which transmittance counts as zero: what follows is left out.
