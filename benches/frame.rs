@@ -1,8 +1,6 @@
 //! The CPU backend: map and camera march of the presets, 512 x 512 each.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use std::sync::Arc;
-
 use criterion::{Criterion, criterion_group, criterion_main};
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
@@ -18,8 +16,9 @@ fn frame(criterion: &mut Criterion) {
     group.sample_size(10);
     for preset in Preset::ALL {
         let file = descriptor(preset).unwrap();
-        let volume = Arc::new(load_volume(&file.volume).unwrap());
-        let (scene, settings, _) = complete(&file, volume, Surroundings::Studio).unwrap();
+        let volume = load_volume(file.volume.first()).unwrap();
+        let (scene, settings, _) =
+            complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
         let name = preset.name();
         group.bench_function(format!("map {name}"), |bencher| {
             bencher.iter(|| CpuBackend.map(&scene, &settings, &Silent).unwrap());
@@ -27,7 +26,7 @@ fn frame(criterion: &mut Criterion) {
         let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();
         let frame = Frame::with_light_view(&scene, &settings, map.view()).unwrap();
         group.bench_function(format!("view {name}"), |bencher| {
-            bencher.iter(|| CpuBackend.march_view(&scene.volume, &frame, &map, &Silent).unwrap());
+            bencher.iter(|| CpuBackend.march_view(&scene.media, &frame, &map, &Silent).unwrap());
         });
     }
     group.finish();

@@ -3,13 +3,12 @@
 //! `DEEPSHADOW_BENCH_SIZE` makes maps and pictures smaller.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use deepshadow::backend::Backend;
 use deepshadow::frame::Frame;
 use deepshadow::gpu::{
-    AdapterChoice, GpuBackend, GpuFragments, GpuFrame, GpuImage, GpuShadow, GpuVolume, Renderer,
+    AdapterChoice, GpuBackend, GpuFragments, GpuFrame, GpuImage, GpuMedia, GpuShadow, Renderer,
     Tile,
 };
 use deepshadow::io::load_volume;
@@ -32,7 +31,7 @@ struct Bench<'a> {
     name: &'static str,
     scene: Scene,
     view: LightView,
-    volume: GpuVolume,
+    volume: GpuMedia,
     settings: Settings,
     image: GpuImage,
 }
@@ -188,16 +187,17 @@ impl<'a> Bench<'a> {
         let size = std::env::var("DEEPSHADOW_BENCH_SIZE").ok().and_then(|n| n.parse().ok());
         let size = size.unwrap_or(512);
         let file = descriptor(preset).unwrap();
-        let volume = Arc::new(load_volume(&file.volume).unwrap());
-        let (scene, settings, _) = complete(&file, volume, Surroundings::Studio).unwrap();
+        let volume = load_volume(file.volume.first()).unwrap();
+        let (scene, settings, _) =
+            complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
         let settings = Settings {
             map: Some(MapKind::Fragments),
             map_size: size,
             image_size: [size; 2],
             ..settings
         };
-        let view = LightView::fit(&scene.light, &scene.volume).unwrap();
-        let volume = gpu.upload(&scene.volume).unwrap();
+        let view = LightView::fit(scene.light(), &scene.media).unwrap();
+        let volume = gpu.upload(&scene.media).unwrap();
         let image = gpu.image(size, size).unwrap();
         Self { gpu, name: preset.name(), scene, view, volume, settings, image }
     }

@@ -1,11 +1,11 @@
 // Pass march_view: from the camera through the volume, each step lit through the shadow map, and on
 // to the ground or the background. One thread a pixel.
-#import kernel/density
 #import kernel/light
 #import kernel/medium
 #import kernel/ray
 #import kernel/shadow
 #import kernel/view
+#import media
 
 @group(0) @binding(4) var output: texture_storage_2d<rgba32float, write>;
 
@@ -29,23 +29,18 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
     return Steps(index_ray, inside.x, extent / f32(count), count);
 }
 
-// Unshadowed light that a point sends towards the camera, per unit of optical depth and albedo.
-fn scattered_light(ray: Ray, point: vec3<f32>) -> vec3<f32> {
-    let cosine = -dot(ray.direction, light_direction_at(point));
-    return irradiance_at(point) * phase(frame.albedo.w, cosine);
-}
-
 // Optical depths of the four samples of steps i and i + 1.
 fn four_samples(steps: Steps, i: u32) -> vec4<f32> {
     let extinction_half = frame.domain_min.w * (0.5 * steps.step);
     let at = four_distances(steps, i);
+    let quarter = 0.25 * steps.step;
     let first = vec2<f32>(
-        sample_density(ray_at(steps.index_ray, at.x)),
-        sample_density(ray_at(steps.index_ray, at.y)),
+        density_along(steps.index_ray, at.x, quarter),
+        density_along(steps.index_ray, at.y, quarter),
     );
     let second = vec2<f32>(
-        sample_density(ray_at(steps.index_ray, at.z)),
-        sample_density(ray_at(steps.index_ray, at.w)),
+        density_along(steps.index_ray, at.z, quarter),
+        density_along(steps.index_ray, at.w, quarter),
     );
     let inside = vec2<bool>(i < steps.count, i + 1u < steps.count);
     return extinction_half
@@ -56,12 +51,29 @@ fn four_distances(steps: Steps, i: u32) -> vec4<f32> {
     return steps.enter + (f32(i) + vec4<f32>(0.25, 0.75, 1.25, 1.75)) * steps.step;
 }
 
+// Radiance that reaches the camera of what four samples emit, each behind half of itself; `through` is
+// the transmittance in front of the first.
+fn emitted(steps: Steps, i: u32, taus: vec4<f32>, through: f32) -> vec3<f32> {
+    let at = four_distances(steps, i);
+    let reach = 0.25 * steps.step;
+    let pieces = select(2u, 4u, i + 1u < steps.count);
+    var sum = vec3<f32>(0.0);
+    var before = through;
+    for (var k: u32 = 0u; k < pieces; k++) {
+        let seen = before * exp(-0.5 * taus[k]) * 2.0 * reach;
+        sum += emission_along(steps.index_ray, at[k], reach) * seen;
+        before *= exp(-taus[k]);
+    }
+    return sum;
+}
+
 // Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes two
 // samples of density; a step, or two that add little, take one of the light, in the middle of what they
 // hold. Eight samples of density are under way at once.
 fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     let parallel = frame.light_position.w == 0.0;
-    var unshadowed = scattered_light(ray, ray.origin);
+    let emits = frame.counts.w == 1u;
+    var arrives = arriving(ray, ray.origin);
     var light = vec3<f32>(0.0);
     var through: f32 = 1.0;
     for (var i: u32 = 0u; i < steps.count; i += 4u) {
@@ -75,12 +87,18 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
                 if (weight <= 0.0) {
                     continue;
                 }
-                let point = ray_at(ray, select(added.places.x, added.places.y, k == 1u));
+                let at = select(added.places.x, added.places.y, k == 1u);
+                let point = ray_at(ray, at);
                 if (!parallel) {
-                    unshadowed = scattered_light(ray, point);
+                    arrives = arriving(ray, point);
                 }
-                let lit = unshadowed * shadow_lookup(light_coordinates(point));
-                light += weight * frame.albedo.xyz * (lit + frame.ambient.xyz);
+                let transmittance = shadow_lookup(light_coordinates(point));
+                let reach = select(steps.step, 0.5 * steps.step, added.weights.y > 0.0);
+                light += weight
+                    * source_along(steps.index_ray, at, reach, arrives, transmittance);
+            }
+            if (MIXED && emits && i + 2u * j < steps.count) {
+                light += emitted(steps, i + 2u * j, taus, through);
             }
             through = added.through;
             if (through < OPAQUE_TRANSMITTANCE) {
@@ -100,7 +118,7 @@ fn paper_shading(ray: Ray, steps: Steps) -> vec4<f32> {
     var through: f32 = 1.0;
     for (var i: u32 = 0u; i < steps.count; i++) {
         let t = steps.enter + (f32(i) + 0.5) * steps.step;
-        let density = sample_density(ray_at(steps.index_ray, t));
+        let density = density_along(steps.index_ray, t, 0.5 * steps.step);
         let opacity = step_opacity(density * extinction_step);
         colour += through * opacity * (density / brightest);
         through *= 1.0 - opacity;

@@ -1,8 +1,8 @@
 // Pass trace_threshold: from the light through every texel of the map. One thread a texel.
-#import kernel/density
 #import kernel/light
 #import kernel/ray
 #import kernel/threshold
+#import media
 
 @group(0) @binding(4) var output: texture_storage_2d<rgba32float, write>;
 
@@ -24,7 +24,7 @@ fn march(steps: LightSteps, targets: vec3<f32>) -> vec4<f32> {
     for (var i: u32 = 0u; i < steps.count; i++) {
         let before = tau;
         let t = steps.enter + (f32(i) + 0.5) * steps.step;
-        tau += sample_density(ray_at(steps.ray, t)) * extinction_step;
+        tau += density_along(steps.ray, t, 0.5 * steps.step) * extinction_step;
         let crossed = (vec3<f32>(before) < targets) & (targets <= vec3<f32>(tau));
         if (any(crossed)) {
             let z = steps.enter + vec2<f32>(f32(i), f32(i + 1u)) * steps.step;

@@ -4,13 +4,12 @@ use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{LightView, Scene};
+use crate::scene::{LightView, Media, Scene};
 use crate::settings::{MapKind, Settings, Slices};
 use crate::shadow::{
     Codec, CodedMap, FragmentMap, GridMap, Links, Map, Runs, ThresholdMap, VisibilityMap,
     VisibilityPoint, codec, grid_shape,
 };
-use crate::volume::Volume;
 
 /// A renderer. The passes have the same names in every backend and in `shaders/`.
 pub trait Backend {
@@ -33,7 +32,7 @@ pub trait Backend {
     /// If the device fails or runs out of memory.
     fn trace_threshold(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>>;
@@ -46,7 +45,7 @@ pub trait Backend {
     /// If the device fails or runs out of memory, or if there are more nodes than 32 bits count.
     fn trace_slices(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         memory: u64,
         progress: &dyn Progress,
@@ -59,7 +58,7 @@ pub trait Backend {
     /// As [`Backend::trace_slices`].
     fn raster_slices(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         memory: u64,
         progress: &dyn Progress,
@@ -79,7 +78,7 @@ pub trait Backend {
     /// If this backend does not build such maps.
     fn trace_coded(
         &self,
-        _volume: &Volume,
+        _media: &Media,
         _frame: &Frame,
         _codec: &dyn Codec,
         _progress: &dyn Progress,
@@ -95,7 +94,7 @@ pub trait Backend {
     /// If this backend does not build such maps, or if there are more points than 32 bits count.
     fn trace_visibility(
         &self,
-        _volume: &Volume,
+        _media: &Media,
         _frame: &Frame,
         _tolerance: f32,
         _progress: &dyn Progress,
@@ -110,7 +109,7 @@ pub trait Backend {
     /// If this backend does not build such maps.
     fn trace_grid(
         &self,
-        _volume: &Volume,
+        _media: &Media,
         _frame: &Frame,
         _shape: [usize; 3],
         _progress: &dyn Progress,
@@ -124,41 +123,42 @@ pub trait Backend {
     /// If the device fails or runs out of memory.
     fn march_view(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image>;
 
-    /// The shadow map of `scene`, of the kind that `settings` ask for.
+    /// The shadow map of `scene`, a [`crate::scene::Beam`]'s, of the kind that `settings` ask for: of its first light, in
+    /// extinction without tints.
     ///
     /// # Errors
     /// As [`Backend::trace_threshold`], and if the light cannot be fitted to the volume.
     fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        let view = LightView::fit(&scene.light, &scene.volume)?;
+        let view = LightView::fit(scene.light(), &scene.media)?;
         let frame = Frame::with_light_view(scene, settings, &view)?;
-        let volume = &scene.volume;
+        let media = &scene.media;
         match settings.map.unwrap_or(self.default_map()) {
             MapKind::Threshold => {
-                let texels = self.trace_threshold(volume, &frame, progress)?;
+                let texels = self.trace_threshold(media, &frame, progress)?;
                 Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)))
             }
             MapKind::Coded(coding) => {
-                let bytes = self.trace_coded(volume, &raw(&frame), &*codec(coding), progress)?;
+                let bytes = self.trace_coded(media, &raw(&frame), &*codec(coding), progress)?;
                 Ok(Map::Coded(CodedMap::new(bytes, coding, view, &frame)))
             }
             MapKind::Visibility => {
                 let tolerance = settings.tolerance as f32;
-                let lists = self.trace_visibility(volume, &raw(&frame), tolerance, progress)?;
+                let lists = self.trace_visibility(media, &raw(&frame), tolerance, progress)?;
                 Ok(Map::Visibility(VisibilityMap::new(lists, tolerance, view, &frame)))
             }
             MapKind::Grid(count) => {
-                let shape = grid_shape(volume.dims(), count);
-                let values = self.trace_grid(volume, &frame, shape, progress)?;
+                let shape = grid_shape(media.dims(), count);
+                let values = self.trace_grid(media, &frame, shape, progress)?;
                 Ok(Map::Grid(GridMap::new(values, shape, view, &frame)))
             }
             MapKind::Fragments => {
-                let runs = self.runs(volume, &frame, settings, progress)?;
+                let runs = self.runs(media, &frame, settings, progress)?;
                 let wide = settings.filter.window().0 > 1;
                 let links = if settings.links && wide {
                     Some(self.link_neighbors(&runs, settings.map_size)?)
@@ -180,20 +180,20 @@ pub trait Backend {
     /// As [`Backend::trace_slices`].
     fn runs(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Runs> {
         match settings.slices {
-            Slices::Raster => self.raster_slices(volume, frame, settings.memory, progress),
+            Slices::Raster => self.raster_slices(media, frame, settings.memory, progress),
             Slices::Auto | Slices::Ray | Slices::Planes => {
-                self.trace_slices(volume, frame, settings.memory, progress)
+                self.trace_slices(media, frame, settings.memory, progress)
             }
         }
     }
 
-    /// A picture of `scene`: its map, then the camera march.
+    /// A picture of `scene`: for each of its beams the map, then the camera march.
     ///
     /// # Errors
     /// As the two passes.
@@ -202,11 +202,18 @@ pub trait Backend {
         scene: &Scene,
         settings: &Settings,
         progress: &dyn Progress,
-    ) -> Result<(Image, Map)> {
-        let map = self.map(scene, settings, progress)?;
-        let frame = Frame::with_light_view(scene, settings, map.view())?;
-        let image = self.march_view(&scene.volume, &frame, &map, progress)?;
-        Ok((image, map))
+    ) -> Result<(Image, Vec<Map>)> {
+        let [width, height] = settings.image_size;
+        let mut image = Image::filled(width, height, [0.0; 4]);
+        let mut maps = Vec::new();
+        for beam in scene.beams() {
+            let map = self.map(&beam.scene, settings, progress)?;
+            let frame = Frame::with_light_view(&beam.scene, settings, map.view())?;
+            let picture = self.march_view(&beam.scene.media, &frame, &map, progress)?;
+            beam.add(&picture, &mut image);
+            maps.push(map);
+        }
+        Ok((image, maps))
     }
 }
 

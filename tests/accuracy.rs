@@ -4,7 +4,7 @@
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
 use deepshadow::progress::Silent;
-use deepshadow::reference::{Cells, light_transmittance};
+use deepshadow::reference::Extinction;
 use deepshadow::scene::Scene;
 use deepshadow::settings::{Crossing, Lookup, MapKind, Settings};
 use deepshadow::shadow::{Map, ShadowMap};
@@ -20,7 +20,7 @@ const POINTS: usize = 40_000;
 
 /// Random points in the volume with the exact transmittance from the light.
 pub fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
-    let bounds = scene.volume.world_bounds();
+    let bounds = scene.media.world_bounds();
     let mut random = Random(42);
     let points: Vec<DVec3> = (0..POINTS)
         .map(|_| {
@@ -28,12 +28,8 @@ pub fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
             bounds.min + unit * bounds.size()
         })
         .collect();
-    let cells = Cells::of(&scene.volume);
-    let scale = scene.medium.density_scale;
-    points
-        .into_par_iter()
-        .map(|p| (p, light_transmittance(&cells, &scene.light, scale, p)))
-        .collect()
+    let exact = Extinction::of(&scene.media);
+    points.into_par_iter().map(|p| (p, exact.light_transmittance(scene.light(), p))).collect()
 }
 
 pub fn error(map: &Map, points: &[(DVec3, f64)]) -> f64 {

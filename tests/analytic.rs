@@ -1,8 +1,8 @@
 //! Closed forms: the reference against formulas, and the backends against the same.
 
 use deepshadow::math::Aabb;
-use deepshadow::reference::{Cells, TexelProfile, optical_depth};
-use deepshadow::scene::{Light, LightKind, LightView};
+use deepshadow::reference::{Cells, Extinction, TexelProfile, optical_depth};
+use deepshadow::scene::{Light, LightKind, LightView, Media};
 use glam::DVec3;
 
 use crate::support::scenes::{unit_cube, volume};
@@ -104,16 +104,19 @@ fn erf(x: f64) -> f64 {
 fn profiles_agree_with_single_integrals_for_every_kind_of_light() {
     let graded = volume([6, 5, 7], unit_cube(), |[x, y, z]| (x + 2 * y + z) as f32 / 20.0);
     let cells = Cells::of(&graded);
+    let mut media = Media::from(graded.clone());
+    media.medium_mut().density_scale = 3.0;
+    let extinction = Extinction::of(&media);
     let kinds = [
         LightKind::Directional { direction: DVec3::new(0.4, -1.0, 0.2) },
         LightKind::Point { position: DVec3::new(0.3, 2.0, -1.1) },
     ];
     for kind in kinds {
         let light = Light { kind, irradiance: DVec3::ONE };
-        let view = LightView::fit(&light, &graded).unwrap();
+        let view = LightView::fit(&light, &media).unwrap();
         let depths: Vec<f64> = (0..50).map(|i| f64::from(i) * 0.06).collect();
         for uv in [[0.5, 0.5], [0.21, 0.64], [0.8, 0.33]] {
-            let profile = TexelProfile::trace(&cells, &view, 3.0, uv, &depths);
+            let profile = TexelProfile::trace(&extinction, &view, uv, &depths);
             let (origin, direction) = view.ray(uv[0], uv[1]);
             for (depth, found) in depths.iter().zip(&profile.transmittance) {
                 let exact = (-3.0 * optical_depth(&cells, origin, direction, [0.0, *depth])).exp();
@@ -131,7 +134,7 @@ fn profiles_agree_with_single_integrals_for_every_kind_of_light() {
 /// The map touches the volume's outline on all four sides and reaches no further.
 #[test]
 fn light_views_fit_tightly() {
-    let cube = volume([4; 3], unit_cube(), |_| 1.0);
+    let cube = Media::from(volume([4; 3], unit_cube(), |_| 1.0));
     for kind in [
         LightKind::Directional { direction: DVec3::new(0.2, -0.9, 0.35) },
         LightKind::Directional { direction: DVec3::NEG_Y },
@@ -153,7 +156,7 @@ fn light_views_fit_tightly() {
 
 #[test]
 fn a_light_in_or_too_near_the_volume_is_an_error_with_its_position() {
-    let cube = volume([4; 3], unit_cube(), |_| 1.0);
+    let cube = Media::from(volume([4; 3], unit_cube(), |_| 1.0));
     for position in [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.0, 0.501, 0.0)] {
         let light = Light { kind: LightKind::Point { position }, irradiance: DVec3::ONE };
         let error = LightView::fit(&light, &cube).unwrap_err().to_string();

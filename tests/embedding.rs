@@ -42,10 +42,10 @@ fn another_program_shades_its_points_with_our_shadow() {
     // Our map, made on it.
     let scene = anchor_scene(Preset::Bucky, 4.0, 32);
     let settings = settings(64, [1, 1]);
-    let view = LightView::fit(&scene.light, &scene.volume).unwrap();
+    let view = LightView::fit(scene.light(), &scene.media).unwrap();
     let frame = Frame::with_light_view(&scene, &settings, &view).unwrap();
     let renderer = Renderer::new(&device, &queue).unwrap();
-    let volume = renderer.upload(&scene.volume).unwrap();
+    let volume = renderer.upload(&scene.media).unwrap();
     let parameters = renderer.frame(&frame, &volume).unwrap();
     let map = renderer.map(settings.map_size).unwrap();
     let mut encoder = device.create_command_encoder(&Default::default());

@@ -7,7 +7,7 @@ use deepshadow::cpu::CpuBackend;
 use deepshadow::kernel::fitting::Fitter;
 use deepshadow::kernel::fragments::{Node, nodes_before, optical_depth_between};
 use deepshadow::progress::Silent;
-use deepshadow::reference::{Cells, TexelProfile, light_transmittance};
+use deepshadow::reference::{Extinction, TexelProfile};
 use deepshadow::scene::{LightKind, Scene};
 use deepshadow::settings::{Filter, MapKind, Settings, Slices};
 use deepshadow::shadow::{Fragment, FragmentLists, FragmentMap, Map, ShadowMap};
@@ -39,13 +39,13 @@ fn fragments(scene: &Scene, settings: &Settings) -> FragmentMap {
 
 /// Largest and root mean square error on the central rays of random texels.
 fn error_on_rays(scene: &Scene, map: &FragmentMap) -> (f64, f64) {
-    let cells = Cells::of(&scene.volume);
+    let exact = Extinction::of(&scene.media);
     let mut random = Random(11);
     let size = map.size();
     let texels: Vec<[u32; 2]> = (0..TEXELS)
         .map(|_| [random.unit(), random.unit()].map(|r| (r * f64::from(size)) as u32))
         .collect();
-    let [near, far] = map.view().axial_extent(&scene.volume);
+    let [near, far] = map.view().axial_extent(&scene.media);
     let per_texel = texels.into_par_iter().map(|[x, y]| {
         let mut random = Random(u64::from(y * size + x) + 1);
         let mut depths: Vec<f32> =
@@ -53,8 +53,7 @@ fn error_on_rays(scene: &Scene, map: &FragmentMap) -> (f64, f64) {
         depths.sort_by(f32::total_cmp);
         let place = [x, y].map(|i| (f64::from(i) + 0.5) / f64::from(size));
         let wanted: Vec<f64> = depths.iter().map(|&d| f64::from(d)).collect();
-        let scale = scene.medium.density_scale;
-        let profile = TexelProfile::trace(&cells, map.view(), scale, place, &wanted);
+        let profile = TexelProfile::trace(&exact, map.view(), place, &wanted);
         let errors = depths
             .iter()
             .zip(&profile.transmittance)
@@ -99,9 +98,8 @@ fn at_random_points_only_the_maps_resolution_is_left() {
     for preset in Preset::ALL {
         let scene = anchor_scene(preset, 4.0, MAP);
         let map = fragments(&scene, &raw(512));
-        let cells = Cells::of(&scene.volume);
-        let scale = scene.medium.density_scale;
-        let bounds = scene.volume.world_bounds();
+        let truth_of = Extinction::of(&scene.media);
+        let bounds = scene.media.world_bounds();
         let mut random = Random(42);
         let points: Vec<DVec3> = (0..10_000)
             .map(|_| bounds.min + DVec3::from_array([0; 3].map(|_| random.unit())) * bounds.size())
@@ -109,9 +107,9 @@ fn at_random_points_only_the_maps_resolution_is_left() {
         let errors: Vec<[f64; 2]> = points
             .into_par_iter()
             .map(|point| {
-                let truth = light_transmittance(&cells, &scene.light, scale, point);
+                let truth = truth_of.light_transmittance(scene.light(), point);
                 let light = map.view().coordinates(point).unwrap();
-                let exact = Exact { map: &map, cells: &cells, scale };
+                let exact = Exact { map: &map, extinction: &truth_of };
                 let [u, v, depth] = light.as_vec3().to_array();
                 [map.bilinear(u, v, depth), exact.bilinear(u, v, depth)]
                     .map(|t| f64::from(t) - truth)
@@ -126,8 +124,7 @@ fn at_random_points_only_the_maps_resolution_is_left() {
 /// The exact transmittance of every texel as a map.
 struct Exact<'a> {
     map: &'a FragmentMap,
-    cells: &'a Cells<'a>,
-    scale: f64,
+    extinction: &'a Extinction<'a>,
 }
 
 impl ShadowMap for Exact<'_> {
@@ -143,7 +140,7 @@ impl ShadowMap for Exact<'_> {
         let place = [x, y].map(|i| (f64::from(i) + 0.5) / f64::from(self.size()));
         let depths = [f64::from(depth)];
         let view = self.map.view();
-        TexelProfile::trace(self.cells, view, self.scale, place, &depths).transmittance[0] as f32
+        TexelProfile::trace(self.extinction, view, place, &depths).transmittance[0] as f32
     }
 }
 
@@ -284,7 +281,7 @@ fn drawn_planes_give_the_lists_that_marched_planes_give() {
     for light in [None, Some(DVec3::new(0.8, 1.5, 0.6))] {
         let mut scene = anchor_scene(Preset::Bucky, 6.0, 32);
         if let Some(position) = light {
-            scene.light.kind = LightKind::Point { position };
+            scene.lights[0].kind = LightKind::Point { position };
         }
         let marched = Settings { slices: Slices::Planes, ..raw(40) };
         let drawn = Settings { slices: Slices::Raster, ..raw(40) };
@@ -300,7 +297,7 @@ fn windows_along_links_are_windows_by_brute_force() {
     let mut scene = anchor_scene(Preset::Rods, 6.0, 32);
     for position in [None, Some(DVec3::new(0.8, 1.5, 0.6))] {
         if let Some(position) = position {
-            scene.light.kind = LightKind::Point { position };
+            scene.lights[0].kind = LightKind::Point { position };
         }
         for filter in [Filter::Pcf3, Filter::Pcf7, Filter::Edsm5] {
             let linked = Settings { filter, links: true, ..settings(60) };
@@ -308,7 +305,7 @@ fn windows_along_links_are_windows_by_brute_force() {
             let plain = fragments(&scene, &Settings { links: false, ..linked });
             assert!(map.links().is_some() && plain.links().is_none());
             let mut random = Random(8);
-            let [near, far] = map.view().axial_extent(&scene.volume);
+            let [near, far] = map.view().axial_extent(&scene.media);
             for _ in 0..4_000 {
                 let [u, v] = [random.unit() as f32, random.unit() as f32];
                 let depth = (near + (random.unit() * 1.2 - 0.1) * (far - near)) as f32;
@@ -327,13 +324,13 @@ fn extreme_volumes_are_right_or_refused() {
     let dense = |extinction: f64| scene(volume([1024, 2, 2], unit_cube(), |_| 1.0), extinction);
     // A texel of 4,096 fragments: down a long row of voxels.
     let mut long = dense(2.0);
-    long.light.kind = LightKind::Directional { direction: DVec3::X };
+    long.lights[0].kind = LightKind::Directional { direction: DVec3::X };
     let map = fragments(&long, &settings);
     assert_eq!(map.fragments(1, 1).count(), 4096);
     assert!((f64::from(map.texel_transmittance(1, 1, 0.25)) - (-0.5_f64).exp()).abs() < 1e-5);
     // Opaque within the first slab.
     let mut opaque = dense(1e9);
-    opaque.light.kind = LightKind::Directional { direction: DVec3::X };
+    opaque.lights[0].kind = LightKind::Directional { direction: DVec3::X };
     for settings in [settings.clone(), Settings { tolerance: 0.002, ..settings.clone() }] {
         let map = fragments(&opaque, &settings);
         assert_eq!(map.texel_transmittance(1, 1, -0.1), 1.0);
@@ -346,7 +343,7 @@ fn extreme_volumes_are_right_or_refused() {
     assert_eq!((map.runs().nodes().len(), map.bilinear(0.4, 0.6, 1.0)), (0, 1.0));
     // A light among the voxels.
     let mut inside = dense(1.0);
-    inside.light.kind = LightKind::Point { position: DVec3::new(0.1, 0.1, 0.1) };
+    inside.lights[0].kind = LightKind::Point { position: DVec3::new(0.1, 0.1, 0.1) };
     let error = CpuBackend.map(&inside, &settings, &Silent).unwrap_err().to_string();
     assert!(error.contains("inside the volume"), "{error}");
 }

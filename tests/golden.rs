@@ -48,7 +48,7 @@ fn measured() -> BTreeMap<(String, String), [f64; 4]> {
     let mut found = BTreeMap::new();
     for preset in Preset::ALL {
         let scene = anchor_scene(preset, DEPTH, MAP);
-        let view = LightView::fit(&scene.light, &scene.volume).unwrap();
+        let view = LightView::fit(scene.light(), &scene.media).unwrap();
         let points = Points::draw(&scene, &view, MAP, &Place::ALL, POINTS, &Silent);
         for (label, settings) in methods() {
             let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();

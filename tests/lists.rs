@@ -26,13 +26,13 @@ fn frame(scene: &Scene, slices: Slices, size: u32, steps: u32, tolerance: f64) -
         truncation: 0.0,
         ..all_settings(size, [8, 8])
     };
-    let view = LightView::fit(&scene.light, &scene.volume).unwrap();
+    let view = LightView::fit(scene.light(), &scene.media).unwrap();
     Frame::with_light_view(scene, &settings, &view).unwrap()
 }
 
 /// Marched or drawn by a backend.
 fn lists(backend: &dyn Backend, scene: &Scene, frame: &Frame, drawn: bool, memory: u64) -> Runs {
-    let volume = &scene.volume;
+    let volume = &scene.media;
     let built = if drawn {
         backend.raster_slices(volume, frame, memory, &Silent)
     } else {
@@ -73,7 +73,7 @@ fn exact(backend: &dyn Backend) -> bool {
 fn lists_are_the_same_whoever_builds_them() {
     let directional = anchor_scene(Preset::Box, 6.0, 32);
     let mut point = anchor_scene(Preset::Box, 6.0, 32);
-    point.light.kind = LightKind::Point { position: DVec3::new(0.9, 1.6, 0.7) };
+    point.lights[0].kind = LightKind::Point { position: DVec3::new(0.9, 1.6, 0.7) };
     for (name, scene) in [("directional", directional), ("point", point)] {
         let planes = frame(&scene, Slices::Planes, 40, 200, 0.0);
         let truth = lists(&CpuBackend, &scene, &planes, false, MEMORIES[0]);
@@ -95,7 +95,7 @@ fn lists_are_the_same_whoever_builds_them() {
 fn nothing_is_lost_where_there_was_too_little_room() {
     let stripes = volume([4, 4, 400], unit_cube(), |[_, _, z]| (z / 2 % 2) as f32);
     let mut busy = scene(stripes, 4.0);
-    busy.light.kind = LightKind::Directional { direction: DVec3::Z };
+    busy.lights[0].kind = LightKind::Directional { direction: DVec3::Z };
     for tolerance in [0.0005, 0.0] {
         let ray = frame(&busy, Slices::Ray, 12, 1600, tolerance);
         let truth = lists(&CpuBackend, &busy, &ray, false, MEMORIES[0]);

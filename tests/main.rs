@@ -7,6 +7,7 @@ mod architecture;
 mod backends;
 mod certify;
 mod cli;
+mod colour;
 mod compare;
 mod convert;
 mod embedding;

@@ -16,7 +16,7 @@ const MAP: u32 = 32;
 const COUNT: u64 = 3_000;
 
 fn points(scene: &Scene, seed: u64) -> (LightView, Points) {
-    let view = LightView::fit(&scene.light, &scene.volume).unwrap();
+    let view = LightView::fit(scene.light(), &scene.media).unwrap();
     let points = Points::draw(scene, &view, MAP, &Place::ALL, [COUNT, seed], &Silent);
     (view, points)
 }
@@ -50,16 +50,16 @@ impl<M: ShadowMap> ShadowMap for Off<M> {
 #[test]
 fn the_exact_map_is_measured_as_exact() {
     let mut scene = anchor_scene(Preset::Bucky, 4.0, MAP);
-    let center = scene.volume.world_bounds().center();
-    let position = center + DVec3::new(0.8, 1.9, 0.4) * scene.volume.world_bounds().size();
+    let center = scene.media.world_bounds().center();
+    let position = center + DVec3::new(0.8, 1.9, 0.4) * scene.media.world_bounds().size();
     let spot = LightKind::Spot {
         position,
         direction: center - position,
         cone_degrees: 40.0,
         cone_softness: 0.1,
     };
-    for kind in [scene.light.kind, LightKind::Point { position }, spot] {
-        scene.light.kind = kind;
+    for kind in [scene.light().kind, LightKind::Point { position }, spot] {
+        scene.lights[0].kind = kind;
         let (view, points) = points(&scene, 5);
         let exact = ExactPoints(ExactTexels::new(&scene, &view, MAP));
         for place in Place::ALL {
@@ -135,7 +135,7 @@ fn medium_points_lie_in_voxels_that_hold_some() {
 #[test]
 fn anchor_scenes_are_as_deep_as_they_say() {
     let scene = anchor_scene(Preset::Clouds, 16.0, MAP);
-    let view = LightView::fit(&scene.light, &scene.volume).unwrap();
+    let view = LightView::fit(scene.light(), &scene.media).unwrap();
     assert!((largest_optical_depth(&scene, &view, MAP) - 16.0).abs() < 1e-9);
 }
 

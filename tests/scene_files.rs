@@ -2,11 +2,10 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
-use deepshadow::io::load_volume;
+use deepshadow::io::{load_ingredients, load_volume};
 use deepshadow::progress::Silent;
 use deepshadow::scene::automatic::{Surroundings, complete};
 use deepshadow::scene::{Scene, SceneFile, descriptor};
@@ -42,8 +41,8 @@ radiance = [0.25, 0.25, 0.25]
 
 fn load(text: &str, folder: &Path) -> deepshadow::Result<(Scene, Settings)> {
     let file = SceneFile::parse(text, &folder.join("scene.toml"))?;
-    let volume = Arc::new(load_volume(&file.volume)?);
-    complete(&file, volume, Surroundings::Void).map(|(scene, settings, _)| (scene, settings))
+    let (own, _) = load_ingredients(file.volume.first(), false)?;
+    complete(&file, vec![own], Surroundings::Void).map(|(scene, settings, _)| (scene, settings))
 }
 
 /// Single scattering in a uniform box: with s(t) the way to the light from distance t,
@@ -55,10 +54,10 @@ fn box_of_extinction_4_has_its_closed_form_radiance() {
     fs::write(folder.path().join("box.raw"), [2_u8; 4 * 5 * 6]).unwrap();
     let (scene, settings) = load(BOX_OF_EXTINCTION_4, folder.path()).unwrap();
     let (image, _) = CpuBackend.render(&scene, &settings, &Silent).unwrap();
-    let bounds = scene.volume.world_bounds();
+    let bounds = scene.media.world_bounds();
     assert!((bounds.min + 0.5).length() + (bounds.max - 0.5).length() < 1e-12, "{bounds:?}");
     let rays = scene.camera.rays(96.0 / 80.0);
-    let to_light = -scene.light.direction_at(DVec3::ZERO);
+    let to_light = -scene.light().direction_at(DVec3::ZERO);
     let (extinction, parts) = (4.0, 4000);
     let mut errors = Vec::new();
     for (i, pixel) in image.pixels.iter().enumerate() {
@@ -124,9 +123,9 @@ fn mistakes_are_named_with_their_key() {
 fn every_preset_has_a_scene_that_loads() {
     for preset in Preset::ALL {
         let file = descriptor(preset).unwrap();
-        let volume = Arc::new(load_volume(&file.volume).unwrap());
-        let (scene, ..) = complete(&file, volume, Surroundings::Studio).unwrap();
-        let bounds = scene.volume.world_bounds();
+        let volume = load_volume(file.volume.first()).unwrap();
+        let (scene, ..) = complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
+        let bounds = scene.media.world_bounds();
         assert!((bounds.size().max_element() - 1.0).abs() < 1e-9, "{}: {bounds:?}", preset.name());
         assert!(bounds.center().length() < 1e-9, "{}: {bounds:?}", preset.name());
     }

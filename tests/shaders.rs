@@ -3,8 +3,8 @@
 
 use std::mem::offset_of;
 
-use deepshadow::frame::{self, Frame};
-use deepshadow::gpu::{PASSES, linked, shadow_wgsl};
+use deepshadow::frame::{self, Field, Frame, Part};
+use deepshadow::gpu::{MediaKind, PASSES, linked, shadow_wgsl};
 use deepshadow::kernel::{fitting, fragments, medium, threshold, view};
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{MOST_WALKED, NO_LINK};
@@ -28,8 +28,10 @@ fn validated(text: &str) -> Module {
 fn every_pass_is_valid_and_declares_its_entry_point() {
     for (name, source) in PASSES {
         for map in [MapKind::Threshold, MapKind::Fragments] {
-            let module = validated(&linked(source, map).unwrap());
-            assert!(module.entry_points.iter().any(|entry| entry.name == name), "{name}");
+            for media in [MediaKind::Plain, MediaKind::Mixed] {
+                let module = validated(&linked(source, map, media).unwrap());
+                assert!(module.entry_points.iter().any(|entry| entry.name == name), "{name}");
+            }
         }
     }
 }
@@ -50,7 +52,7 @@ fn the_lookup_for_other_programs_is_valid_in_any_bind_group() {
 #[test]
 fn an_import_of_a_missing_file_is_an_error() {
     assert!(
-        linked("#import kernel/none\n", MapKind::Threshold)
+        linked("#import kernel/none\n", MapKind::Threshold, MediaKind::Plain)
             .unwrap_err()
             .to_string()
             .contains("kernel/none")
@@ -98,12 +100,31 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         methods,
         counts,
     ];
-    let module = parsed(&linked("#import kernel/frame\n", MapKind::Threshold).unwrap());
+    same_layout("#import kernel/frame\n", "Frame", &ours, size_of::<Frame>());
+}
+
+/// The same for what mixtures are made of.
+#[test]
+fn mixtures_have_the_same_fields_at_the_same_places() {
+    macro_rules! fields {
+        ($type:ident: $($name:ident),*) => { vec![$((stringify!($name), offset_of!($type, $name))),*] };
+    }
+    let part = fields!(Part: albedo, strength, transfer, emission, fields);
+    same_layout(MIXTURE, "Part", &part, size_of::<Part>());
+    let field = fields!(Field: index_from_media, domain_min, domain_max, voxel_share);
+    same_layout(MIXTURE, "Field", &field, size_of::<Field>());
+}
+
+const MIXTURE: &str = "#import media/mixture\n";
+
+fn same_layout(root: &str, name: &str, ours: &[(&str, usize)], bytes: usize) {
+    let text = linked(root, MapKind::Threshold, MediaKind::Mixed).unwrap();
+    let module = parsed(&text);
     let (members, span) = module
         .types
         .iter()
         .find_map(|(_, ty)| match &ty.inner {
-            TypeInner::Struct { members, span } if ty.name.as_deref() == Some("Frame") => {
+            TypeInner::Struct { members, span } if ty.name.as_deref() == Some(name) => {
                 Some((members.clone(), *span))
             }
             _ => None,
@@ -112,7 +133,7 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
     let theirs: Vec<(&str, usize)> =
         members.iter().map(|m| (m.name.as_deref().unwrap(), m.offset as usize)).collect();
     assert_eq!(ours, theirs);
-    assert_eq!(size_of::<Frame>(), span as usize);
+    assert_eq!(bytes, span as usize);
 }
 
 fn constant(module: &Module, name: &str) -> Vec<f64> {
@@ -178,12 +199,22 @@ fn constants_are_the_same_on_both_sides() {
         ("INTERLEAVED", vec![f64::from(deepshadow::gpu::INTERLEAVED)]),
         ("INTERLEAVED_STRIDE", vec![f64::from(deepshadow::gpu::INTERLEAVED_STRIDE)]),
     ];
-    for (map, own) in [(MapKind::Threshold, &thresholds[..]), (MapKind::Fragments, &lists[..])] {
-        let module = parsed(&linked(ALL_CONSTANTS, map).unwrap());
-        for (name, value) in common.iter().chain(own) {
+    let mixtures = [
+        ("MOST_PARTS", vec![frame::MOST_PARTS as f64]),
+        ("MOST_FIELDS", vec![frame::MOST_FIELDS as f64]),
+        ("TABLE_CELLS", vec![f64::from(frame::TABLE_CELLS)]),
+        ("LEAST_CELLS", one(frame::LEAST_CELLS)),
+    ];
+    for (map, media, own, more) in [
+        (MapKind::Threshold, MediaKind::Plain, &thresholds[..], &[][..]),
+        (MapKind::Fragments, MediaKind::Mixed, &lists[..], &mixtures[..]),
+    ] {
+        let module = parsed(&linked(ALL_CONSTANTS, map, media).unwrap());
+        for (name, value) in common.iter().chain(own).chain(more) {
             assert_eq!(constant(&module, name), *value, "{name}");
         }
-        let shared = common.len() + own.len();
+        // Whether media are mixed is the shaders' own business: a truth value.
+        let shared = common.len() + own.len() + more.len() + 1;
         assert_eq!(module.constants.len(), shared, "each constant is compared");
     }
 }

@@ -15,6 +15,21 @@ fn phase(g: f32, cosine: f32) -> f32 {
     return (1.0 - g * g) / (FOUR_PI * spread * sqrt(spread));
 }
 
+// Light scattered into an angle of the given cosine behind a transmittance, with `count` octaves more.
+fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
+    var share: f32 = 1.0;
+    var narrow = g;
+    var through = transmittance;
+    var sum = phase(g, cosine) * through;
+    for (var i: u32 = 0u; i < count; i++) {
+        share *= 0.5;
+        narrow *= 0.5;
+        through = sqrt(through);
+        sum += share * phase(narrow, cosine) * through;
+    }
+    return sum;
+}
+
 // What two steps of a ray add to a picture: where to sample the light for each of them, or for both
 // at once, which then weighs nothing in the second place.
 struct Scattered {

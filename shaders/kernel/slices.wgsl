@@ -1,6 +1,6 @@
 // A light ray cut into slabs, and the optical depth of each.
-#import kernel/density
 #import kernel/light
+#import media
 
 // Slab i lies between depths start + i step and start + (i + 1) step, clipped to enter..exit.
 struct Slabs {
@@ -67,7 +67,7 @@ fn slab_optical_depth(slabs: Slabs, i: u32) -> f32 {
     let step = max(bounds.y - bounds.x, 0.0) / f32(slabs.samples);
     var sum: f32 = 0.0;
     for (var s: u32 = 0u; s < slabs.samples; s++) {
-        sum += sample_density(ray_at(slabs.ray, bounds.x + (f32(s) + 0.5) * step));
+        sum += density_along(slabs.ray, bounds.x + (f32(s) + 0.5) * step, 0.5 * step);
     }
     return sum * step * frame.domain_min.w;
 }
@@ -85,10 +85,10 @@ fn four_optical_depths(slabs: Slabs, i: u32) -> vec4<f32> {
     for (var s: u32 = 0u; s < slabs.samples; s++) {
         let at = fronts + (f32(s) + 0.5) * steps;
         sums += vec4<f32>(
-            sample_density(ray_at(slabs.ray, at.x)),
-            sample_density(ray_at(slabs.ray, at.y)),
-            sample_density(ray_at(slabs.ray, at.z)),
-            sample_density(ray_at(slabs.ray, at.w)),
+            density_along(slabs.ray, at.x, 0.5 * steps.x),
+            density_along(slabs.ray, at.y, 0.5 * steps.y),
+            density_along(slabs.ray, at.z, 0.5 * steps.z),
+            density_along(slabs.ray, at.w, 0.5 * steps.w),
         );
     }
     return sums * steps * frame.domain_min.w;

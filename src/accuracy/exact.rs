@@ -1,6 +1,6 @@
 //! The exact integral in the place of a shadow map: what the others are measured against.
 
-use crate::reference::{Cells, optical_depth};
+use crate::reference::Extinction;
 use crate::scene::{LightView, Scene};
 use crate::shadow::ShadowMap;
 
@@ -8,8 +8,7 @@ use crate::shadow::ShadowMap;
 /// map's resolution alone costs: no representation is better at that resolution.
 #[derive(Clone, Debug)]
 pub struct ExactTexels<'a> {
-    cells: Cells<'a>,
-    density_scale: f64,
+    extinction: Extinction<'a>,
     view: LightView,
     size: u32,
 }
@@ -17,20 +16,18 @@ pub struct ExactTexels<'a> {
 impl<'a> ExactTexels<'a> {
     /// The rays of a map of `size` squared texels through `scene`, seen from `view`.
     pub fn new(scene: &'a Scene, view: &LightView, size: u32) -> Self {
-        let cells = Cells::of(&scene.volume);
-        Self { cells, density_scale: scene.medium.density_scale, view: *view, size }
+        Self { extinction: Extinction::of(&scene.media), view: *view, size }
     }
 
     /// Exact transmittance from the light to `depth` (world length) along the ray through (u, v).
     pub fn transmittance(&self, u: f64, v: f64, depth: f64) -> f64 {
         let (origin, direction) = self.view.ray(u, v);
-        let integral = optical_depth(&self.cells, origin, direction, [0.0, depth]);
-        (-self.density_scale * integral).exp()
+        (-self.extinction.optical_depth(origin, direction, [0.0, depth])).exp()
     }
 
-    /// The volume's cells.
-    pub(super) fn cells(&self) -> &Cells<'a> {
-        &self.cells
+    /// The truth behind it.
+    pub(super) fn extinction(&self) -> &Extinction<'a> {
+        &self.extinction
     }
 
     /// The middle of texel (`x`, `y`).

@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::reference::{Cells, optical_depth};
+use crate::reference::Extinction;
 use crate::scene::{LightView, Scene};
 use crate::shadow::ShadowMap;
 pub use errors::{Errors, VISIBLE};
@@ -30,14 +30,14 @@ const TIMED_RUNS: usize = 16;
 /// The largest optical depth along the central rays of a map of `map_size` squared texels seen from
 /// `view`, exact to rounding.
 pub fn largest_optical_depth(scene: &Scene, view: &LightView, map_size: u32) -> f64 {
-    let cells = Cells::of(&scene.volume);
+    let extinction = Extinction::of(&scene.media);
     let n = map_size as usize;
     let depth = |texel: usize| {
         let at = |i: usize| (i as f64 + 0.5) / n as f64;
         let (origin, direction) = view.ray(at(texel % n), at(texel / n));
-        optical_depth(&cells, origin, direction, [0.0, f64::INFINITY])
+        extinction.optical_depth(origin, direction, [0.0, f64::INFINITY])
     };
-    scene.medium.density_scale * (0..n * n).into_par_iter().map(depth).reduce(|| 0.0, f64::max)
+    (0..n * n).into_par_iter().map(depth).reduce(|| 0.0, f64::max)
 }
 
 /// Nanoseconds that a lookup in `map` takes on one thread of the processor, filtered by `window` as

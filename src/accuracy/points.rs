@@ -6,10 +6,8 @@ use rayon::prelude::*;
 use super::random::Random;
 use super::{Errors, ExactTexels};
 use crate::progress::Progress;
-use crate::reference::light_transmittance;
-use crate::scene::{LightView, Scene};
+use crate::scene::{Body, LightView, Media, Scene};
 use crate::shadow::ShadowMap;
-use crate::volume::Volume;
 
 /// A place of a map, and what an exact map says there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,9 +134,7 @@ fn sample(
     match drawn {
         Drawn::World(point) => {
             let place = view.coordinates(point)?.as_vec3().to_array();
-            let cells = exact.cells();
-            let scale = scene.medium.density_scale;
-            let truth = light_transmittance(cells, &scene.light, scale, point);
+            let truth = exact.extinction().light_transmittance(scene.light(), point);
             Some(Sample { place, truth })
         }
         Drawn::Light([u, v, depth]) => {
@@ -151,31 +147,36 @@ fn sample(
 }
 
 fn in_volume(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
-    let volume = &scene.volume;
-    let domain = volume.domain();
-    let world = |index: DVec3| Drawn::World(volume.world_from_index().transform_point3(index));
+    let media = &scene.media;
+    let domain = media.domain();
+    let world = |index: DVec3| Drawn::World(media.world_from_index().transform_point3(index));
     (0..count).map(|_| world(domain.min + random.cube() * domain.size())).collect()
 }
 
 fn in_medium(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
-    let volume = &scene.volume;
-    let filled = volume.values().iter().filter(|&&value| value > 0.0).count() as u64;
+    let bodies = scene.media.bodies();
+    let filled_of = |body: &Body| body.volume.values().iter().filter(|&&value| value > 0.0).count();
+    let filled = bodies.iter().map(filled_of).sum::<usize>() as u64;
     if filled == 0 {
         return Vec::new();
     }
     // Ranks among the filled voxels, rising, so that one pass over the values finds them all.
     let mut ranks: Vec<u64> = (0..count).map(|_| random.below(filled)).collect();
     ranks.sort_unstable();
-    let (domain, [nx, ny, _]) = (volume.domain(), volume.dims());
     let mut wanted = ranks.into_iter().peekable();
     let mut drawn = Vec::with_capacity(count);
-    let voxels = volume.values().iter().enumerate().filter(|&(_, &value)| value > 0.0);
-    for (rank, (i, _)) in voxels.enumerate() {
-        while wanted.next_if_eq(&(rank as u64)).is_some() {
-            let voxel = [i % nx, i / nx % ny, i / (nx * ny)].map(|c| c as f64);
-            let index = DVec3::from_array(voxel) + random.cube() - 0.5;
-            let index = index.clamp(domain.min, domain.max);
-            drawn.push(Drawn::World(volume.world_from_index().transform_point3(index)));
+    let mut rank = 0;
+    for Body { volume, .. } in bodies {
+        let (domain, [nx, ny, _]) = (volume.domain(), volume.dims());
+        let voxels = volume.values().iter().enumerate().filter(|&(_, &value)| value > 0.0);
+        for (i, _) in voxels {
+            while wanted.next_if_eq(&rank).is_some() {
+                let voxel = [i % nx, i / nx % ny, i / (nx * ny)].map(|c| c as f64);
+                let index = DVec3::from_array(voxel) + random.cube() - 0.5;
+                let index = index.clamp(domain.min, domain.max);
+                drawn.push(Drawn::World(volume.world_from_index().transform_point3(index)));
+            }
+            rank += 1;
         }
     }
     drawn
@@ -192,16 +193,16 @@ fn on_rays(
     drawn_through(count, || {
         let texel = random.below(n * n);
         let [u, v] = [texel % n, texel / n].map(|i| (i as f64 + 0.5) / n as f64);
-        let [enter, exit] = extent(&scene.volume, view, u, v)?;
+        let [enter, exit] = extent(&scene.media, view, u, v)?;
         Some([u, v, enter + random.unit() * (exit - enter)])
     })
 }
 
 fn behind(scene: &Scene, view: &LightView, count: usize, random: &mut Random) -> Vec<Drawn> {
-    let [near, far] = view.axial_extent(&scene.volume);
+    let [near, far] = view.axial_extent(&scene.media);
     drawn_through(count, || {
         let (u, v) = (random.unit(), random.unit());
-        let [_, exit] = extent(&scene.volume, view, u, v)?;
+        let [_, exit] = extent(&scene.media, view, u, v)?;
         Some([u, v, exit + random.unit() * (far - near)])
     })
 }
@@ -213,10 +214,10 @@ fn drawn_through(count: usize, mut draw: impl FnMut() -> Option<[f64; 3]>) -> Ve
 }
 
 /// Depths where the ray through (u, v) enters and leaves the volume; `None` if it misses.
-fn extent(volume: &Volume, view: &LightView, u: f64, v: f64) -> Option<[f64; 2]> {
+fn extent(media: &Media, view: &LightView, u: f64, v: f64) -> Option<[f64; 2]> {
     let (origin, direction) = view.ray(u, v);
-    let index_from_world = volume.world_from_index().inverse();
+    let index_from_world = media.world_from_index().inverse();
     let origin = index_from_world.transform_point3(origin);
     let direction = index_from_world.transform_vector3(direction);
-    volume.domain().intersect(origin, direction).map(|(enter, exit)| [enter, exit])
+    media.domain().intersect(origin, direction).map(|(enter, exit)| [enter, exit])
 }

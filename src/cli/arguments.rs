@@ -1,6 +1,6 @@
 //! What was typed: options shared by the commands that work on a scene, and their values.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
@@ -8,8 +8,8 @@ use clap::Args;
 use super::backend::BackendChoice;
 use crate::io::format::Format;
 use crate::io::number::{Endian, ValueType};
-use crate::scene::SceneFile;
-use crate::scene::file::VolumeTable;
+use crate::scene::file::{EmissionTable, TransferTable, VolumeTable};
+use crate::scene::{SceneFile, transfer};
 use crate::settings::{Crossing, Filter, Lookup, MapKind, Shading, Slices};
 use crate::volume::Axis;
 
@@ -36,6 +36,15 @@ pub(super) struct SourceArguments {
     /// Extinction per unit of density, 1 / world length.
     #[arg(long, value_name = "X", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Volume")]
     pub density_scale: Option<f64>,
+
+    /// Colour and opacity over density: a name (grey, smoke, cloud, fire, bone, tissue, viridis, plasma,
+    /// inferno, magma, turbo, coolwarm, stained-glass), auto, or a file (ParaView's JSON, or lines of
+    /// value r g b opacity).
+    #[arg(long, value_name = "NAME|FILE", help_heading = "Volume")]
+    pub transfer: Option<String>,
+    /// Grid whose values glow (temperature, flame), or density for the densities themselves.
+    #[arg(long, value_name = "GRID", help_heading = "Volume")]
+    pub emission: Option<String>,
 
     /// The way the light travels.
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
@@ -136,6 +145,9 @@ pub(super) struct PictureArguments {
     /// Lookups along a camera ray with --shading paper [128].
     #[arg(long, value_name = "N", value_parser = count(1 << 16), help_heading = "Picture")]
     pub light_samples: Option<u32>,
+    /// Octaves that imitate multiple scattering, a look without physics [0].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=16), help_heading = "Picture")]
+    pub octaves: Option<u32>,
 }
 
 /// Where a result goes.
@@ -156,16 +168,20 @@ macro_rules! overlay {
 impl SourceArguments {
     /// Puts the options over `file`.
     pub(super) fn overlay(&self, file: &mut SceneFile) {
-        let volume = &mut file.volume;
-        overlay! {
-            volume.window => self.window.map(|w| w.0),
-            volume.up => self.up.clone(),
-            volume.density_scale => self.density_scale,
+        for volume in file.volume.iter_mut() {
+            overlay! {
+                volume.window => self.window.map(|w| w.0),
+                volume.up => self.up.clone(),
+                volume.density_scale => self.density_scale,
+                volume.transfer => self.transfer.as_deref().map(transfer_table),
+                volume.emission => self.emission.as_deref().map(emission_table),
+            }
+            self.file.overlay(volume);
         }
-        self.file.overlay(volume);
         if let Some(Numbers(direction)) = self.light {
-            file.light.direction = Some(direction);
-            file.light.kind = Some("directional".to_owned());
+            let light = file.light.first_mut();
+            light.direction = Some(direction);
+            light.kind = Some("directional".to_owned());
         }
         if self.transparent {
             file.ground.enabled = Some(false);
@@ -219,8 +235,26 @@ impl PictureArguments {
             file.shadow.view_steps => self.view_steps,
             file.shadow.shading => self.shading.clone(),
             file.shadow.light_samples => self.light_samples,
+            file.shadow.octaves => self.octaves,
         }
     }
+}
+
+/// What `--transfer` names: a preset, `auto`, or a file; what is none of these is looked up as a name, since
+/// a list of names is a better answer than that there is no such file.
+fn transfer_table(text: &str) -> TransferTable {
+    let is_name = text == "auto" || transfer::preset(text).is_ok();
+    if !is_name && Path::new(text).exists() {
+        TransferTable { file: Some(text.into()), ..TransferTable::default() }
+    } else {
+        TransferTable { name: Some(text.to_owned()), ..TransferTable::default() }
+    }
+}
+
+/// What `--emission` names: a grid, or the densities themselves.
+fn emission_table(text: &str) -> EmissionTable {
+    let grid = (text != "density").then(|| text.to_owned());
+    EmissionTable { grid, ..EmissionTable::default() }
 }
 
 /// `N` numbers with commas between them.

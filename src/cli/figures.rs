@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::Args;
 
@@ -78,8 +77,8 @@ fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
     file.ground.enabled = Some(ground);
     file.image.width = Some(CELL);
     file.image.height = Some(CELL);
-    let volume = Arc::new(load_volume(&file.volume)?);
-    let (scene, settings, _) = complete(&file, volume, Surroundings::Void)?;
+    let volume = load_volume(file.volume.first())?;
+    let (scene, settings, _) = complete(&file, vec![volume.into()], Surroundings::Void)?;
     let settings = Settings {
         map: Some(MapKind::Threshold),
         lookup: Lookup::Paper,
@@ -92,7 +91,7 @@ fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
 
 impl PresetScene {
     fn frame(&self) -> Result<(LightView, Frame)> {
-        let view = LightView::fit(&self.scene.light, &self.scene.volume)?;
+        let view = LightView::fit(self.scene.light(), &self.scene.media)?;
         let frame = Frame::with_light_view(&self.scene, &self.settings, &view)?;
         Ok((view, frame))
     }
@@ -159,7 +158,7 @@ impl Painter {
     /// The paper's map.
     fn map(&self, preset: &PresetScene) -> Result<ThresholdMap> {
         let (view, frame) = preset.frame()?;
-        let texels = self.backend.trace_threshold(&preset.scene.volume, &frame, &*self.progress)?;
+        let texels = self.backend.trace_threshold(&preset.scene.media, &frame, &*self.progress)?;
         Ok(ThresholdMap::new(texels, &preset.settings, view, &frame))
     }
 
@@ -169,7 +168,7 @@ impl Painter {
 
     fn picture_through(&self, scene: &Scene, settings: &Settings, map: &Map) -> Result<Image> {
         let frame = Frame::with_light_view(scene, settings, map.view())?;
-        self.backend.march_view(&scene.volume, &frame, map, &*self.progress)
+        self.backend.march_view(&scene.media, &frame, map, &*self.progress)
     }
 }
 
@@ -189,7 +188,7 @@ fn scaled_channels(map: &ThresholdMap, scene: &Scene) -> Vec<[f32; 4]> {
 }
 
 fn depth_range(map: &ThresholdMap, scene: &Scene) -> [f32; 2] {
-    let corners = scene.volume.world_corners();
+    let corners = scene.media.world_corners();
     let depths = corners.iter().filter_map(|&c| map.view().coordinates(c)).map(|c| c.z as f32);
     depths.fold([f32::MAX, f32::MIN], |[near, far], depth| [near.min(depth), far.max(depth)])
 }

@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::sync::Arc;
 
 use super::arguments::{PictureArguments, SceneArguments, SourceArguments};
 use super::backend::BackendChoice;
@@ -11,9 +10,9 @@ use super::progress::Bars;
 use super::{backend, say};
 use crate::backend::Backend;
 use crate::error::{Error, Result};
-use crate::io::load_volume;
+use crate::io::load_ingredients;
 use crate::progress::{Progress, Silent};
-use crate::scene::automatic::{Choice, Surroundings, complete, window};
+use crate::scene::automatic::{Choice, Surroundings, complete};
 use crate::scene::{Scene, SceneFile, descriptor};
 use crate::settings::Settings;
 use crate::volume::presets::Preset;
@@ -56,22 +55,15 @@ impl Job {
         let (mut file, surroundings) = described(&source.input)?;
         source.overlay(&mut file);
         overlay(&mut file);
-        let mut volume = load_volume(&file.volume)?;
-        let mut notes = Vec::new();
-        if volume.replaced() > 0 {
-            let count = volume.replaced();
-            notes.push(format!("{count} negative or non-finite voxels count as 0"));
-        }
-        if volume.largest() == 0.0 {
-            notes.push(format!("'{}' is empty: no density is above 0", volume.name));
-        }
         // A scene file's absolute parameters speak of stored values.
-        let scan = file.volume.preset.is_none() && surroundings == Surroundings::Studio;
-        if let (true, None, Some([low, high])) = (scan, file.volume.window, window(&volume)) {
-            volume = volume.windowed([low, high])?;
-            notes.push(format!("window {low},{high} (chosen; --window sets it)"));
+        let scan = surroundings == Surroundings::Studio;
+        let (mut ingredients, mut notes) = (Vec::new(), Vec::new());
+        for table in file.volume.iter() {
+            let (own, said) = load_ingredients(table, scan)?;
+            ingredients.push(own);
+            notes.extend(said);
         }
-        let (mut scene, settings, choices) = complete(&file, Arc::new(volume), surroundings)?;
+        let (mut scene, settings, choices) = complete(&file, ingredients, surroundings)?;
         if source.transparent {
             scene.background = None;
         }
@@ -116,7 +108,7 @@ fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
         return Err(Error::contents(path, why));
     }
     let mut file = SceneFile::default();
-    file.volume.path = Some(path.to_owned());
+    file.volume.first_mut().path = Some(path.to_owned());
     Ok((file, Surroundings::Studio))
 }
 

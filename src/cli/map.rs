@@ -1,5 +1,6 @@
 //! `map`: a volume's shadow map as OpenEXR.
 
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -11,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::io::coded_map::encode_coded_map;
 use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::{PendingFile, exr};
+use crate::scene::Media;
 use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, Map, ShadowMap};
 
@@ -37,54 +39,109 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     if let Some(kind) = job.settings.map.filter(|&kind| !written(kind)) {
         return Err(unwritten(kind));
     }
-    let file = PendingFile::create(&path)?;
+    // A folder that takes no file is better known before the work than after it.
+    let tried = PendingFile::create(&path)?;
+    let beams = job.scene.beams();
+    let mut built = Vec::new();
     let begun = Instant::now();
-    let (map, certificate) = match choose(&job, &scene, &limits, written)? {
-        Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
-        None => (job.backend.map(&job.scene, &job.settings, &*job.progress)?, None),
-    };
-    let certified = certificate.as_deref();
+    for beam in &beams {
+        let (map, certificate) = match choose(&job, &beam.scene, &scene, &limits, written)? {
+            Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
+            None => (job.backend.map(&beam.scene, &job.settings, &*job.progress)?, None),
+        };
+        built.push(Built { label: beam.label(&beams), map, certificate });
+    }
     let time = begun.elapsed();
-    let index_from_world = job.scene.volume.world_from_index().inverse();
-    let (contents, what) = match &map {
-        Map::Threshold(map) => {
-            let domain = job.scene.volume.domain();
-            (
-                exr::encode_threshold_map(map, &index_from_world, &domain, certified)?,
-                "threshold map".to_owned(),
-            )
+    let files = encode(&job.scene.media, &built, &path, statistics)?;
+    drop(tried);
+    let pending = files.iter().map(|file| {
+        let contents = vec![&file.contents[..]];
+        PendingFile::create(&file.path).map(|pending| (pending, contents))
+    });
+    PendingFile::finish_together(&pending.collect::<Result<Vec<_>>>()?)?;
+    for Encoded { path, what, size, .. } in &files {
+        job.note(&format!(
+            "wrote {}: {what} {size}x{size} in {:.2} s, {}",
+            path.display(),
+            time.as_secs_f64(),
+            job.backend.description(),
+        ));
+    }
+    for Built { label, certificate, .. } in &built {
+        if let Some(certificate) = certificate {
+            let label = label.as_ref().map(|label| format!("{label}: ")).unwrap_or_default();
+            job.note(&format!("{label}{certificate}"));
         }
-        Map::Fragments(map) => {
-            let domain = job.scene.volume.domain();
-            let contents = if statistics {
-                encode_fragment_statistics(map)?
-            } else {
-                encode_fragment_map(map, &index_from_world, &domain, certified)?
-            };
-            (contents, format!("fragment map, {}", held(map)))
-        }
-        Map::Coded(map) => {
-            let domain = job.scene.volume.domain();
-            (
-                encode_coded_map(map, &index_from_world, &domain, certified)?,
-                format!("{} map", map.kind()),
-            )
-        }
-        Map::Visibility(_) => return Err(unwritten(MapKind::Visibility)),
-        Map::Grid(map) => return Err(unwritten(MapKind::Grid(map.size() as u16))),
-    };
-    file.finish_with(&contents)?;
-    job.note(&format!(
-        "wrote {}: {what} {1}x{1} in {2:.2} s, {3}",
-        path.display(),
-        map.size(),
-        time.as_secs_f64(),
-        job.backend.description(),
-    ));
-    if let Some(certificate) = certificate {
-        job.note(&certificate);
     }
     Ok(())
+}
+
+/// A beam's map.
+struct Built {
+    label: Option<String>,
+    map: Map,
+    certificate: Option<String>,
+}
+
+/// A file to be written.
+struct Encoded {
+    path: PathBuf,
+    contents: Vec<u8>,
+    what: String,
+    size: u32,
+}
+
+/// The maps as files: threshold maps as layers of one, others as one each, with the beam's label before
+/// the ending of its name.
+fn encode(media: &Media, built: &[Built], path: &Path, statistics: bool) -> Result<Vec<Encoded>> {
+    let (index_from_world, domain) = (media.world_from_index().inverse(), media.domain());
+    let layers: Vec<_> = built
+        .iter()
+        .filter_map(|Built { label, map, certificate }| match (label, map) {
+            (Some(label), Map::Threshold(map)) => {
+                Some((label.clone(), map, certificate.as_deref()))
+            }
+            _ => None,
+        })
+        .collect();
+    if layers.len() == built.len() {
+        let contents = exr::encode_threshold_maps(&layers, &index_from_world, &domain)?;
+        let what = format!(
+            "threshold maps {}",
+            layers.iter().map(|l| &*l.0).collect::<Vec<_>>().join(", ")
+        );
+        let size = layers.first().map_or(0, |(_, map, _)| map.size());
+        return Ok(vec![Encoded { path: path.to_owned(), contents, what, size }]);
+    }
+    let one = |Built { label, map, certificate }: &Built| {
+        let certified = certificate.as_deref();
+        let (contents, what) = match map {
+            Map::Threshold(map) => (
+                exr::encode_threshold_map(map, &index_from_world, &domain, certified)?,
+                "threshold map".to_owned(),
+            ),
+            Map::Fragments(map) => {
+                let contents = if statistics {
+                    encode_fragment_statistics(map)?
+                } else {
+                    encode_fragment_map(map, &index_from_world, &domain, certified)?
+                };
+                (contents, format!("fragment map, {}", held(map)))
+            }
+            Map::Coded(map) => (
+                encode_coded_map(map, &index_from_world, &domain, certified)?,
+                format!("{} map", map.kind()),
+            ),
+            Map::Visibility(_) => return Err(unwritten(MapKind::Visibility)),
+            Map::Grid(map) => return Err(unwritten(MapKind::Grid(map.size() as u16))),
+        };
+        let path = match label {
+            Some(label) => path.with_extension(format!("{label}.exr")),
+            None => path.to_owned(),
+        };
+        Ok(Encoded { path, contents, what, size: map.size() })
+    };
+    built.iter().map(one).collect()
 }
 
 /// Whether maps of `kind` are written to files.

@@ -1,7 +1,7 @@
 //! `render`: a picture of a volume with its shadows.
 
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 
@@ -11,6 +11,7 @@ use super::job::{Job, default_output};
 use crate::cpu::DeepView;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
+use crate::image::Image;
 use crate::io::deep_exr::{self, Channel, DeepHeader};
 use crate::io::{PendingFile, exr, png};
 use crate::settings::Shading;
@@ -50,50 +51,94 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, limits, picture, output } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "png"));
     let format = format(&path)?;
-    let mut job = Job::new(&scene, Some(&picture))?;
+    let job = Job::new(&scene, Some(&picture))?;
     if format == Format::Deep && (job.settings.samples, job.settings.shading) != ONE_RAY {
         let why = "a deep image takes one sample a pixel and physical shading";
         return Err(Error::contents(path, why));
     }
+    let beams = job.scene.beams();
+    if format == Format::Deep && beams.len() > 1 {
+        let why = "a deep image takes one light and grey extinction";
+        return Err(Error::contents(path, why));
+    }
     let file = PendingFile::create(&path)?;
-
-    let begun = Instant::now();
-    let (map, certificate) = match choose(&job, &scene, &limits, |_| true)? {
-        Some(Certified { map, settings, certificate }) => {
-            job.settings = settings;
-            (map, Some(certificate))
+    let mut lit = Lit::new(job.settings.image_size);
+    let mut deep = None;
+    for beam in &beams {
+        let begun = Instant::now();
+        let (map, settings) = match choose(&job, &beam.scene, &scene, &limits, |_| true)? {
+            Some(Certified { map, settings, certificate }) => {
+                lit.certificates.push(match beam.label(&beams) {
+                    Some(label) => format!("{label}: {certificate}"),
+                    None => certificate,
+                });
+                (map, settings)
+            }
+            None => {
+                let map = job.backend.map(&beam.scene, &job.settings, &*job.progress)?;
+                (map, job.settings.clone())
+            }
+        };
+        lit.map_time += begun.elapsed();
+        let begun = Instant::now();
+        let frame = Frame::with_light_view(&beam.scene, &settings, map.view())?;
+        if format == Format::Deep {
+            let certificate = lit.certificates.first().map(String::as_str);
+            let view = DeepView::new(&beam.scene.media, &frame, &map);
+            deep = Some(encode_deep(&view, settings.image_size, certificate)?);
+        } else {
+            let media = &beam.scene.media;
+            let picture = job.backend.march_view(media, &frame, &map, &*job.progress)?;
+            beam.add(&picture, &mut lit.image);
         }
-        None => (job.backend.map(&job.scene, &job.settings, &*job.progress)?, None),
+        lit.view_time += begun.elapsed();
+        lit.map_size = settings.map_size;
+    }
+    let exposure = job.settings.exposure as f32;
+    let certificate = (!lit.certificates.is_empty()).then(|| lit.certificates.join("\n"));
+    let contents = match (format, deep) {
+        (Format::Deep, Some(contents)) => contents,
+        (Format::Png, _) => png::encode(&lit.image, exposure)?,
+        (Format::Exr | Format::Deep, _) => exr::encode_image(&lit.image, certificate.as_deref())?,
     };
-    let certified = certificate.as_deref();
-    let (settings, progress) = (&job.settings, &*job.progress);
-    let map_time = begun.elapsed();
-    let frame = Frame::with_light_view(&job.scene, settings, map.view())?;
-    let volume = &job.scene.volume;
-    let contents = if format == Format::Deep {
-        encode_deep(&DeepView::new(volume, &frame, &map), settings.image_size, certified)?
-    } else {
-        let image = job.backend.march_view(volume, &frame, &map, progress)?;
-        match format {
-            Format::Png => png::encode(&image, settings.exposure as f32)?,
-            Format::Exr | Format::Deep => exr::encode_image(&image, certified)?,
-        }
-    };
-    let view_time = begun.elapsed().saturating_sub(map_time);
     file.finish_with(&contents)?;
-    let [width, height] = settings.image_size;
+    let [width, height] = job.settings.image_size;
+    let maps = if beams.len() > 1 { format!("{} maps", beams.len()) } else { "map".to_owned() };
     job.note(&format!(
-        "wrote {}: {width}x{height}, map {1}x{1} in {2:.2} s, view in {3:.2} s, {4}",
+        "wrote {}: {width}x{height}, {maps} {1}x{1} in {2:.2} s, view in {3:.2} s, {4}",
         path.display(),
-        settings.map_size,
-        map_time.as_secs_f64(),
-        view_time.as_secs_f64(),
+        lit.map_size,
+        lit.map_time.as_secs_f64(),
+        lit.view_time.as_secs_f64(),
         job.backend.description(),
     ));
-    if let Some(certificate) = certificate {
-        job.note(&certificate);
+    for certificate in &lit.certificates {
+        job.note(certificate);
     }
     Ok(())
+}
+
+/// A picture beam by beam, and what it took.
+struct Lit {
+    image: Image,
+    map_time: Duration,
+    view_time: Duration,
+    /// Of the last map.
+    map_size: u32,
+    /// Of every map that keeps a limit.
+    certificates: Vec<String>,
+}
+
+impl Lit {
+    fn new([width, height]: [u32; 2]) -> Self {
+        Self {
+            image: Image::filled(width, height, [0.0; 4]),
+            map_time: Duration::ZERO,
+            view_time: Duration::ZERO,
+            map_size: 0,
+            certificates: Vec::new(),
+        }
+    }
 }
 
 /// What a deep image is made of: a ray a pixel, and single scattering.

@@ -5,10 +5,10 @@ use glam::Vec3;
 
 use super::march_view::View;
 use crate::frame::Frame;
-use crate::kernel::density::Density;
+use crate::kernel::media::Sampler;
 use crate::kernel::view::{camera_ray, ground_distance};
+use crate::scene::Media;
 use crate::shadow::Map;
-use crate::volume::Volume;
 
 /// Opacity up to which steps next to each other are one sample.
 const MERGED_OPACITY: f32 = 1.0 / 64.0;
@@ -32,10 +32,10 @@ pub struct DeepView<'a> {
 }
 
 impl<'a> DeepView<'a> {
-    /// The view of `volume` under `frame`, lit through `map`. Rays go through the centres of pixels,
+    /// The view of `media` under `frame`, lit through `map`. Rays go through the centres of pixels,
     /// whatever the frame's samples, and shading is single scattering.
-    pub fn new(volume: &'a Volume, frame: &'a Frame, map: &'a Map) -> Self {
-        Self { view: View { density: Density::of(volume), frame, map } }
+    pub fn new(media: &'a Media, frame: &'a Frame, map: &'a Map) -> Self {
+        Self { view: View { sampler: Sampler::of(media), frame, map } }
     }
 
     /// The samples of pixel (`x`, `y`), row 0 on top, from front to back and without overlap. Steps of
@@ -48,9 +48,10 @@ impl<'a> DeepView<'a> {
         let ground = ground_distance(frame, &ray);
         let steps = self.view.steps(&ray, if ground > 0.0 { ground } else { f32::INFINITY });
         let mut samples: Vec<DeepSample> = Vec::new();
-        let through = self.view.scatter(&ray, &steps, |[front, back], weight, through, source| {
-            let alpha = (weight / through).min(1.0);
-            let own = DeepSample { front, back, radiance: alpha * source, alpha };
+        let through = self.view.scatter(&ray, &steps, |added| {
+            let ([front, back], through) = (added.part, added.through.max(1e-30));
+            let alpha = (added.weight / through).min(1.0);
+            let own = DeepSample { front, back, radiance: added.radiance / through, alpha };
             match samples.last_mut() {
                 Some(last) if last.back >= front && last.alpha + alpha <= MERGED_OPACITY => {
                     last.radiance += (1.0 - last.alpha) * own.radiance;

@@ -6,27 +6,29 @@ use rayon::prelude::*;
 
 use crate::frame::{Frame, OPAQUE_TRANSMITTANCE, VIEW_STEPS_PER_VOXEL};
 use crate::image::Image;
-use crate::kernel::density::{Density, sample_density};
-use crate::kernel::light::{irradiance_at, light_coordinates, light_direction_at};
-use crate::kernel::medium::{phase, scattered, step_opacity};
+use crate::kernel::light::light_coordinates;
+use crate::kernel::media::{
+    Arriving, Piece, Sampler, arriving, density_along, emission_along, source_along,
+};
+use crate::kernel::medium::{scattered, step_opacity};
 use crate::kernel::ray::{Ray, intersect_box, step_count};
 use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
 };
 use crate::progress::Progress;
+use crate::scene::Media;
 use crate::shadow::ShadowMap;
-use crate::volume::Volume;
 
 /// The whole picture: premultiplied linear radiance and opacity.
 pub(super) fn march_view(
-    volume: &Volume,
+    media: &Media,
     frame: &Frame,
     map: &dyn ShadowMap,
     progress: &dyn Progress,
 ) -> Image {
     let [width, height, samples, _] = frame.sizes;
     progress.begin("picture", u64::from(height));
-    let view = View { density: Density::of(volume), frame, map };
+    let view = View { sampler: Sampler::of(media), frame, map };
     let mut image = Image::filled(width, height, [0.0; 4]);
     image.pixels.par_chunks_exact_mut(width as usize).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
@@ -46,7 +48,7 @@ pub(super) fn march_view(
 
 /// What a camera ray meets.
 pub(super) struct View<'a> {
-    pub(super) density: Density<'a>,
+    pub(super) sampler: Sampler<'a>,
     pub(super) frame: &'a Frame,
     pub(super) map: &'a dyn ShadowMap,
 }
@@ -57,6 +59,18 @@ pub(super) struct Steps {
     step: f32,
     count: u32,
     index_ray: Ray,
+}
+
+/// What a step, or two, add to a picture.
+pub(super) struct Added {
+    /// Distances where it begins and ends.
+    pub(super) part: [f32; 2],
+    /// Its share of the ray's light: opacity behind what stands before it.
+    pub(super) weight: f32,
+    /// Transmittance from the camera in front of it.
+    pub(super) through: f32,
+    /// Radiance that reaches the camera from it.
+    pub(super) radiance: Vec3,
 }
 
 impl View<'_> {
@@ -110,52 +124,52 @@ impl View<'_> {
     /// Radiance scattered towards the camera, and the transmittance of the whole ray.
     fn single_scattering(&self, ray: &Ray, steps: &Steps) -> (Vec3, f32) {
         let mut light = Vec3::ZERO;
-        let through = self.scatter(ray, steps, |_, weight, _, source| light += weight * source);
+        let through = self.scatter(ray, steps, |added| light += added.radiance);
         (light, through)
     }
 
-    /// Calls `visit` for what steps scatter, in order: with the distances where that begins and ends,
-    /// its share of the ray's light, the transmittance from the camera in front of it, and the light
-    /// that it sends towards the camera per unit of opacity. A step takes two samples of density; a
-    /// step, or two that add little, take one of the light. The transmittance of the whole ray.
-    pub(super) fn scatter(
-        &self,
-        ray: &Ray,
-        steps: &Steps,
-        mut visit: impl FnMut([f32; 2], f32, f32, Vec3),
-    ) -> f32 {
+    /// Calls `visit` for what steps add, in order. A step takes two samples of density; a step, or two
+    /// that add little, take one of the light. The transmittance of the whole ray.
+    pub(super) fn scatter(&self, ray: &Ray, steps: &Steps, mut visit: impl FnMut(Added)) -> f32 {
         let frame = self.frame;
-        let albedo = frame.albedo.truncate();
-        let ambient = frame.ambient.truncate();
         let extinction_half = frame.domain_min.w * (0.5 * steps.step);
+        let quarter = 0.25 * steps.step;
         let parallel = frame.light_position.w == 0.0;
-        let mut unshadowed = scattered_light(frame, ray, ray.origin);
+        let emits = self.sampler.emits();
+        let mut light = arriving(frame, ray, ray.origin);
         let mut through = 1.0;
         for i in (0..steps.count).step_by(2) {
             let at = |place: f32| steps.enter + (i as f32 + place) * steps.step;
             let distances = Vec4::new(at(0.25), at(0.75), at(1.25), at(1.75));
-            let sample = |t: f32| sample_density(&self.density, steps.index_ray.at(t));
+            let sample = |t: f32| density_along(&self.sampler, &steps.index_ray, t, quarter);
             let mut taus = Vec4::new(sample(distances.x), sample(distances.y), 0.0, 0.0);
             if i + 1 < steps.count {
                 (taus.z, taus.w) = (sample(distances.z), sample(distances.w));
             }
-            if taus == Vec4::ZERO {
+            if taus == Vec4::ZERO && !emits {
                 continue;
             }
-            let added = scattered(through, taus * extinction_half, distances);
+            taus *= extinction_half;
+            let added = scattered(through, taus, distances);
             let ends = if added.weights.y > 0.0 { [at(1.0), at(2.0)] } else { [at(2.0); 2] };
             let parts = [([at(0.0), ends[0]], added.weights.x), (ends, added.weights.y)];
+            let mut before = through;
             for ((part, weight), place) in parts.into_iter().zip(added.places.to_array()) {
                 if weight <= 0.0 {
                     continue;
                 }
-                let point = ray.at(place);
                 if !parallel {
-                    unshadowed = scattered_light(frame, ray, point);
+                    light = arriving(frame, ray, ray.at(place));
                 }
-                let source = albedo * (unshadowed * self.transmittance(point) + ambient);
-                visit(part, weight, through, source);
-                through -= weight;
+                let half = 0.5 * (part[1] - part[0]);
+                let radiance = weight * self.source(ray, steps, [place, half], &light);
+                visit(Added { part, weight, through: before, radiance });
+                before -= weight;
+            }
+            if emits {
+                let pieces = if i + 1 < steps.count { 4 } else { 2 };
+                let radiance = self.emitted(steps, through, [taus, distances], pieces);
+                visit(Added { part: [at(0.0), at(2.0)], weight: 0.0, through, radiance });
             }
             through = added.through;
             if through < OPAQUE_TRANSMITTANCE {
@@ -163,6 +177,34 @@ impl View<'_> {
             }
         }
         through
+    }
+
+    /// Light that a piece of a ray, around a place and of half a length, sends to the camera per unit of
+    /// opacity.
+    fn source(&self, ray: &Ray, steps: &Steps, [at, half]: [f32; 2], light: &Arriving) -> Vec3 {
+        let transmittance = self.transmittance(ray.at(at));
+        let piece = Piece { ray: &steps.index_ray, at, half };
+        source_along(&self.sampler, self.frame, &piece, light, transmittance)
+    }
+
+    /// Radiance that reaches the camera of what the first `count` of four samples emit, each behind half
+    /// of itself; `through` is the transmittance in front of the first.
+    fn emitted(
+        &self,
+        steps: &Steps,
+        through: f32,
+        [taus, distances]: [Vec4; 2],
+        count: usize,
+    ) -> Vec3 {
+        let half = 0.25 * steps.step;
+        let (mut sum, mut before) = (Vec3::ZERO, through);
+        for k in 0..count {
+            let piece = Piece { ray: &steps.index_ray, at: distances[k], half };
+            sum += emission_along(&self.sampler, &piece)
+                * (before * (-0.5 * taus[k]).exp() * 2.0 * half);
+            before *= (-taus[k]).exp();
+        }
+        sum
     }
 
     /// The paper's shading: the sampled value as colour and opacity, accumulated unshadowed, then
@@ -174,7 +216,7 @@ impl View<'_> {
         let (mut colour, mut through) = (0.0_f32, 1.0_f32);
         for i in 0..steps.count {
             let t = steps.enter + (i as f32 + 0.5) * steps.step;
-            let density = sample_density(&self.density, steps.index_ray.at(t));
+            let density = density_along(&self.sampler, &steps.index_ray, t, 0.5 * steps.step);
             let opacity = step_opacity(density * extinction_step);
             colour += through * opacity * (density / brightest);
             through *= 1.0 - opacity;
@@ -189,10 +231,4 @@ impl View<'_> {
         let lit = 1.0 - shadow / lookups as f32;
         (Vec3::splat(colour * if steps.count > 0 { lit } else { 0.0 }), through)
     }
-}
-
-/// Unshadowed light that a point sends towards the camera, per unit of optical depth and albedo.
-fn scattered_light(frame: &Frame, ray: &Ray, point: Vec3) -> Vec3 {
-    let cosine = -ray.direction.dot(light_direction_at(frame, point));
-    irradiance_at(frame, point) * phase(frame.albedo.w, cosine)
 }

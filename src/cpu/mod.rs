@@ -17,9 +17,9 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
+use crate::scene::Media;
 use crate::settings::MapKind;
 use crate::shadow::{Codec, Links, Map, Runs, ShadowMap, VisibilityPoint};
-use crate::volume::Volume;
 pub use deep_view::{DeepSample, DeepView};
 
 /// Renders with rayon's current thread pool.
@@ -31,12 +31,12 @@ impl CpuBackend {
     /// that are none of [`Map`]'s.
     pub fn march_view_through(
         self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         map: &dyn ShadowMap,
         progress: &dyn Progress,
     ) -> Image {
-        march_view::march_view(volume, frame, map, progress)
+        march_view::march_view(media, frame, map, progress)
     }
 }
 
@@ -55,33 +55,33 @@ impl Backend for CpuBackend {
 
     fn trace_threshold(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>> {
-        Ok(trace_threshold::trace_threshold(volume, frame, progress))
+        Ok(trace_threshold::trace_threshold(media, frame, progress))
     }
 
     /// Takes no more than the nodes that it returns: `memory` is never reached.
     fn trace_slices(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         _memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
-        trace_slices::trace_slices(volume, frame, progress)
+        trace_slices::trace_slices(media, frame, progress)
     }
 
     /// Rows of texels are the tiles, whose lists are small: `memory` is never reached.
     fn raster_slices(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         _memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
-        raster_slices::raster_slices(volume, frame, progress)
+        raster_slices::raster_slices(media, frame, progress)
     }
 
     fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
@@ -90,41 +90,41 @@ impl Backend for CpuBackend {
 
     fn trace_coded(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         codec: &dyn Codec,
         progress: &dyn Progress,
     ) -> Result<Vec<u8>> {
-        Ok(trace_coded::trace_coded(volume, frame, codec, progress))
+        Ok(trace_coded::trace_coded(media, frame, codec, progress))
     }
 
     fn trace_visibility(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         tolerance: f32,
         progress: &dyn Progress,
     ) -> Result<Runs<VisibilityPoint>> {
-        trace_visibility::trace_visibility(volume, frame, tolerance, progress)
+        trace_visibility::trace_visibility(media, frame, tolerance, progress)
     }
 
     fn trace_grid(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         shape: [usize; 3],
         progress: &dyn Progress,
     ) -> Result<Vec<u8>> {
-        Ok(trace_grid::trace_grid(volume, frame, shape, progress))
+        Ok(trace_grid::trace_grid(media, frame, shape, progress))
     }
 
     fn march_view(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        Ok(march_view::march_view(volume, frame, map, progress))
+        Ok(march_view::march_view(media, frame, map, progress))
     }
 }

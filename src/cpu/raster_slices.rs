@@ -6,23 +6,19 @@ use super::sort_fragments::sort_fragments;
 use super::trace_slices::by_rows;
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::kernel::density::Density;
+use crate::kernel::media::Sampler;
 use crate::kernel::slices::{Slabs, slab_bounds, slab_optical_depth, slabs_of};
 use crate::progress::Progress;
+use crate::scene::Media;
 use crate::shadow::{Fragment, FragmentLists, Runs};
-use crate::volume::Volume;
 
 /// Nodes of all texels, row 0 at v = 0.
-pub(super) fn raster_slices(
-    volume: &Volume,
-    frame: &Frame,
-    progress: &dyn Progress,
-) -> Result<Runs> {
-    let density = Density::of(volume);
-    by_rows(frame, progress, |y| sort_fragments(&raster_row(&density, frame, y), frame))
+pub(super) fn raster_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
+    let sampler = Sampler::of(media);
+    by_rows(frame, progress, |y| sort_fragments(&raster_row(&sampler, frame, y), frame))
 }
 
-fn raster_row(density: &Density<'_>, frame: &Frame, y: u32) -> FragmentLists {
+fn raster_row(sampler: &Sampler<'_>, frame: &Frame, y: u32) -> FragmentLists {
     let size = frame.sizes[3];
     let at = |i: u32| (i as f32 + 0.5) / size as f32;
     let texels: Vec<Slabs> = (0..size).map(|x| slabs_of(frame, at(x), at(y))).collect();
@@ -32,7 +28,7 @@ fn raster_row(density: &Density<'_>, frame: &Frame, y: u32) -> FragmentLists {
         for (x, slabs) in texels.iter().enumerate() {
             let [front, back] = slab_bounds(slabs, i);
             if (slabs.first..slabs.last).contains(&i) && back > front {
-                let optical_depth = slab_optical_depth(density, frame, slabs, i);
+                let optical_depth = slab_optical_depth(sampler, frame, slabs, i);
                 lists.push(x, Fragment { front, back, optical_depth });
             }
         }

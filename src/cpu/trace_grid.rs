@@ -4,23 +4,23 @@ use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
 use crate::frame::Frame;
-use crate::kernel::density::Density;
 use crate::kernel::light::{light_coordinates, light_extent, light_ray};
+use crate::kernel::media::Sampler;
 use crate::kernel::slices::{ray_optical_depth, samples_over};
 use crate::progress::Progress;
+use crate::scene::Media;
 use crate::shadow::grid_point;
-use crate::volume::Volume;
 
 /// Transmittance at the centres of all cells, times 255, x fastest.
 pub(super) fn trace_grid(
-    volume: &Volume,
+    media: &Media,
     frame: &Frame,
     shape: [usize; 3],
     progress: &dyn Progress,
 ) -> Vec<u8> {
     let [nx, ny, nz] = shape;
     progress.begin("shadow grid", (ny * nz) as u64);
-    let density = Density::of(volume);
+    let sampler = Sampler::of(media);
     let columns = frame.index_from_frame;
     let linear =
         Mat3::from_cols_array_2d(&columns.map(|row| row.truncate().to_array())).transpose();
@@ -34,7 +34,7 @@ pub(super) fn trace_grid(
             let ray = light_ray(frame, light.x, light.y).transformed(&frame.index_from_frame);
             let way = [enter, light.z.max(enter)];
             let samples = samples_over(&ray, way[1] - way[0]);
-            let optical_depth = ray_optical_depth(&density, frame, &ray, way, samples);
+            let optical_depth = ray_optical_depth(&sampler, frame, &ray, way, samples);
             *value = ((-optical_depth).exp() * 255.0).round() as u8;
         }
         progress.advance(1);

@@ -4,28 +4,24 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::kernel::density::Density;
 use crate::kernel::fitting::Fitter;
 use crate::kernel::fragments::Node;
+use crate::kernel::media::Sampler;
 use crate::kernel::slices::{slab_bounds, slab_optical_depth, slabs_of};
 use crate::progress::Progress;
+use crate::scene::Media;
 use crate::shadow::{Runs, truncate};
-use crate::volume::Volume;
 
 /// Nodes of all texels, row 0 at v = 0.
-pub(super) fn trace_slices(
-    volume: &Volume,
-    frame: &Frame,
-    progress: &dyn Progress,
-) -> Result<Runs> {
-    let density = Density::of(volume);
+pub(super) fn trace_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
+    let sampler = Sampler::of(media);
     by_rows(frame, progress, |y| {
         let size = frame.sizes[3];
         let at = |i: u32| (i as f32 + 0.5) / size as f32;
         let mut row = Runs::default();
         let mut nodes = Vec::new();
         for x in 0..size {
-            trace_texel(&density, frame, [at(x), at(y)], &mut nodes);
+            trace_texel(&sampler, frame, [at(x), at(y)], &mut nodes);
             row.push(&nodes)?;
         }
         Ok(row)
@@ -57,7 +53,7 @@ pub(super) fn by_rows<T: Copy + Default + Send>(
 
 /// One texel's nodes, in place of what `nodes` held.
 pub(super) fn trace_texel(
-    density: &Density<'_>,
+    sampler: &Sampler<'_>,
     frame: &Frame,
     [u, v]: [f32; 2],
     nodes: &mut Vec<Node>,
@@ -71,7 +67,7 @@ pub(super) fn trace_texel(
         if bounds[1] <= bounds[0] {
             continue;
         }
-        let optical_depth = slab_optical_depth(density, frame, &slabs, i);
+        let optical_depth = slab_optical_depth(sampler, frame, &slabs, i);
         if optical_depth > 0.0 {
             fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
             if fitter.is_dark() {

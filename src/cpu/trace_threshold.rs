@@ -4,27 +4,27 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::frame::{Frame, LIGHT_STEPS_PER_VOXEL};
-use crate::kernel::density::{Density, sample_density};
 use crate::kernel::light::light_ray;
+use crate::kernel::media::{Sampler, density_along};
 use crate::kernel::ray::{intersect_box, step_count};
 use crate::kernel::threshold::{crossing_depth, levels};
 use crate::progress::Progress;
-use crate::volume::Volume;
+use crate::scene::Media;
 
 /// All texels, row 0 at v = 0: depths of three opacities and the largest opacity.
 pub(super) fn trace_threshold(
-    volume: &Volume,
+    media: &Media,
     frame: &Frame,
     progress: &dyn Progress,
 ) -> Vec<[f32; 4]> {
     let size = frame.sizes[3] as usize;
     progress.begin("shadow map", size as u64);
-    let density = Density::of(volume);
+    let sampler = Sampler::of(media);
     let mut texels = vec![[0.0; 4]; size * size];
     texels.par_chunks_exact_mut(size).enumerate().for_each_init(Vec::new, |taus, (y, row)| {
         for (x, texel) in row.iter_mut().enumerate() {
             let at = |i: usize| (i as f32 + 0.5) / size as f32;
-            *texel = trace_texel(&density, frame, [at(x), at(y)], taus);
+            *texel = trace_texel(&sampler, frame, [at(x), at(y)], taus);
         }
         progress.advance(1);
     });
@@ -33,7 +33,7 @@ pub(super) fn trace_threshold(
 
 /// One texel. `taus` is scratch: the optical depth behind each step.
 fn trace_texel(
-    density: &Density<'_>,
+    sampler: &Sampler<'_>,
     frame: &Frame,
     [u, v]: [f32; 2],
     taus: &mut Vec<f32>,
@@ -55,7 +55,7 @@ fn trace_texel(
     let mut tau = 0.0;
     for i in 0..count {
         let t = enter + (i as f32 + 0.5) * step;
-        tau += sample_density(density, index_ray.at(t)) * extinction_step;
+        tau += density_along(sampler, &index_ray, t, 0.5 * step) * extinction_step;
         taus.push(tau);
     }
     let largest = 1.0 - (-tau).exp();

@@ -3,25 +3,25 @@
 use super::trace_slices::{by_rows, trace_texel};
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::kernel::density::Density;
+use crate::kernel::media::Sampler;
 use crate::progress::Progress;
+use crate::scene::Media;
 use crate::shadow::{Runs, VisibilityPoint, fit_visibility};
-use crate::volume::Volume;
 
 /// The points of all texels, row 0 at v = 0. The frame asks for all nodes.
 pub(super) fn trace_visibility(
-    volume: &Volume,
+    media: &Media,
     frame: &Frame,
     tolerance: f32,
     progress: &dyn Progress,
 ) -> Result<Runs<VisibilityPoint>> {
-    let density = Density::of(volume);
+    let sampler = Sampler::of(media);
     by_rows(frame, progress, |y| {
         let size = frame.sizes[3];
         let at = |i: u32| (i as f32 + 0.5) / size as f32;
         let (mut row, mut nodes, mut points) = (Runs::default(), Vec::new(), Vec::new());
         for x in 0..size {
-            trace_texel(&density, frame, [at(x), at(y)], &mut nodes);
+            trace_texel(&sampler, frame, [at(x), at(y)], &mut nodes);
             fit_visibility(&nodes, tolerance, &mut points);
             row.push(&points)?;
         }

@@ -5,9 +5,9 @@ use wgpu::{
     ShaderStages,
 };
 
-use super::link;
+use super::link::{self, MediaKind};
 use crate::error::Result;
-use crate::frame::Frame;
+use crate::frame::{Frame, MOST_FIELDS};
 use crate::settings::MapKind;
 
 /// Maps and pictures: four f32.
@@ -27,6 +27,10 @@ pub(super) mod at {
     pub(crate) const HEADS: u32 = 9;
     pub(crate) const ELEMENTS: u32 = 10;
     pub(crate) const COUNTERS: u32 = 11;
+    pub(crate) const MIXTURE: u32 = 12;
+    pub(crate) const TABLES: u32 = 13;
+    /// The first of [`crate::frame::MOST_FIELDS`].
+    pub(crate) const FIELDS: u32 = 14;
 }
 
 /// The shaders' constant that leaves all but the usual settings out.
@@ -36,10 +40,10 @@ const USUAL: &str = "USUAL";
 pub(super) fn pipeline(
     device: &wgpu::Device,
     (name, source): (&str, &str),
-    map: MapKind,
+    kinds: (MapKind, MediaKind),
     entries: &[BindGroupLayoutEntry],
 ) -> Result<wgpu::ComputePipeline> {
-    let (module, layout) = shader(device, (name, source), map, entries)?;
+    let (module, layout) = shader(device, (name, source), kinds, entries)?;
     Ok(compute(device, name, &module, &layout, &[]))
 }
 
@@ -47,10 +51,10 @@ pub(super) fn pipeline(
 pub(super) fn usual_and_general(
     device: &wgpu::Device,
     (name, source): (&str, &str),
-    map: MapKind,
+    kinds: (MapKind, MediaKind),
     entries: &[BindGroupLayoutEntry],
 ) -> Result<[wgpu::ComputePipeline; 2]> {
-    let (module, layout) = shader(device, (name, source), map, entries)?;
+    let (module, layout) = shader(device, (name, source), kinds, entries)?;
     let usual = compute(device, name, &module, &layout, &[(USUAL, 1.0)]);
     Ok([usual, compute(device, name, &module, &layout, &[])])
 }
@@ -76,12 +80,12 @@ fn compute(
 pub(super) fn shader(
     device: &wgpu::Device,
     (name, source): (&str, &str),
-    map: MapKind,
+    kinds: (MapKind, MediaKind),
     entries: &[BindGroupLayoutEntry],
 ) -> Result<(wgpu::ShaderModule, wgpu::PipelineLayout)> {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(name),
-        source: wgpu::ShaderSource::Wgsl(link::linked(source, map)?.into()),
+        source: wgpu::ShaderSource::Wgsl(link::linked(source, kinds.0, kinds.1)?.into()),
     });
     let bindings = device
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
@@ -122,13 +126,20 @@ pub(super) fn read_write(binding: u32) -> BindGroupLayoutEntry {
     buffer(binding, BufferBindingType::Storage { read_only: false }, 0)
 }
 
-/// The volume and how it is sampled.
-pub(super) fn volume() -> [BindGroupLayoutEntry; 2] {
+/// The media and how they are sampled.
+pub(super) fn media(kind: MediaKind) -> Vec<BindGroupLayoutEntry> {
     let sampler = BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-    [
-        texture(at::VOXELS, wgpu::TextureViewDimension::D3, true),
-        layout_entry(at::TRILINEAR, sampler),
-    ]
+    let grid = |binding| texture(binding, wgpu::TextureViewDimension::D3, true);
+    let mut entries = vec![layout_entry(at::TRILINEAR, sampler)];
+    match kind {
+        MediaKind::Plain => entries.push(grid(at::VOXELS)),
+        MediaKind::Mixed => {
+            entries.push(buffer(at::MIXTURE, BufferBindingType::Uniform, 0));
+            entries.push(read(at::TABLES));
+            entries.extend((0..MOST_FIELDS as u32).map(|i| grid(at::FIELDS + i)));
+        }
+    }
+    entries
 }
 
 pub(super) fn threshold_map() -> BindGroupLayoutEntry {

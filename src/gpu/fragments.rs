@@ -5,8 +5,8 @@ use bytemuck::{Pod, Zeroable};
 use wgpu::util::DeviceExt;
 
 use super::bindings::{at, entry};
+use super::media::GpuMedia;
 use super::renderer::{GpuFrame, Renderer};
-use super::volume::GpuVolume;
 use crate::error::{ErrorKind, Result};
 use crate::shadow::{Node, Runs};
 
@@ -138,22 +138,20 @@ impl Renderer {
     pub fn trace_slices(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        volume: &GpuVolume,
+        media: &GpuMedia,
         frame: &GpuFrame,
         fragments: &GpuFragments,
     ) {
-        let [voxels, trilinear] = self.volume_entries(volume);
-        let entries = [
+        let mut entries = self.media_entries(media);
+        entries.extend([
             entry(at::FRAME, frame.buffer().as_entire_binding()),
-            voxels,
-            trilinear,
             entry(at::RUNS, fragments.runs.as_entire_binding()),
             entry(at::NODES, fragments.nodes.as_entire_binding()),
             entry(at::TILE, fragments.tile_buffer.as_entire_binding()),
             entry(at::COUNTERS, fragments.counters.as_entire_binding()),
-        ];
+        ]);
         encoder.clear_buffer(&fragments.counters, 0, None);
-        self.record(encoder, &self.passes.trace_slices, &entries, fragments.tile.extent);
+        self.record(encoder, &self.passes(media).trace_slices, &entries, fragments.tile.extent);
     }
 
     /// Records pass `link_neighbors`, and gives the map with its links.
@@ -169,7 +167,7 @@ impl Renderer {
             entry(at::LINKS, links.as_entire_binding()),
             entry(at::TILE, fragments.tile_buffer.as_entire_binding()),
         ];
-        self.record(encoder, &self.passes.link_neighbors, &entries, fragments.tile.extent);
+        self.record(encoder, &self.list_passes.link_neighbors, &entries, fragments.tile.extent);
         GpuFragments { links, linked: true, ..fragments }
     }
 

@@ -1,5 +1,5 @@
 //! Joins shader files: a line `#import kernel/NAME` stands for that file, each file once; `#import map`
-//! for the kind of shadow map that lookups read.
+//! for the kind of shadow map that lookups read, `#import media` for the kind of media that rays cross.
 
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -11,13 +11,14 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 15] = files![
+const FILES: [(&str, &str); 18] = files![
     "kernel/density",
     "kernel/fitting",
     "kernel/fragments",
     "kernel/frame",
     "kernel/light",
     "kernel/lists",
+    "kernel/media",
     "kernel/medium",
     "kernel/ray",
     "kernel/shadow",
@@ -27,15 +28,26 @@ const FILES: [(&str, &str); 15] = files![
     "kernel/view",
     "map/fragments",
     "map/threshold",
+    "media/mixture",
+    "media/plain",
 ];
+
+/// What rays cross, for shaders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MediaKind {
+    /// One volume whose extinction is its density times a number.
+    Plain,
+    /// Everything else.
+    Mixed,
+}
 
 /// `root` with all that it imports in front of it, imports first.
 ///
 /// # Errors
 /// If it imports a file that does not exist.
-pub fn linked(root: &str, map: MapKind) -> Result<String> {
+pub fn linked(root: &str, map: MapKind, media: MediaKind) -> Result<String> {
     let mut text = String::new();
-    append(root, map, &mut Vec::new(), &mut text)?;
+    append(root, (map, media), &mut Vec::new(), &mut text)?;
     Ok(text)
 }
 
@@ -48,13 +60,13 @@ pub fn linked(root: &str, map: MapKind) -> Result<String> {
 /// # Errors
 /// Never with the shaders that the crate is built with.
 pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
-    let text = linked("#import kernel/shadow\n", map)?;
+    let text = linked("#import kernel/shadow\n", map, MediaKind::Plain)?;
     Ok(text.replace("@group(0)", &format!("@group({group})")))
 }
 
 fn append<'a>(
     source: &'a str,
-    map: MapKind,
+    kinds: (MapKind, MediaKind),
     done: &mut Vec<&'a str>,
     text: &mut String,
 ) -> Result<()> {
@@ -64,9 +76,11 @@ fn append<'a>(
             text.push('\n');
             continue;
         };
-        let name = match (name, map) {
-            ("map", MapKind::Threshold) => "map/threshold",
-            ("map", MapKind::Fragments) => "map/fragments",
+        let name = match (name, kinds) {
+            ("map", (MapKind::Threshold, _)) => "map/threshold",
+            ("map", (MapKind::Fragments, _)) => "map/fragments",
+            ("media", (_, MediaKind::Plain)) => "media/plain",
+            ("media", (_, MediaKind::Mixed)) => "media/mixture",
             _ => name,
         };
         if done.contains(&name) {
@@ -76,7 +90,7 @@ fn append<'a>(
         let file = FILES.iter().find(|(file, _)| *file == name);
         let (_, source) =
             file.ok_or_else(|| Error::value("shader", format!("no file '{name}' to import")))?;
-        append(source, map, done, text)?;
+        append(source, kinds, done, text)?;
     }
     Ok(())
 }

@@ -4,8 +4,9 @@ use wgpu::util::DeviceExt;
 
 use super::bindings::{self, at, entry};
 use super::fragments::{GpuFragments, Tile};
+use super::link::MediaKind;
+use super::media::GpuMedia;
 use super::renderer::{GpuFrame, Renderer};
-use super::volume::GpuVolume;
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
 
@@ -29,21 +30,13 @@ pub struct GpuLists {
 pub(super) fn raster_pipeline(
     device: &wgpu::Device,
     pass: (&str, &str),
+    media: MediaKind,
+    mut entries: Vec<wgpu::BindGroupLayoutEntry>,
 ) -> Result<wgpu::RenderPipeline> {
-    let [voxels, trilinear] = bindings::volume();
-    let mut entries = [
-        bindings::frame(),
-        voxels,
-        trilinear,
-        bindings::tile(),
-        bindings::read_write(at::HEADS),
-        bindings::read_write(at::ELEMENTS),
-        bindings::read_write(at::COUNTERS),
-    ];
     for entry in &mut entries {
         entry.visibility = wgpu::ShaderStages::FRAGMENT;
     }
-    let (module, layout) = bindings::shader(device, pass, MapKind::Fragments, &entries)?;
+    let (module, layout) = bindings::shader(device, pass, (MapKind::Fragments, media), &entries)?;
     Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(pass.0),
         layout: Some(&layout),
@@ -102,24 +95,24 @@ impl Renderer {
     pub fn raster_slices(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        volume: &GpuVolume,
+        media: &GpuMedia,
         frame: &GpuFrame,
         planes: u32,
         lists: &GpuLists,
     ) {
-        let [voxels, trilinear] = self.volume_entries(volume);
+        let pipeline = &self.passes(media).raster_slices;
+        let mut entries = self.media_entries(media);
+        entries.extend([
+            entry(at::FRAME, frame.buffer().as_entire_binding()),
+            entry(at::TILE, lists.tile_buffer.as_entire_binding()),
+            entry(at::HEADS, lists.heads.as_entire_binding()),
+            entry(at::ELEMENTS, lists.elements.as_entire_binding()),
+            entry(at::COUNTERS, lists.counters.as_entire_binding()),
+        ]);
         let bind_group = self.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("raster_slices"),
-            layout: &self.passes.raster_slices.get_bind_group_layout(0),
-            entries: &[
-                entry(at::FRAME, frame.buffer().as_entire_binding()),
-                voxels,
-                trilinear,
-                entry(at::TILE, lists.tile_buffer.as_entire_binding()),
-                entry(at::HEADS, lists.heads.as_entire_binding()),
-                entry(at::ELEMENTS, lists.elements.as_entire_binding()),
-                entry(at::COUNTERS, lists.counters.as_entire_binding()),
-            ],
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
         });
         encoder.clear_buffer(&lists.heads, 0, None);
         encoder.clear_buffer(&lists.counters, 0, None);
@@ -136,7 +129,7 @@ impl Renderer {
             })],
             ..Default::default()
         });
-        pass.set_pipeline(&self.passes.raster_slices);
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
         pass.draw(0..3, 0..planes);
     }
@@ -173,7 +166,7 @@ impl Renderer {
             entry(at::ELEMENTS, lists.elements.as_entire_binding()),
             entry(at::COUNTERS, lists.counters.as_entire_binding()),
         ];
-        self.record(encoder, &self.passes.sort_fragments, &entries, lists.tile.extent);
+        self.record(encoder, &self.list_passes.sort_fragments, &entries, lists.tile.extent);
         Ok(fragments)
     }
 

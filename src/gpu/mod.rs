@@ -2,35 +2,37 @@
 //! a caller's. Never imports `kernel`, so that a GPU answer cannot come from the CPU.
 //!
 //! ```text
-//! Volume --upload--> GpuVolume --+--trace_threshold--> GpuMap ----------------------------+
+//! Media  --upload--> GpuMedia  --+--trace_threshold--> GpuMap ----------------------------+
 //! Frame  --frame---> GpuFrame ---+--trace_slices-----> GpuFragments ----------------------+--march_view--> GpuImage
 //!                                +--raster_slices----> GpuLists --sort_fragments--> GpuFragments
 //! ```
 
 mod adapter;
 mod bindings;
+mod field;
 mod fragments;
 mod link;
 mod lists;
+mod media;
+mod passes;
 mod readback;
 mod renderer;
 mod tiles;
-mod volume;
 
 use crate::backend::Backend;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
+use crate::scene::Media;
 use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, Links, Map, Runs, ShadowMap};
-use crate::volume::Volume;
 pub use adapter::{AdapterChoice, adapters};
 pub use fragments::{GpuFragments, INTERLEAVED, INTERLEAVED_STRIDE, Tile};
-pub use link::{linked, shadow_wgsl};
+pub use link::{MediaKind, linked, shadow_wgsl};
 pub use lists::GpuLists;
+pub use media::GpuMedia;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, GpuShadow, Renderer};
-pub use volume::GpuVolume;
 
 /// Shader roots, one a pass: its name, which is the entry point's, and its source with imports.
 pub const PASSES: [(&str, &str); 6] = [
@@ -82,16 +84,16 @@ impl Backend for GpuBackend {
 
     fn trace_threshold(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>> {
         progress.begin("shadow map", 1);
         let gpu = &self.renderer;
-        let volume = gpu.upload(volume)?;
-        let frame_buffer = gpu.frame(frame, &volume)?;
+        let gpu_media = gpu.upload(media)?;
+        let frame_buffer = gpu.frame(frame, &gpu_media)?;
         let map = gpu.map(frame.sizes[3])?;
-        gpu.submit(|encoder| gpu.trace_threshold(encoder, &volume, &frame_buffer, &map))?;
+        gpu.submit(|encoder| gpu.trace_threshold(encoder, &gpu_media, &frame_buffer, &map))?;
         let texels = gpu.read(map.texture())?;
         progress.advance(1);
         Ok(texels)
@@ -99,22 +101,22 @@ impl Backend for GpuBackend {
 
     fn trace_slices(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
-        tiles::trace_slices(&self.renderer, volume, frame, memory, progress)
+        tiles::trace_slices(&self.renderer, media, frame, memory, progress)
     }
 
     fn raster_slices(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
-        tiles::raster_slices(&self.renderer, volume, frame, memory, progress)
+        tiles::raster_slices(&self.renderer, media, frame, memory, progress)
     }
 
     fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
@@ -130,22 +132,22 @@ impl Backend for GpuBackend {
 
     fn march_view(
         &self,
-        volume: &Volume,
+        media: &Media,
         frame: &Frame,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
         progress.begin("picture", 1);
         let gpu = &self.renderer;
-        let volume = gpu.upload(volume)?;
+        let gpu_media = gpu.upload(media)?;
         let mut frame = *frame;
         frame.counts[2] = u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
-        let frame_buffer = gpu.frame(&frame, &volume)?;
+        let frame_buffer = gpu.frame(&frame, &gpu_media)?;
         let [width, height, ..] = frame.sizes;
         let image = gpu.image(width, height)?;
         let march = |shadow: GpuShadow<'_>| {
             gpu.submit(|encoder| {
-                gpu.march_view(encoder, &volume, &frame_buffer, shadow, &image);
+                gpu.march_view(encoder, &gpu_media, &frame_buffer, shadow, &image);
             })
         };
         match map {

@@ -1,18 +1,20 @@
 //! The passes on a device: pipelines, textures, submission and readback. Works on any device and
 //! queue, the caller's own included; nothing is submitted or waited for unless asked.
 
+use std::sync::OnceLock;
+
 use bytemuck::bytes_of;
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroupEntry, BindingResource};
 
-use super::bindings::{self, FORMAT, at, entry, pipeline, read, read_write};
+use super::bindings::{FORMAT, at, entry};
 use super::fragments::GpuFragments;
-use super::volume::GpuVolume;
-use super::{lists, pass};
+use super::link::MediaKind;
+use super::media::GpuMedia;
+use super::passes::{ListPasses, MediaPasses};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
-use crate::settings::MapKind;
-use crate::volume::Volume;
+use crate::scene::Media;
 
 /// Threads along each edge of a workgroup, as in the shaders.
 const WORKGROUP: u32 = 8;
@@ -83,56 +85,10 @@ pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
     sampler: wgpu::Sampler,
-    pub(super) passes: Passes,
-}
-
-/// Pipelines, named as their passes.
-#[derive(Debug)]
-pub(super) struct Passes {
-    trace_threshold: wgpu::ComputePipeline,
-    pub(super) trace_slices: wgpu::ComputePipeline,
-    pub(super) raster_slices: wgpu::RenderPipeline,
-    pub(super) sort_fragments: wgpu::ComputePipeline,
-    pub(super) link_neighbors: wgpu::ComputePipeline,
-    /// For the usual settings and for all.
-    march_view: [wgpu::ComputePipeline; 2],
-    march_view_fragments: [wgpu::ComputePipeline; 2],
-}
-
-impl Passes {
-    fn new(device: &wgpu::Device) -> Result<Self> {
-        let (frame, tile, output) = (bindings::frame(), bindings::tile(), bindings::output());
-        let [voxels, trilinear] = bindings::volume();
-        let compute = |name, map, entries: &[_]| pipeline(device, pass(name)?, map, entries);
-        let threshold = |name, entries: &[_]| compute(name, MapKind::Threshold, entries);
-        let fragments = |name, entries: &[_]| compute(name, MapKind::Fragments, entries);
-        let march = |map, entries: &[_]| {
-            bindings::usual_and_general(device, pass("march_view")?, map, entries)
-        };
-        let [runs, nodes, heads, elements, counters] =
-            [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
-        let map = bindings::threshold_map();
-        let lists = [read(at::RUNS), read(at::NODES)];
-        let links = read_write(at::LINKS);
-        Ok(Self {
-            trace_threshold: threshold("trace_threshold", &[frame, voxels, trilinear, output])?,
-            trace_slices: fragments(
-                "trace_slices",
-                &[frame, voxels, trilinear, runs, nodes, tile, counters],
-            )?,
-            raster_slices: lists::raster_pipeline(device, pass("raster_slices")?)?,
-            sort_fragments: fragments(
-                "sort_fragments",
-                &[frame, runs, nodes, tile, heads, elements, counters],
-            )?,
-            link_neighbors: fragments("link_neighbors", &[lists[0], lists[1], links, tile])?,
-            march_view: march(MapKind::Threshold, &[frame, voxels, trilinear, map, output])?,
-            march_view_fragments: march(
-                MapKind::Fragments,
-                &[frame, voxels, trilinear, output, lists[0], lists[1], read(at::LINKS)],
-            )?,
-        })
-    }
+    plain: MediaPasses,
+    /// Compiled when the first mixture is uploaded.
+    mixed: OnceLock<MediaPasses>,
+    pub(super) list_passes: ListPasses,
 }
 
 impl Renderer {
@@ -151,7 +107,9 @@ impl Renderer {
                 min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
             }),
-            passes: Passes::new(device)?,
+            plain: MediaPasses::new(device, MediaKind::Plain)?,
+            mixed: OnceLock::new(),
+            list_passes: ListPasses::new(device)?,
         };
         match pollster::block_on(scope.pop()) {
             Some(error) => Err(Error::gpu(error.to_string())),
@@ -185,27 +143,43 @@ impl Renderer {
         })
     }
 
-    /// What passes bind of a volume.
-    pub(super) fn volume_entries<'a>(&'a self, volume: &'a GpuVolume) -> [BindGroupEntry<'a>; 2] {
-        [
-            entry(at::VOXELS, BindingResource::TextureView(volume.view())),
-            entry(at::TRILINEAR, BindingResource::Sampler(&self.sampler)),
-        ]
+    /// What passes bind of media.
+    pub(super) fn media_entries<'a>(&'a self, media: &'a GpuMedia) -> Vec<BindGroupEntry<'a>> {
+        media.entries(&self.sampler)
     }
 
-    /// Puts a volume's voxels on the device.
+    /// The passes that know such media.
+    pub(super) fn passes(&self, media: &GpuMedia) -> &MediaPasses {
+        match media.kind() {
+            MediaKind::Plain => &self.plain,
+            // What uploads a mixture has compiled them.
+            MediaKind::Mixed => self.mixed.get().unwrap_or(&self.plain),
+        }
+    }
+
+    /// Puts media on the device. The first mixture compiles passes of its own.
     ///
     /// # Errors
-    /// If it is larger than the device's textures can be.
-    pub fn upload(&self, volume: &Volume) -> Result<GpuVolume> {
-        GpuVolume::upload(&self.device, &self.queue, volume)
+    /// If a grid is larger than the device's textures can be, if there are more volumes or grids than
+    /// shaders know, or if the device refuses a shader.
+    pub fn upload(&self, media: &Media) -> Result<GpuMedia> {
+        if media.plain().is_none() && self.mixed.get().is_none() {
+            let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+            let passes = MediaPasses::new(&self.device, MediaKind::Mixed)?;
+            if let Some(error) = pollster::block_on(scope.pop()) {
+                return Err(Error::gpu(error.to_string()));
+            }
+            // Another thread may have been faster, with the same.
+            let _ = self.mixed.set(passes);
+        }
+        GpuMedia::upload(&self.device, &self.queue, media)
     }
 
-    /// Puts the parameters of a frame of `volume` on the device.
+    /// Puts the parameters of a frame of `media` on the device.
     ///
     /// # Errors
     /// If the map or the picture is larger than the device's textures can be.
-    pub fn frame(&self, frame: &Frame, volume: &GpuVolume) -> Result<GpuFrame> {
+    pub fn frame(&self, frame: &Frame, media: &GpuMedia) -> Result<GpuFrame> {
         let [width, height, _, map] = frame.sizes;
         let limit = self.device.limits().max_texture_dimension_2d;
         for (what, size) in [("picture", width), ("picture", height), ("map", map)] {
@@ -216,7 +190,7 @@ impl Renderer {
         }
         let usual = frame.is_usual();
         let mut frame = *frame;
-        frame.world_origin.w = volume.scale();
+        frame.world_origin.w = media.scale();
         let buffer = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("frame"),
             contents: bytes_of(&frame),
@@ -262,47 +236,39 @@ impl Renderer {
     pub fn trace_threshold(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        volume: &GpuVolume,
+        media: &GpuMedia,
         frame: &GpuFrame,
         map: &GpuMap,
     ) {
-        let [voxels, trilinear] = self.volume_entries(volume);
-        let entries = [
-            entry(at::FRAME, frame.buffer.as_entire_binding()),
-            voxels,
-            trilinear,
-            entry(at::OUTPUT, BindingResource::TextureView(&map.view)),
-        ];
+        let mut entries = self.media_entries(media);
+        entries.push(entry(at::FRAME, frame.buffer.as_entire_binding()));
+        entries.push(entry(at::OUTPUT, BindingResource::TextureView(&map.view)));
         let size = map.texture.width();
-        self.record(encoder, &self.passes.trace_threshold, &entries, [size, size]);
+        self.record(encoder, &self.passes(media).trace_threshold, &entries, [size, size]);
     }
 
     /// Records pass `march_view`: fills `image` for the camera of `frame`, lit through `shadow`.
     pub fn march_view(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        volume: &GpuVolume,
+        media: &GpuMedia,
         frame: &GpuFrame,
         shadow: GpuShadow<'_>,
         image: &GpuImage,
     ) {
-        let [voxels, trilinear] = self.volume_entries(volume);
-        let mut entries = vec![
-            entry(at::FRAME, frame.buffer.as_entire_binding()),
-            voxels,
-            trilinear,
-            entry(at::OUTPUT, BindingResource::TextureView(&image.view)),
-        ];
+        let mut entries = self.media_entries(media);
+        entries.push(entry(at::FRAME, frame.buffer.as_entire_binding()));
+        entries.push(entry(at::OUTPUT, BindingResource::TextureView(&image.view)));
         let [usual, general] = match shadow {
             GpuShadow::Threshold(map) => {
                 entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)));
-                &self.passes.march_view
+                &self.passes(media).march_view
             }
             GpuShadow::Fragments(map) => {
                 entries.push(entry(at::RUNS, map.runs().as_entire_binding()));
                 entries.push(entry(at::NODES, map.nodes().as_entire_binding()));
                 entries.push(entry(at::LINKS, map.links().as_entire_binding()));
-                &self.passes.march_view_fragments
+                &self.passes(media).march_view_fragments
             }
         };
         let pipeline = if frame.usual { usual } else { general };

@@ -7,8 +7,8 @@ use super::renderer::Renderer;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Frame, SLABS_PER_VOXEL};
 use crate::progress::Progress;
+use crate::scene::Media;
 use crate::shadow::{Node, Runs};
-use crate::volume::Volume;
 
 /// Nodes a texel that fits first get room for: no preset's fit at the default tolerance takes more.
 const FITTED_NODES: u32 = 32;
@@ -20,7 +20,7 @@ const BLOCK_ROWS: u32 = 8;
 /// Pass `trace_slices` over all tiles.
 pub(super) fn trace_slices(
     gpu: &Renderer,
-    volume: &Volume,
+    media: &Media,
     frame: &Frame,
     memory: u64,
     progress: &dyn Progress,
@@ -28,10 +28,10 @@ pub(super) fn trace_slices(
     let size = frame.sizes[3];
     progress.begin("shadow map", u64::from(size));
     let budget = memory.min(gpu.largest_binding());
-    let gpu_volume = gpu.upload(volume)?;
-    let frame_buffer = gpu.frame(frame, &gpu_volume)?;
+    let gpu_media = gpu.upload(media)?;
+    let frame_buffer = gpu.frame(frame, &gpu_media)?;
     let fitted = frame.slices.z > 0.0;
-    let mut capacity = if fitted { FITTED_NODES } else { most_nodes(volume, frame) };
+    let mut capacity = if fitted { FITTED_NODES } else { most_nodes(media, frame) };
     let mut all = Runs::default();
     let mut first = 0;
     while first < size {
@@ -40,7 +40,7 @@ pub(super) fn trace_slices(
         let rows = u32::try_from(blocks * u64::from(BLOCK_ROWS)).unwrap_or(size).max(BLOCK_ROWS);
         let rows = rows.min(size - first);
         let fragments = gpu.fragments(Tile::rows(size, first, rows, capacity))?;
-        gpu.submit(|encoder| gpu.trace_slices(encoder, &gpu_volume, &frame_buffer, &fragments))?;
+        gpu.submit(|encoder| gpu.trace_slices(encoder, &gpu_media, &frame_buffer, &fragments))?;
         if let Some(needed) = gpu.nodes_missing(&fragments)? {
             capacity = needed;
             continue;
@@ -54,11 +54,11 @@ pub(super) fn trace_slices(
 
 /// Nodes of a texel's raw list at most: one more than its slabs (each gap between two stretches of
 /// slabs, which costs a node, is a slab without).
-fn most_nodes(volume: &Volume, frame: &Frame) -> u32 {
+fn most_nodes(media: &Media, frame: &Frame) -> u32 {
     if frame.counts[1] > 0 {
         return frame.counts[1] + 1;
     }
-    let voxels = volume.domain().size().length() as f32;
+    let voxels = media.domain().size().length() as f32;
     let slabs = (voxels * SLABS_PER_VOXEL).ceil() as u32 + 1;
     slabs.clamp(frame.steps[0], frame.steps[1]) + 1
 }
@@ -66,7 +66,7 @@ fn most_nodes(volume: &Volume, frame: &Frame) -> u32 {
 /// Passes `raster_slices` and `sort_fragments` over all tiles.
 pub(super) fn raster_slices(
     gpu: &Renderer,
-    volume: &Volume,
+    media: &Media,
     frame: &Frame,
     memory: u64,
     progress: &dyn Progress,
@@ -77,8 +77,8 @@ pub(super) fn raster_slices(
     // Nodes take as much again as elements.
     let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
     let most = most.min(u64::from(u32::MAX - 1));
-    let gpu_volume = gpu.upload(volume)?;
-    let frame_buffer = gpu.frame(frame, &gpu_volume)?;
+    let gpu_media = gpu.upload(media)?;
+    let frame_buffer = gpu.frame(frame, &gpu_media)?;
     let mut all = Runs::default();
     // The counter of fragments has 32 bits.
     let countable = u64::from(u32::MAX) / (u64::from(size) * u64::from(planes)).max(1);
@@ -90,7 +90,7 @@ pub(super) fn raster_slices(
         let tile = Tile::rows(size, first, rows, guess.max(capacity).min(most) as u32);
         let lists = gpu.lists(tile);
         gpu.submit(|encoder| {
-            gpu.raster_slices(encoder, &gpu_volume, &frame_buffer, planes, &lists);
+            gpu.raster_slices(encoder, &gpu_media, &frame_buffer, planes, &lists);
         })?;
         let drawn = gpu.fragments_drawn(&lists)?;
         if u64::from(drawn) > most {

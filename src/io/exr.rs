@@ -4,8 +4,8 @@
 use std::io::Cursor;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage, Layer,
-    LayerAttributes, Text, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage,
+    ImageAttributes, IntegerBounds, Layer, LayerAttributes, Text, Vec2, WritableImage,
 };
 
 use glam::{DMat4, DVec3};
@@ -24,7 +24,7 @@ use crate::shadow::{ShadowMap, ThresholdMap};
 /// If the encoder fails.
 pub fn encode_image(image: &Image, certificate: Option<&str>) -> Result<Vec<u8>> {
     let attributes = certified(certificate).collect();
-    encode_rgba([image.width, image.height], &image.pixels, attributes)
+    encode_layers(vec![rgba_layer([image.width, image.height], &image.pixels, attributes)])
 }
 
 /// The attribute that holds a certificate.
@@ -61,6 +61,33 @@ pub fn encode_threshold_map(
     domain: &Aabb,
     certificate: Option<&str>,
 ) -> Result<Vec<u8>> {
+    encode_layers(vec![threshold_layer(map, index_from_world, domain, certificate)])
+}
+
+/// Threshold maps that belong together (a light's channels, several lights) as one OpenEXR file, a layer
+/// each with its name and the attributes of [`encode_threshold_map`].
+///
+/// # Errors
+/// If the encoder fails.
+pub fn encode_threshold_maps(
+    maps: &[(String, &ThresholdMap, Option<&str>)],
+    index_from_world: &DMat4,
+    domain: &Aabb,
+) -> Result<Vec<u8>> {
+    let layer = |(name, map, certificate): &(String, &ThresholdMap, Option<&str>)| {
+        let mut layer = threshold_layer(map, index_from_world, domain, *certificate);
+        layer.attributes.layer_name = Text::new_or_none(name);
+        layer
+    };
+    encode_layers(maps.iter().map(layer).collect())
+}
+
+fn threshold_layer(
+    map: &ThresholdMap,
+    index_from_world: &DMat4,
+    domain: &Aabb,
+    certificate: Option<&str>,
+) -> Channels {
     let thresholds = map.thresholds().map(|t| t as f32);
     let unset = match map.lookup() {
         Lookup::Paper => "exit: the depth where the ray leaves the volume".to_owned(),
@@ -78,7 +105,7 @@ pub fn encode_threshold_map(
     ];
     attributes.extend(placement(map.view(), index_from_world, domain));
     attributes.extend(certified(certificate));
-    encode_rgba([map.size(); 2], map.texels(), attributes)
+    rgba_layer([map.size(); 2], map.texels(), attributes)
 }
 
 /// How a map lies in the world, as attributes.
@@ -113,22 +140,33 @@ fn vector(v: DVec3) -> AttributeValue {
     AttributeValue::FloatVec3(v.as_vec3().to_array().into())
 }
 
-fn encode_rgba(
+/// A layer of named channels of f32.
+type Channels = Layer<AnyChannels<FlatSamples>>;
+
+fn rgba_layer(
     size: [u32; 2],
     pixels: &[[f32; 4]],
     attributes: Vec<(&str, AttributeValue)>,
-) -> Result<Vec<u8>> {
+) -> Channels {
     let channel = |c: usize| pixels.iter().map(|p| p[c]).collect();
     let names = ["R", "G", "B", "A"].into_iter().enumerate();
-    encode_channels(size, names.map(|(c, name)| (name, channel(c))).collect(), attributes)
+    channel_layer(size, names.map(|(c, name)| (name, channel(c))).collect(), attributes)
 }
 
 /// Named channels of f32, each a number a pixel, row 0 on top.
 pub(super) fn encode_channels(
-    [width, height]: [u32; 2],
+    size: [u32; 2],
     channels: Vec<(&str, Vec<f32>)>,
     attributes: Vec<(&str, AttributeValue)>,
 ) -> Result<Vec<u8>> {
+    encode_layers(vec![channel_layer(size, channels, attributes)])
+}
+
+fn channel_layer(
+    [width, height]: [u32; 2],
+    channels: Vec<(&str, Vec<f32>)>,
+    attributes: Vec<(&str, AttributeValue)>,
+) -> Channels {
     let channels = channels.into_iter();
     let channels = channels.map(|(name, v)| AnyChannel::new(name, FlatSamples::F32(v))).collect();
     let mut layer = Layer::new(
@@ -141,8 +179,15 @@ pub(super) fn encode_channels(
         Some(Text::new_or_panic(concat!("deepshadow ", env!("CARGO_PKG_VERSION"))));
     let named = attributes.into_iter().map(|(name, value)| (Text::new_or_panic(name), value));
     layer.attributes.other.extend(named);
+    layer
+}
+
+/// A file of layers of the same size.
+fn encode_layers(layers: Vec<Channels>) -> Result<Vec<u8>> {
+    let size = layers.first().map_or(Vec2(0, 0), |layer| layer.size);
+    let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
     let mut bytes = Cursor::new(Vec::new());
-    ExrImage::from_layer(layer)
+    ExrImage::from_layers(attributes, layers)
         .write()
         .to_buffered(&mut bytes)
         .map_err(|error| Error::value("exr", error.to_string()))?;

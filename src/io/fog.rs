@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DMat4, DVec3};
 
-use super::vdb::{Grid, GridHeader, Transform, ValueType, VdbFile};
+use super::vdb::{Dense, Grid, GridHeader, IndexBox, Transform, ValueType, VdbFile};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::volume::Volume;
@@ -56,28 +56,78 @@ pub fn load(
     max_bytes: u64,
     window: Option<[f32; 2]>,
 ) -> Result<Volume> {
-    let file = VdbFile::open(path)?;
-    let index = chosen(&file, grid_name)?;
-    let header = &file.grids()[index];
-    let refused = |why: &str| Error::contents(path, format!("grid '{}': {why}", header.name));
-    let world_from_index = match &header.transform {
-        Transform::Affine(matrix) => *matrix,
-        Transform::Refused(why) => return Err(refused(why)),
-    };
-    let grid: Grid = file.load(index)?;
-    let active = grid.active_bounds().ok_or_else(|| refused("it has no active voxels"))?;
-    let mut dense = grid.densify(active.padded(1), max_bytes)?;
-    drop(grid);
-    if header.class() == "level set" {
-        let voxel = world_from_index.transform_vector3(DVec3::X).length() as f32;
+    let chosen = Chosen::open(path, grid_name)?;
+    let mut dense = chosen.grid.densify(chosen.bounds, max_bytes)?;
+    if chosen.level_set {
+        let voxel = chosen.world_from_index.transform_vector3(DVec3::X).length() as f32;
         dense.values.mapv_inplace(|distance| (0.5 - distance / voxel).clamp(0.0, 1.0));
     }
-    let [x, y, z] = {
-        let (z, y, x) = dense.values.dim();
-        [x, y, z].map(|n| n as f64 - 1.0)
+    let Chosen { name, world_from_index, grid, .. } = chosen;
+    drop(grid);
+    placed(&name, dense, &world_from_index, window)
+}
+
+/// The three components of a grid of vectors, as [`load`] places volumes; at most `max_bytes` of voxels
+/// together.
+///
+/// # Errors
+/// As [`load`], and if its values are no vectors.
+pub fn load_vectors(path: &Path, grid_name: &str, max_bytes: u64) -> Result<[Volume; 3]> {
+    let chosen = Chosen::open(path, Some(grid_name))?;
+    if chosen.grid.components() != 3 {
+        let why = format!("grid '{grid_name}' has one number a voxel, not three");
+        return Err(Error::contents(path, why));
+    }
+    let one = |component: usize| {
+        let dense = chosen.grid.densify_component(chosen.bounds, max_bytes / 3, component)?;
+        placed(&chosen.name, dense, &chosen.world_from_index, None)
     };
-    let placed = world_from_index * DMat4::from_translation(dense.origin.as_dvec3());
-    let name = if header.name.is_empty() { "unnamed" } else { &header.name };
+    Ok([one(0)?, one(1)?, one(2)?])
+}
+
+/// A grid of a file and what is needed to render it.
+struct Chosen {
+    name: String,
+    world_from_index: DMat4,
+    level_set: bool,
+    grid: Grid,
+    /// One voxel beyond what is active.
+    bounds: IndexBox,
+}
+
+impl Chosen {
+    fn open(path: &Path, grid_name: Option<&str>) -> Result<Self> {
+        let file = VdbFile::open(path)?;
+        let index = chosen(&file, grid_name)?;
+        let header = &file.grids()[index];
+        let refused = |why: &str| Error::contents(path, format!("grid '{}': {why}", header.name));
+        let world_from_index = match &header.transform {
+            Transform::Affine(matrix) => *matrix,
+            Transform::Refused(why) => return Err(refused(why)),
+        };
+        let grid: Grid = file.load(index)?;
+        let active = grid.active_bounds().ok_or_else(|| refused("it has no active voxels"))?;
+        let name = if header.name.is_empty() { "unnamed" } else { &header.name };
+        Ok(Self {
+            name: name.to_owned(),
+            world_from_index,
+            level_set: header.class() == "level set",
+            grid,
+            bounds: active.padded(1),
+        })
+    }
+}
+
+/// Values as a volume whose medium ends at the outermost voxels' centres.
+fn placed(
+    name: &str,
+    dense: Dense<f32>,
+    world_from_index: &DMat4,
+    window: Option<[f32; 2]>,
+) -> Result<Volume> {
+    let (z, y, x) = dense.values.dim();
+    let last = DVec3::new(x as f64, y as f64, z as f64) - 1.0;
+    let placed = *world_from_index * DMat4::from_translation(dense.origin.as_dvec3());
     let volume = Volume::with_window(name, dense.values, placed, window)?;
-    Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: DVec3::new(x, y, z) }))
+    Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: last }))
 }

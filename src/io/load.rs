@@ -49,6 +49,27 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
     }
 }
 
+/// The red, green and blue of a grid of vectors in the file of `table`, placed as its densities are.
+///
+/// # Errors
+/// As [`load_volume`], and if the file is not OpenVDB's or the grid's values are no vectors.
+pub fn load_color(table: &VolumeTable, grid: &str) -> Result<[Volume; 3]> {
+    let Some(path) = &table.path else {
+        return Err(Error::value("volume.color", "means nothing for a preset"));
+    };
+    if format_of(path, table)? != Format::OpenVdb {
+        return Err(Error::value("volume.color", "needs an OpenVDB file with a grid of vectors"));
+    }
+    let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+    let [red, green, blue] = fog::load_vectors(path, grid, max_bytes)?;
+    let up = table.up.as_deref().map(str::parse::<Axis>).transpose()?.unwrap_or_default();
+    let turned = |volume: Volume| {
+        let placement = DMat4::from_mat3(up.world_from_file()) * *volume.world_from_index();
+        volume.placed(placement)
+    };
+    Ok([turned(red)?, turned(green)?, turned(blue)?])
+}
+
 /// An error that names a key of `keys` that was given and means nothing for `what`.
 fn refuse_unused(table: &VolumeTable, what: &str, keys: &[&str]) -> Result<()> {
     let given = [

@@ -2,6 +2,7 @@
 
 mod atomic;
 mod atomic_folder;
+mod body;
 pub mod coded_map;
 pub mod deep_exr;
 pub mod dense;
@@ -20,6 +21,7 @@ pub mod vdb;
 
 pub use atomic::PendingFile;
 pub use atomic_folder::PendingFolder;
+pub use body::load_ingredients;
 pub use format::Format;
 pub use histogram::{FiniteRange, Histogram};
-pub use load::{check_options, format_of, load_volume};
+pub use load::{check_options, format_of, load_color, load_volume};

@@ -22,6 +22,22 @@ pub fn phase(g: f32, cosine: f32) -> f32 {
     (1.0 - g * g) / (FOUR_PI * spread * spread.sqrt())
 }
 
+/// Light scattered into an angle of the given cosine behind `transmittance`, per steradian, with `count`
+/// octaves more (Wrenninge, Kulla and Lundqvist 2013): each carries half of the light of the one before,
+/// through the square root of its transmittance, with half of its mean cosine. It looks like light that
+/// was scattered more than once; no energy is accounted for.
+pub fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
+    let (mut share, mut g, mut through) = (1.0, g, transmittance);
+    let mut sum = phase(g, cosine) * through;
+    for _ in 0..count {
+        share *= 0.5;
+        g *= 0.5;
+        through = through.sqrt();
+        sum += share * phase(g, cosine) * through;
+    }
+    sum
+}
+
 /// What two steps of a ray add to a picture: where to sample the light for each of them, or for both at
 /// once, which then weighs nothing in the second place.
 #[derive(Clone, Copy, Debug)]

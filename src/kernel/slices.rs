@@ -1,7 +1,7 @@
 //! A light ray cut into slabs, and the optical depth of each.
 
-use super::density::{Density, sample_density};
 use super::light::light_ray;
+use super::media::{Sampler, density_along};
 use super::ray::{Ray, intersect_box, step_count};
 use crate::frame::{Frame, SLAB_SAMPLES_PER_VOXEL, SLABS_PER_VOXEL};
 
@@ -74,13 +74,13 @@ pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
 }
 
 /// Optical depth of slab `i`, by midpoints.
-pub fn slab_optical_depth(density: &Density<'_>, frame: &Frame, slabs: &Slabs, i: u32) -> f32 {
-    ray_optical_depth(density, frame, &slabs.ray, slab_bounds(slabs, i), slabs.samples)
+pub fn slab_optical_depth(sampler: &Sampler<'_>, frame: &Frame, slabs: &Slabs, i: u32) -> f32 {
+    ray_optical_depth(sampler, frame, &slabs.ray, slab_bounds(slabs, i), slabs.samples)
 }
 
 /// Optical depth of a ray in voxel indices between two depths, by as many midpoints.
 pub fn ray_optical_depth(
-    density: &Density<'_>,
+    sampler: &Sampler<'_>,
     frame: &Frame,
     ray: &Ray,
     [front, back]: [f32; 2],
@@ -89,7 +89,7 @@ pub fn ray_optical_depth(
     let step = (back - front).max(0.0) / samples as f32;
     let mut sum = 0.0;
     for s in 0..samples {
-        sum += sample_density(density, ray.at(front + (s as f32 + 0.5) * step));
+        sum += density_along(sampler, ray, front + (s as f32 + 0.5) * step, 0.5 * step);
     }
     sum * step * frame.domain_min.w
 }

@@ -5,10 +5,11 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::extinction::Extinction;
 use super::integral::Cells;
-use super::profile::light_transmittance;
+use crate::error::{Error, Result};
 use crate::image::Image;
-use crate::scene::{Light, Scene};
+use crate::scene::Scene;
 
 /// Nodes and weights of four-point Gauss-Legendre quadrature on 0..1.
 const GAUSS: [[f64; 2]; 4] = [
@@ -21,8 +22,13 @@ const GAUSS: [[f64; 2]; 4] = [
 /// Single scattering of `scene` at `width` x `height` pixels, one ray through each pixel's centre.
 /// Each cell that a camera ray crosses is cut into `cuts` equal parts with four Gauss points each;
 /// transmittance to the camera and from the light is exact at every point.
-pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) -> Image {
-    let cells = Cells::of(&scene.volume);
+///
+/// # Errors
+/// If the scene's media are more than one plain volume.
+pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) -> Result<Image> {
+    let volume = scene.media.plain();
+    let volume = volume.ok_or_else(|| Error::value("scene", "its media are not plain"))?;
+    let truth = Truth { scene, cells: Cells::of(volume), extinction: Extinction::of(&scene.media) };
     let rays = scene.camera.rays(f64::from(width) / f64::from(height));
     let mut image = Image::filled(width, height, [0.0; 4]);
     image.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
@@ -30,62 +36,74 @@ pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) ->
         let (u, v) =
             ((f64::from(x) + 0.5) / f64::from(width), (f64::from(y) + 0.5) / f64::from(height));
         let (origin, direction) = rays.ray(u, v);
-        *pixel = radiance(scene, &cells, origin, direction, cuts);
+        *pixel = truth.radiance(origin, direction, cuts);
     });
-    image
+    Ok(image)
 }
 
-fn radiance(
-    scene: &Scene,
-    cells: &Cells<'_>,
-    origin: DVec3,
-    direction: DVec3,
-    cuts: u32,
-) -> [f32; 4] {
-    let scale = scene.medium.density_scale;
-    let ground = ground_distance(scene, origin, direction);
-    let mut tau = 0.0;
-    let mut light = DVec3::ZERO;
-    cells.walk(origin, direction, [0.0, ground.unwrap_or(f64::INFINITY)], |stretch| {
-        let part = (stretch.exit - stretch.enter) / f64::from(cuts);
-        for cut in 0..cuts {
-            for [node, weight] in GAUSS {
-                let t = stretch.enter + (f64::from(cut) + node) * part;
-                let extinction = scale * stretch.density(t);
-                if extinction <= 0.0 {
-                    continue;
+/// A scene ready to be looked at.
+struct Truth<'a> {
+    scene: &'a Scene,
+    cells: Cells<'a>,
+    extinction: Extinction<'a>,
+}
+
+impl Truth<'_> {
+    fn radiance(&self, origin: DVec3, direction: DVec3, cuts: u32) -> [f32; 4] {
+        let scene = self.scene;
+        let scale = scene.media.first().medium.density_scale;
+        let ground = ground_distance(scene, origin, direction);
+        let mut tau = 0.0;
+        let mut light = DVec3::ZERO;
+        let way = [0.0, ground.unwrap_or(f64::INFINITY)];
+        self.cells.walk(origin, direction, way, |stretch| {
+            let part = (stretch.exit - stretch.enter) / f64::from(cuts);
+            for cut in 0..cuts {
+                for [node, weight] in GAUSS {
+                    let t = stretch.enter + (f64::from(cut) + node) * part;
+                    let extinction = scale * stretch.density(t);
+                    if extinction <= 0.0 {
+                        continue;
+                    }
+                    let seen = (-tau - scale * stretch.integral_to(t)).exp();
+                    let source = self.scattered(origin + t * direction, direction);
+                    light += source * (seen * extinction * weight * part);
                 }
-                let seen = (-tau - scale * stretch.integral_to(t)).exp();
-                let source = scattered(scene, cells, origin + t * direction, direction);
-                light += source * (seen * extinction * weight * part);
             }
-        }
-        tau += scale * stretch.integral();
-        true
-    });
-    let (behind, alpha) = match (ground, scene.background) {
-        (Some(t), _) => (ground_radiance(scene, cells, origin + t * direction), 1.0),
-        (None, Some(background)) => (background, 1.0),
-        (None, None) => (DVec3::ZERO, 0.0),
-    };
-    let through = (-tau).exp();
-    let seen = light + through * behind;
-    let alpha = 1.0 - through * (1.0 - alpha);
-    [seen.x as f32, seen.y as f32, seen.z as f32, alpha as f32]
-}
+            tau += scale * stretch.integral();
+            true
+        });
+        let (behind, alpha) = match (ground, scene.background) {
+            (Some(t), _) => (self.ground_radiance(origin + t * direction), 1.0),
+            (None, Some(background)) => (background, 1.0),
+            (None, None) => (DVec3::ZERO, 0.0),
+        };
+        let through = (-tau).exp();
+        let seen = light + through * behind;
+        let alpha = 1.0 - through * (1.0 - alpha);
+        [seen.x as f32, seen.y as f32, seen.z as f32, alpha as f32]
+    }
 
-/// Light that the medium at `point` sends towards the camera, per unit of optical depth.
-fn scattered(scene: &Scene, cells: &Cells<'_>, point: DVec3, view: DVec3) -> DVec3 {
-    let medium = &scene.medium;
-    let g = medium.phase_g;
-    let cosine = -view.dot(scene.light.direction_at(point));
-    let phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
-    let lit = arriving(&scene.light, cells, medium.density_scale, point);
-    medium.albedo * (phase * lit + scene.ambient)
-}
+    /// Light that the medium at `point` sends towards the camera, per unit of optical depth.
+    fn scattered(&self, point: DVec3, view: DVec3) -> DVec3 {
+        let medium = &self.scene.media.first().medium;
+        let g = medium.phase_g;
+        let cosine = -view.dot(self.scene.light().direction_at(point));
+        let phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
+        medium.albedo * (phase * self.arriving(point) + self.scene.ambient)
+    }
 
-fn arriving(light: &Light, cells: &Cells<'_>, density_scale: f64, point: DVec3) -> DVec3 {
-    light.irradiance_at(point) * light_transmittance(cells, light, density_scale, point)
+    fn arriving(&self, point: DVec3) -> DVec3 {
+        let light = self.scene.light();
+        light.irradiance_at(point) * self.extinction.light_transmittance(light, point)
+    }
+
+    fn ground_radiance(&self, point: DVec3) -> DVec3 {
+        let scene = self.scene;
+        let albedo = scene.ground.map_or(0.0, |ground| ground.albedo);
+        let cosine = (-scene.light().direction_at(point).y).max(0.0);
+        albedo * (self.arriving(point) * (cosine * FRAC_1_PI) + scene.ambient)
+    }
 }
 
 fn ground_distance(scene: &Scene, origin: DVec3, direction: DVec3) -> Option<f64> {
@@ -94,11 +112,4 @@ fn ground_distance(scene: &Scene, origin: DVec3, direction: DVec3) -> Option<f64
     let hit = origin + t * direction;
     let within = hit.x.abs().max(hit.z.abs()) <= ground.half_extent.unwrap_or(f64::INFINITY);
     (t > 0.0 && t.is_finite() && within).then_some(t)
-}
-
-fn ground_radiance(scene: &Scene, cells: &Cells<'_>, point: DVec3) -> DVec3 {
-    let albedo = scene.ground.map_or(0.0, |ground| ground.albedo);
-    let cosine = (-scene.light.direction_at(point).y).max(0.0);
-    let lit = arriving(&scene.light, cells, scene.medium.density_scale, point);
-    albedo * (lit * (cosine * FRAC_1_PI) + scene.ambient)
 }

@@ -80,6 +80,17 @@ impl<'a> Cells<'a> {
         }
     }
 
+    /// Density at a world position, 0 outside of the domain.
+    pub fn at(&self, world: DVec3) -> f64 {
+        let mut density = 0.0;
+        // A ray of hardly any length knows it.
+        self.walk(world, DVec3::X, [0.0, f64::MIN_POSITIVE.sqrt()], |stretch| {
+            density = stretch.density(stretch.enter);
+            false
+        });
+        density
+    }
+
     /// The stretch between two distances in the cell that `axes` have reached.
     #[inline]
     fn stretch(&self, [x, y, z]: &[Axis; 3], [enter, exit]: [f64; 2]) -> Stretch {
@@ -176,6 +187,18 @@ impl Stretch {
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.cubic == [0.0; 4]
+    }
+
+    /// Distances where density turns from rising to falling or back, also outside of the stretch.
+    pub fn turns(&self) -> [Option<f64>; 2] {
+        let [_, b, c, d] = self.cubic;
+        let place = |s: f64| s.is_finite().then_some(self.enter + s * (self.exit - self.enter));
+        let discriminant = c * c - 3.0 * b * d;
+        if discriminant <= 0.0 {
+            return [None; 2];
+        }
+        let sum = -c - discriminant.sqrt().copysign(c);
+        [place(sum / (3.0 * d)), place(b / sum)]
     }
 
     /// Density at distance `t` along the ray.

@@ -68,6 +68,10 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
             default.light_samples,
             1 << 16,
         )?,
+        octaves: match shadow.octaves {
+            Some(0) => 0,
+            given => count("shadow.octaves", given, default.octaves, 16)?,
+        },
     })
 }
 

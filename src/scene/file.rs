@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::OneOrMore;
 use crate::error::{Error, Result};
 
 /// Declares tables whose keys are all optional and where an unknown key is an error.
@@ -23,8 +24,10 @@ macro_rules! tables {
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct SceneFile {
-    pub volume: VolumeTable,
-    pub light: LightTable,
+    /// `[volume]`, or `[[volume]]` for several.
+    pub volume: OneOrMore<VolumeTable>,
+    /// `[light]`, or `[[light]]` for several.
+    pub light: OneOrMore<LightTable>,
     pub ambient: RadianceTable,
     pub camera: CameraTable,
     pub image: ImageTable,
@@ -51,6 +54,27 @@ tables! {
         spacing: [f64; 3],
         window: [f32; 2],
         up: String,
+        tint: [f64; 3],
+        color: String,
+        transfer: TransferTable,
+        emission: EmissionTable,
+    }
+    /// `[volume.transfer]`: points are (value, red, green, blue, opacity), colours linear in 0..1;
+    /// gradient is (length of the density's gradient, factor on opacity).
+    TransferTable {
+        name: String,
+        file: PathBuf,
+        points: Vec<[f64; 5]>,
+        range: [f64; 2],
+        gradient: Vec<[f64; 2]>,
+    }
+    /// `[volume.emission]`: of a grid, or of the densities themselves.
+    EmissionTable {
+        grid: String,
+        colors: String,
+        range: [f64; 2],
+        kelvin: [f64; 2],
+        scale: f64,
     }
     /// `[light]`
     LightTable {
@@ -91,13 +115,14 @@ tables! {
         memory: u64,
         shading: String,
         light_samples: u32,
+        octaves: u32,
     }
     /// `[ground]`
     GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
 }
 
 impl SceneFile {
-    /// Parses the text of the scene file `path`; volume paths become relative to its folder.
+    /// Parses the text of the scene file `path`; paths become relative to its folder.
     ///
     /// # Errors
     /// With the line and the key, if the text is no TOML or has a key that scenes do not have.
@@ -108,8 +133,13 @@ impl SceneFile {
             });
             Error::contents(path, format!("line {line}: {}", error.message().replace('\n', " ")))
         })?;
-        if let (Some(volume), Some(folder)) = (&mut file.volume.path, path.parent()) {
-            *volume = folder.join(&*volume);
+        if let Some(folder) = path.parent() {
+            for volume in file.volume.iter_mut() {
+                let transfer = volume.transfer.as_mut().and_then(|table| table.file.as_mut());
+                for name in volume.path.as_mut().into_iter().chain(transfer) {
+                    *name = folder.join(&*name);
+                }
+            }
         }
         Ok(file)
     }

@@ -10,10 +10,9 @@
 
 use glam::{DMat4, DVec3, DVec4};
 
-use super::{Light, LightKind};
+use super::{Light, LightKind, Media};
 use crate::error::{Error, Result};
 use crate::math::frame_of;
-use crate::volume::Volume;
 
 /// The widest that a point or spot light may see the volume, measured from the axis of its view.
 const WIDEST_DEGREES: f64 = 80.0;
@@ -41,29 +40,29 @@ pub struct LightView {
 }
 
 impl LightView {
-    /// The view of `light` that fits tightly around `volume`.
+    /// The view of `light` that fits tightly around `media`.
     ///
     /// # Errors
     /// If a point or spot light stands in the volume or so close that the volume fills more than
     /// 80 degrees to a side of its view, or if a direction is zero.
-    pub fn fit(light: &Light, volume: &Volume) -> Result<Self> {
+    pub fn fit(light: &Light, media: &Media) -> Result<Self> {
         match light.kind {
             LightKind::Directional { direction } => {
                 let forward = direction.try_normalize().ok_or_else(|| {
                     Error::value("light", format!("its direction {direction} has no length"))
                 })?;
-                Ok(Self::parallel(forward, volume))
+                Ok(Self::parallel(forward, media))
             }
             LightKind::Point { position } | LightKind::Spot { position, .. } => {
-                Self::from_point(position, volume)
+                Self::from_point(position, media)
             }
         }
     }
 
     /// Of the rectangles around the outline with a side along a projected edge, the smallest: one of
     /// them is the smallest of all.
-    fn parallel(forward: DVec3, volume: &Volume) -> Self {
-        let corners = volume.world_corners();
+    fn parallel(forward: DVec3, media: &Media) -> Self {
+        let corners = media.world_corners();
         let fit = |hint: DVec3| -> (f64, Self) {
             let (across, up) = frame_of(forward, hint);
             let down = -up;
@@ -97,14 +96,14 @@ impl LightView {
         smaller(smaller(fit(edges[0]), fit(edges[1])), fit(edges[2])).1
     }
 
-    fn from_point(position: DVec3, volume: &Volume) -> Result<Self> {
-        let index = volume.world_from_index().inverse().transform_point3(position);
-        let domain = volume.domain();
+    fn from_point(position: DVec3, media: &Media) -> Result<Self> {
+        let index = media.world_from_index().inverse().transform_point3(position);
+        let domain = media.domain();
         if index.cmpge(domain.min).all() && index.cmple(domain.max).all() {
             let why = format!("its position {position} is inside the volume; move it outside");
             return Err(Error::value("light", why));
         }
-        let to_corners = volume.world_corners().map(|c| c - position);
+        let to_corners = media.world_corners().map(|c| c - position);
         let forward = to_corners
             .iter()
             .map(|c| c.normalize_or_zero())
@@ -151,17 +150,17 @@ impl LightView {
 
     /// Distances along the view's axis of the volume's nearest and farthest corner: from the near
     /// plane (directional) or from the light.
-    pub fn axial_extent(&self, volume: &Volume) -> [f64; 2] {
-        let corners = volume.world_corners();
+    pub fn axial_extent(&self, media: &Media) -> [f64; 2] {
+        let corners = media.world_corners();
         let (near, far) = extent(corners.iter().map(|c| (self.light_from_world * c.extend(1.0)).z));
         [near.max(0.0), far]
     }
 
     /// Voxel lengths between these two along the view's axis.
-    pub fn axial_voxels(&self, volume: &Volume) -> f64 {
-        let [near, far] = self.axial_extent(volume);
+    pub fn axial_voxels(&self, media: &Media) -> f64 {
+        let [near, far] = self.axial_extent(media);
         let axis = self.light_from_world.row(2).truncate().normalize_or_zero();
-        let index_axis = volume.world_from_index().inverse().transform_vector3(axis);
+        let index_axis = media.world_from_index().inverse().transform_vector3(axis);
         (far - near) * index_axis.length()
     }
 

@@ -3,6 +3,8 @@
 //! camera (pixel).
 
 pub mod automatic;
+mod beams;
+mod blackbody;
 mod camera;
 mod computed;
 mod descriptors;
@@ -10,27 +12,30 @@ pub mod file;
 mod framing;
 mod light;
 mod light_view;
-
-use std::sync::Arc;
+mod media;
+mod one_or_more;
+pub mod transfer;
 
 use glam::DVec3;
 
-use crate::volume::Volume;
+pub use beams::{Beam, Channels};
 pub use camera::{Camera, Projection, ViewRays};
 pub use descriptors::descriptor;
 pub use file::SceneFile;
 pub use light::{Light, LightKind};
 pub use light_view::LightView;
+pub use media::{Body, Emission, Media, Medium};
+pub use one_or_more::OneOrMore;
+pub use transfer::TransferFunction;
 
 /// Everything that a picture shows.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The volume, shared: scenes are cheap to copy and change.
-    pub volume: Arc<Volume>,
-    /// What its densities are made of.
-    pub medium: Medium,
-    /// The one light that casts shadows.
-    pub light: Light,
+    /// What light passes through.
+    pub media: Media,
+    /// The lights that cast shadows, at least one; pass by pass a picture is made of one
+    /// ([`Scene::beams`]).
+    pub lights: Vec<Light>,
     /// Radiance from everywhere, unshadowed, per channel.
     pub ambient: DVec3,
     /// Who looks.
@@ -41,15 +46,11 @@ pub struct Scene {
     pub background: Option<DVec3>,
 }
 
-/// From density to light: extinction and what it scatters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Medium {
-    /// Extinction per unit of density, 1 / world length; at least 0.
-    pub density_scale: f64,
-    /// Share of the extinguished light that is scattered, per channel, 0..1.
-    pub albedo: DVec3,
-    /// Henyey and Greenstein's g, the mean cosine of scattering, -1 < g < 1; 0 is isotropic.
-    pub phase_g: f64,
+impl Scene {
+    /// The first light, which is the only one in a scene that passes work on.
+    pub fn light(&self) -> &Light {
+        &self.lights[0]
+    }
 }
 
 /// A horizontal Lambertian plane, centred under the world's origin where it ends.

@@ -44,6 +44,9 @@ pub struct Settings {
     pub shading: Shading,
     /// Lookups along a camera ray with [`Shading::Paper`].
     pub light_samples: u32,
+    /// Octaves that imitate multiple scattering, each a dimmer light that gets deeper into the medium and
+    /// scatters more evenly; 0 for none. A look, no physics.
+    pub octaves: u32,
 }
 
 impl Default for Settings {
@@ -67,6 +70,7 @@ impl Default for Settings {
             memory: 1 << 30,
             shading: Shading::Physical,
             light_samples: 128,
+            octaves: 0,
         }
     }
 }

@@ -8,6 +8,7 @@
 //!    border: clamped                   border
 //! ```
 
+mod derived;
 mod placement;
 pub mod presets;
 mod statistics;

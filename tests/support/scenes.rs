@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use deepshadow::accuracy::largest_optical_depth;
 use deepshadow::math::Aabb;
-use deepshadow::scene::{Camera, Light, LightKind, LightView, Medium, Projection, Scene};
+use deepshadow::scene::{Camera, Light, LightKind, LightView, Media, Medium, Projection, Scene};
 use deepshadow::settings::Settings;
 use deepshadow::volume::presets::Preset;
 use deepshadow::volume::{Axis, Volume, world_from_index_in_bounds};
@@ -31,12 +31,11 @@ pub fn unit_cube() -> Aabb {
 pub fn scene(volume: Volume, density_scale: f64) -> Scene {
     let direction = DVec3::new(0.597_614_3, -0.717_137_2, -0.358_568_6);
     Scene {
-        volume: Arc::new(volume),
-        medium: Medium { density_scale, albedo: DVec3::ONE, phase_g: 0.0 },
-        light: Light {
+        media: Media::of(Arc::new(volume), Medium { density_scale, ..Medium::default() }),
+        lights: vec![Light {
             kind: LightKind::Directional { direction },
             irradiance: DVec3::splat(Light::UNIT_IRRADIANCE),
-        },
+        }],
         ambient: DVec3::ZERO,
         camera: Camera {
             projection: Projection::Perspective { fov_y_degrees: 45.0 },
@@ -53,11 +52,11 @@ pub fn scene(volume: Volume, density_scale: f64) -> Scene {
 /// `map_size` squared texels is `largest`.
 pub fn anchor_scene(preset: Preset, largest: f64, map_size: u32) -> Scene {
     let mut scene = scene(preset.volume(Axis::Z).unwrap(), 1.0);
-    scene.light.kind =
+    scene.lights[0].kind =
         LightKind::Directional { direction: Axis::Z.world_from_file() * ANCHOR_LIGHT };
-    let view = LightView::fit(&scene.light, &scene.volume).unwrap();
+    let view = LightView::fit(scene.light(), &scene.media).unwrap();
     let deepest = largest_optical_depth(&scene, &view, map_size);
-    scene.medium.density_scale = largest / deepest;
+    scene.media.medium_mut().density_scale = largest / deepest;
     scene
 }
 

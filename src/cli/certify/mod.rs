@@ -18,7 +18,7 @@ use super::job::Job;
 use crate::accuracy::{Errors, ExactTexels, Place, Points};
 use crate::error::{Error, Result};
 use crate::progress::Silent;
-use crate::scene::LightView;
+use crate::scene::{LightView, Scene};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Map, ShadowMap};
 
@@ -64,12 +64,14 @@ pub(super) struct Certified {
     pub certificate: String,
 }
 
-/// The map that keeps `limits`, of a kind that is `wanted`; `None` if there are none.
+/// The map of `scene`, a beam of the job's, that keeps `limits`, of a kind that is `wanted`; `None` if
+/// there are none.
 ///
 /// # Errors
 /// If no map tried keeps them, with the one that came closest.
 pub(super) fn choose(
     job: &Job,
+    scene: &Scene,
     arguments: &SceneArguments,
     limits: &LimitArguments,
     wanted: fn(MapKind) -> bool,
@@ -78,12 +80,13 @@ pub(super) fn choose(
         return Ok(None);
     }
     check_filter(&job.settings)?;
-    let search = Search::new(job, arguments, limits, wanted)?;
+    let search = Search::new(job, scene, arguments, limits, wanted)?;
     search.run().map(Some)
 }
 
 struct Search<'a> {
     job: &'a Job,
+    scene: &'a Scene,
     error: Option<f64>,
     budget: Option<Budget>,
     methods: Vec<Method>,
@@ -111,11 +114,12 @@ struct Tried<'a> {
 impl<'a> Search<'a> {
     fn new(
         job: &'a Job,
+        scene: &'a Scene,
         arguments: &SceneArguments,
         limits: &LimitArguments,
         wanted: fn(MapKind) -> bool,
     ) -> Result<Self> {
-        let view = LightView::fit(&job.scene.light, &job.scene.volume)?;
+        let view = LightView::fit(scene.light(), &scene.media)?;
         let sizes = match (arguments.map_size, limits.max_error, limits.max_map_bytes) {
             (Some(size), ..) => vec![size],
             // However many texels: a limit a texel alone does not ask for another resolution.
@@ -139,9 +143,9 @@ impl<'a> Search<'a> {
         }
         let progress = &*job.progress;
         let places = [Place::Volume];
-        let points = Points::draw(&job.scene, &view, SCOUT, &places, [POINTS, SEED], progress);
+        let points = Points::draw(scene, &view, SCOUT, &places, [POINTS, SEED], progress);
         let (error, budget) = (limits.max_error, limits.max_map_bytes);
-        Ok(Self { job, error, budget, methods, sizes, view, points })
+        Ok(Self { job, scene, error, budget, methods, sizes, view, points })
     }
 
     fn run(&self) -> Result<Certified> {
@@ -195,7 +199,7 @@ impl<'a> Search<'a> {
     /// Every method at every resolution that keeps the budget, as far as one can tell before.
     fn candidates(&self) -> Result<Vec<Candidate<'_>>> {
         let floor = |size: u32| {
-            let exact = ExactTexels::new(&self.job.scene, &self.view, size);
+            let exact = ExactTexels::new(self.scene, &self.view, size);
             self.errors(&exact).rms
         };
         let steps = self.sizes.len() + self.methods.len();
@@ -238,7 +242,7 @@ impl<'a> Search<'a> {
 
     fn build<'m>(&self, method: &'m Method, size: u32) -> Result<Tried<'m>> {
         let settings = Settings { map_size: size, ..method.settings(&self.job.settings) };
-        let map = self.job.backend.map(&self.job.scene, &settings, &Silent)?;
+        let map = self.job.backend.map(self.scene, &settings, &Silent)?;
         let errors = self.errors(&map);
         Ok(Tried { label: &method.label, settings, map, errors })
     }

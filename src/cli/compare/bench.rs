@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::{Progress, Silent};
-use crate::reference::{Cells, TexelProfile};
+use crate::reference::{Extinction, TexelProfile};
 use crate::scene::{LightView, Scene};
 use crate::settings::Settings;
 use crate::shadow::{Map, ShadowMap};
@@ -81,11 +81,11 @@ impl<'a> Bench<'a> {
         [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let view = LightView::fit(&scene.light, &scene.volume)?;
+        let view = LightView::fit(scene.light(), &scene.media)?;
         let (frame, size) = (Frame::with_light_view(scene, settings, &view)?, settings.map_size);
         let points = Points::draw(scene, &view, size, &Place::ALL, [count, seed], progress);
         let exact = ExactPoints(ExactTexels::new(scene, &view, settings.map_size));
-        let true_image = CpuBackend.march_view_through(&scene.volume, &frame, &exact, progress);
+        let true_image = CpuBackend.march_view_through(&scene.media, &frame, &exact, progress);
         let picture = TruePicture::new(&true_image, settings.exposure as f32);
         let (window, _) = settings.filter.window();
         Ok(Self { scene, settings, view, points, frame, picture, true_image, window })
@@ -109,8 +109,8 @@ impl<'a> Bench<'a> {
 
     fn row(&self, label: &str, map: &dyn ShadowMap) -> Row {
         let errors = Place::ALL.map(|place| self.points.errors(place, map, self.window));
-        let volume = &self.scene.volume;
-        let image = CpuBackend.march_view_through(volume, &self.frame, map, &Silent);
+        let media = &self.scene.media;
+        let image = CpuBackend.march_view_through(media, &self.frame, map, &Silent);
         Row {
             label: label.to_owned(),
             bytes: map.bytes(),
@@ -130,9 +130,8 @@ impl<'a> Bench<'a> {
         let n = self.settings.map_size;
         let texel = [u, v].map(|c| ((c * n as f32) as u32).min(n - 1));
         let center = texel.map(|i| (f64::from(i) + 0.5) / f64::from(n));
-        let cells = Cells::of(&self.scene.volume);
-        let scale = self.scene.medium.density_scale;
-        let trace = |depths: &[f64]| TexelProfile::trace(&cells, &self.view, scale, center, depths);
+        let exact = Extinction::of(&self.scene.media);
+        let trace = |depths: &[f64]| TexelProfile::trace(&exact, &self.view, center, depths);
         let [enter, exit] = trace(&[]).extent;
         let margin = 0.04 * (exit - enter);
         let step = (exit - enter + 2.0 * margin) / (CURVE_POINTS - 1) as f64;

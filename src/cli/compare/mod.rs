@@ -111,7 +111,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     methods::check_filter(&job.settings)?;
     let folder = PendingFolder::create(&path, &FILES)?;
     let settings = job.settings.clone();
-    let view = LightView::fit(&job.scene.light, &job.scene.volume)?;
+    let view = LightView::fit(job.scene.light(), &job.scene.media)?;
     let mut deepest = largest_optical_depth(&job.scene, &view, settings.map_size);
     if let Some(depth) = arguments.depth {
         let scale = depth / deepest;
@@ -119,9 +119,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             let why = "no light ray through the map meets any medium to be scaled";
             return Err(Error::value("depth", why));
         }
-        job.scene.medium.density_scale *= scale;
+        for medium in job.scene.media.mediums_mut() {
+            medium.density_scale *= scale;
+        }
         deepest = depth;
-        job.note(&format!("density scale {} (--depth {depth})", job.scene.medium.density_scale));
+        let scaled = job.scene.media.first().medium.density_scale;
+        job.note(&format!("density scale {scaled} (--depth {depth})"));
     }
     let count = u64::from(arguments.points.unwrap_or(POINTS));
     let seed = arguments.seed.unwrap_or(SEED);
@@ -175,7 +178,7 @@ fn default_folder(input: &str) -> PathBuf {
 /// The light, for people.
 fn light(scene: &Scene) -> String {
     let short = |v: glam::DVec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
-    match scene.light.kind {
+    match scene.light().kind {
         LightKind::Directional { direction } => {
             format!("directional, travelling along {}", short(direction.normalize_or_zero()))
         }

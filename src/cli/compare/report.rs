@@ -93,17 +93,17 @@ pub(super) fn escaped(text: &str) -> String {
 fn about(findings: &Findings<'_>) -> String {
     let Findings { bench, about, .. } = findings;
     let (scene, settings) = (bench.scene, bench.settings);
-    let [nx, ny, nz] = scene.volume.dims();
+    let [nx, ny, nz] = scene.media.dims();
     let [width, height] = settings.image_size;
     let counts = Place::ALL.map(|p| format!("{} {}", bench.points.of(p).len(), p.name()));
     let facts = [
-        ("volume", format!("{}, {nx} \u{d7} {ny} \u{d7} {nz} voxels", scene.volume.name)),
+        ("volume", format!("{}, {nx} \u{d7} {ny} \u{d7} {nz} voxels", scene.media.name())),
         ("light", about.light.clone()),
         (
             "density scale",
             format!(
                 "{}: largest optical depth over the map {}",
-                short(scene.medium.density_scale),
+                short(scene.media.first().medium.density_scale),
                 short(about.largest_optical_depth)
             ),
         ),

@@ -127,6 +127,30 @@ impl Grid {
         })
     }
 
+    /// One component of all voxels of `bounds`, active or not.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] if the array takes more than `limit_bytes`.
+    pub fn densify_component(
+        &self,
+        bounds: IndexBox,
+        limit_bytes: u64,
+        component: usize,
+    ) -> Result<Dense<f32>> {
+        let part = |value: f64| value as f32;
+        with_tree!(self, tree => {
+            tree.densify(bounds, limit_bytes, |value| part(value.component(component)))
+        })
+    }
+
+    /// Numbers that a value of the grid has: 3 for vectors.
+    pub fn components(&self) -> usize {
+        fn of<T: Value>(_: &Tree<T>) -> usize {
+            T::COMPONENTS
+        }
+        with_tree!(self, tree => of(tree))
+    }
+
     /// All voxels of `bounds`, active or not, as numbers for rendering: vectors by their length,
     /// booleans as 0 and 1 (see [`Value::to_f32`]).
     ///

@@ -1,4 +1,4 @@
-//! A volume as a 3D texture, in the smallest format that keeps its values.
+//! A grid as a 3D texture, in the smallest format that keeps its values.
 
 use half::f16;
 use wgpu::TextureFormat;
@@ -6,25 +6,15 @@ use wgpu::TextureFormat;
 use crate::error::{Error, ErrorKind, Result};
 use crate::volume::Volume;
 
-/// Voxels on a device.
+/// A grid's numbers on a device: a filterable 3D texture.
 #[derive(Clone, Debug)]
-pub struct GpuVolume {
-    view: wgpu::TextureView,
-    /// The density that a texture value of 1 stands for.
-    scale: f32,
+pub(super) struct GpuField {
+    pub(super) view: wgpu::TextureView,
+    /// The number that a texture value of 1 stands for.
+    pub(super) scale: f32,
 }
 
-impl GpuVolume {
-    /// The voxels, a filterable 3D texture; times [`GpuVolume::scale`] they are densities.
-    pub fn view(&self) -> &wgpu::TextureView {
-        &self.view
-    }
-
-    /// The density that a texture value of 1 stands for.
-    pub fn scale(&self) -> f32 {
-        self.scale
-    }
-
+impl GpuField {
     pub(super) fn upload(
         device: &wgpu::Device,
         queue: &wgpu::Queue,

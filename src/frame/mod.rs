@@ -5,13 +5,15 @@
 //! Positions are in *frame space*: world space moved so that the volume's centre is the origin,
 //! which keeps f32 sharp for volumes far from the world's origin. Lengths are world lengths.
 
+mod mixture;
+
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::error::{Error, Result};
-use crate::scene::{LightView, Scene};
+use crate::scene::{LightView, Media, Scene};
 use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
-use crate::volume::Volume;
+pub use mixture::{Field, LEAST_CELLS, MOST_FIELDS, MOST_PARTS, Mixture, Part, TABLE_CELLS};
 
 /// Steps along a light ray for each voxel length that it crosses, at most [`Settings::steps`].
 pub const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
@@ -44,7 +46,8 @@ pub const OPAQUE_TRANSMITTANCE: f32 = 1.0 / 1024.0;
 pub struct Frame {
     /// Rows of the affine map from frame space to voxel index.
     pub index_from_frame: [Vec4; 3],
-    /// xyz: lower corner of the medium in index space; w: extinction per unit of density.
+    /// xyz: lower corner of the medium in index space; w: extinction per unit of density (1 for a
+    /// [`Mixture`], which is sampled as extinction).
     pub domain_min: Vec4,
     /// xyz: upper corner of the medium in index space; w: largest density.
     pub domain_max: Vec4,
@@ -105,7 +108,8 @@ pub struct Frame {
     /// Slices: distances of the first and the last plane along the axis of the light's view, the
     /// tolerance of fits, the truncation of raw lists (both of transmittance).
     pub slices: Vec4,
-    /// x: how steep exponential shadow tests are, 1 / world length, 0 for exact ones; the rest unused.
+    /// x: how steep exponential shadow tests are, 1 / world length, 0 for exact ones; y: octaves of
+    /// multiple scattering, 0 for none; the rest unused.
     pub filtering: Vec4,
 
     /// Picture width and height, camera rays a pixel, texels along the map's edge.
@@ -115,7 +119,7 @@ pub struct Frame {
     /// Crossing, lookup, texels along the edge of the filter's window (0: bilinear), shading.
     pub methods: [u32; 4],
     /// Lookups a ray of the paper's shading, planes (0: slabs of each ray's own), 1 if wide filters
-    /// follow links, unused.
+    /// follow links, 1 if the media emit light.
     pub counts: [u32; 4],
 }
 
@@ -123,18 +127,18 @@ impl Frame {
     /// How many vectors of floats stand before the integers.
     const VECTORS: usize = size_of::<Self>() / size_of::<Vec4>() - 4;
 
-    /// Whether pictures need no more than the bilinear filter, exact shadow tests and physical shading.
+    /// Whether pictures need no more than the bilinear filter, exact shadow tests and single scattering.
     pub fn is_usual(&self) -> bool {
         let [_, _, window, shading] = self.methods;
-        window == 0 && shading == 0 && self.filtering.x == 0.0
+        window == 0 && shading == 0 && self.filtering.x == 0.0 && self.filtering.y == 0.0
     }
 
-    /// The frame of `scene` under `settings`.
+    /// The frame of `scene`, one [`crate::scene::Beam`]'s, under `settings`.
     ///
     /// # Errors
     /// If the light cannot be fitted to the volume ([`LightView::fit`]).
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self> {
-        let view = LightView::fit(&scene.light, &scene.volume)?;
+        let view = LightView::fit(scene.light(), &scene.media)?;
         Self::with_light_view(scene, settings, &view)
     }
 
@@ -143,38 +147,38 @@ impl Frame {
     /// # Errors
     /// If a scene is too large or too far away for f32.
     pub fn with_light_view(scene: &Scene, settings: &Settings, light: &LightView) -> Result<Self> {
-        let volume = &scene.volume;
-        let center = volume.world_bounds().center();
+        let media = &scene.media;
+        let (sun, medium) = (scene.light(), &media.first().medium);
+        let center = media.world_bounds().center();
         let at = |p: DVec3| (p - center).as_vec3().extend(0.0);
         let along = |v: DVec3| v.as_vec3().extend(0.0);
         let world_from_frame = glam::DMat4::from_translation(center);
-        let index_from_frame = volume.world_from_index().inverse() * world_from_frame;
+        let index_from_frame = media.world_from_index().inverse() * world_from_frame;
         let light_from_frame = light.light_from_world * world_from_frame;
         let rays = {
             let [width, height] = settings.image_size.map(f64::from);
             scene.camera.rays(width / height)
         };
-        let [inner, outer] = scene.light.cone_cosines().map(|c| c as f32);
-        let axis = match scene.light.kind {
+        let [inner, outer] = sun.cone_cosines().map(|c| c as f32);
+        let axis = match sun.kind {
             crate::scene::LightKind::Spot { direction, .. } => direction.normalize_or_zero(),
             _ => DVec3::ZERO,
         };
-        let [near, far] = light.axial_extent(volume);
-        let (window, exponential) = settings.filter.window();
+        let [near, far] = light.axial_extent(media);
+        let (_, exponential) = settings.filter.window();
         let sharpness =
             if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
-        let planes = planes(settings, light, volume);
+        let planes = planes(settings, light, media);
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
-        let paper = settings.shading == Shading::Paper;
-        // The paper marches with a fixed number of steps.
-        let view_most = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
-        let light_most = settings.steps;
         let frame = Self {
             index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
-            domain_min: volume.domain().min.as_vec3().extend(scene.medium.density_scale as f32),
-            domain_max: volume.domain().max.as_vec3().extend(volume.largest()),
-            voxel_share: Vec3::from_array(volume.dims().map(|n| 1.0 / n as f32)).extend(0.0),
-            albedo: scene.medium.albedo.as_vec3().extend(scene.medium.phase_g as f32),
+            domain_min: media.domain().min.as_vec3().extend(match media.plain() {
+                Some(_) => medium.density_scale as f32,
+                None => 1.0,
+            }),
+            domain_max: media.domain().max.as_vec3().extend(media.largest()),
+            voxel_share: Vec3::from_array(media.dims().map(|n| 1.0 / n as f32)).extend(0.0),
+            albedo: medium.albedo.as_vec3().extend(medium.phase_g as f32),
             light_origin: at(light.origin),
             light_origin_u: along(light.origin_u),
             light_origin_v: along(light.origin_v),
@@ -184,7 +188,7 @@ impl Frame {
             light_from_frame: [0, 1, 2, 3].map(|i| light_from_frame.row(i).as_vec4()),
             light_position: light.position.map_or(Vec4::ZERO, |p| at(p).truncate().extend(1.0)),
             light_axis: axis.as_vec3().extend(inner),
-            irradiance: scene.light.irradiance.as_vec3().extend(outer),
+            irradiance: sun.irradiance.as_vec3().extend(outer),
             ambient: along(scene.ambient),
             view_origin: at(rays.origin),
             view_origin_x: along(rays.origin_x),
@@ -204,33 +208,21 @@ impl Frame {
                 if exponential { 0.0 } else { settings.tolerance as f32 },
                 settings.truncation as f32,
             ),
-            filtering: Vec4::new(sharpness as f32, 0.0, 0.0, 0.0),
+            filtering: Vec4::new(sharpness as f32, settings.octaves as f32, 0.0, 0.0),
             sizes: [
                 settings.image_size[0],
                 settings.image_size[1],
                 settings.samples,
                 settings.map_size,
             ],
-            steps: [
-                if paper { light_most } else { LIGHT_STEPS_LEAST.min(light_most) },
-                light_most,
-                if paper { view_most } else { VIEW_STEPS_LEAST.min(view_most) },
-                view_most,
+            steps: steps(settings),
+            methods: methods(settings),
+            counts: [
+                settings.light_samples,
+                planes,
+                u32::from(settings.links),
+                u32::from(media.emits()),
             ],
-            methods: [
-                match settings.crossing {
-                    Crossing::Exact => 0,
-                    Crossing::Smoothstep => 1,
-                    Crossing::Bucket => 2,
-                },
-                match settings.lookup {
-                    Lookup::Default => 0,
-                    Lookup::Paper => 1,
-                },
-                window,
-                u32::from(paper),
-            ],
-            counts: [settings.light_samples, planes, u32::from(settings.links), 0],
         };
         let finite =
             bytemuck::cast_slice::<Vec4, f32>(&frame.vectors()).iter().all(|v| v.is_finite());
@@ -248,6 +240,33 @@ impl Frame {
     }
 }
 
+/// Light steps at least and at most, camera steps at least and at most.
+fn steps(settings: &Settings) -> [u32; 4] {
+    let paper = settings.shading == Shading::Paper;
+    // The paper marches with a fixed number of steps.
+    let view_most = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
+    let light_most = settings.steps;
+    if paper {
+        [light_most, light_most, view_most, view_most]
+    } else {
+        [LIGHT_STEPS_LEAST.min(light_most), light_most, VIEW_STEPS_LEAST.min(view_most), view_most]
+    }
+}
+
+/// Crossing, lookup, texels along the edge of the filter's window, shading.
+fn methods(settings: &Settings) -> [u32; 4] {
+    let crossing = match settings.crossing {
+        Crossing::Exact => 0,
+        Crossing::Smoothstep => 1,
+        Crossing::Bucket => 2,
+    };
+    let lookup = match settings.lookup {
+        Lookup::Default => 0,
+        Lookup::Paper => 1,
+    };
+    [crossing, lookup, settings.filter.window().0, u32::from(settings.shading == Shading::Paper)]
+}
+
 /// The ground as a frame holds it, in a frame space whose origin lies at height `center`.
 fn ground(scene: &Scene, center: f64) -> Vec4 {
     scene.ground.map_or(Vec4::ZERO, |ground| {
@@ -258,11 +277,11 @@ fn ground(scene: &Scene, center: f64) -> Vec4 {
 }
 
 /// How many planes all rays share; 0 for slabs of each ray's own.
-fn planes(settings: &Settings, light: &LightView, volume: &Volume) -> u32 {
+fn planes(settings: &Settings, light: &LightView, media: &Media) -> u32 {
     match settings.slices {
         Slices::Auto | Slices::Ray => 0,
         Slices::Planes | Slices::Raster => {
-            let slabs = light.axial_voxels(volume) * f64::from(SLABS_PER_VOXEL);
+            let slabs = light.axial_voxels(media) * f64::from(SLABS_PER_VOXEL);
             (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps)
         }
     }

@@ -1,28 +1,26 @@
 //! From what a user wrote to a whole scene: every value left out is chosen here so that a first
 //! picture of any volume is a good one, and every choice is reported.
 
-use std::sync::Arc;
+mod medium;
 
 use glam::DVec3;
 
 use super::computed;
 use super::file::{CameraTable, GroundTable, LightTable, SceneFile};
 use super::framing::{frame, middle_of, shown_points};
-use super::{Camera, Ground, Light, LightKind, Medium, Projection, Scene};
+use super::{Body, Camera, Ground, Light, LightKind, Media, Projection, Scene};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::settings::Settings;
 use crate::volume::Volume;
+pub use medium::Ingredients;
+use medium::medium;
 
 /// From the upper left, over the camera's shoulder: the way light travels.
 const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
 /// From the target to the eye: a three-quarter view.
 const EYE_DIRECTION: DVec3 = DVec3::new(0.36, 0.42, 1.0);
 const FOV_Y_DEGREES: f64 = 32.0;
-/// Optical depth through the fuller columns of the volume.
-const OPTICAL_DEPTH: f64 = 5.0;
-/// Which column counts as a full one.
-const FULL_COLUMN: f64 = 0.9;
 /// Share of the largest density above which a voxel counts as seen.
 const VISIBLE_SHARE: f32 = 0.015;
 /// The photographer's grey card.
@@ -65,19 +63,32 @@ pub fn window(volume: &Volume) -> Option<[f32; 2]> {
 /// The whole scene, and what was chosen for it.
 ///
 /// # Errors
-/// If a value of `file` is out of its range or contradicts another one.
+/// If a value of `file` is out of its range or contradicts another one, or if there are not as many
+/// `ingredients` as the file has volumes.
 pub fn complete(
     file: &SceneFile,
-    volume: Arc<Volume>,
+    ingredients: Vec<Ingredients>,
     surroundings: Surroundings,
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let settings = computed::settings(file)?;
-    let visible = volume.visible_points(VISIBLE_SHARE);
-    let bounds = Aabb::around(visible.iter().copied()).unwrap_or_else(|| volume.world_bounds());
-    let light = light(&file.light, &bounds, &mut choices)?;
+    let visible: Vec<DVec3> =
+        ingredients.iter().flat_map(|one| one.volume.visible_points(VISIBLE_SHARE)).collect();
+    let Some(bounds) = Aabb::around(visible.iter().copied()) else {
+        return Err(Error::value("volume", "a scene needs one"));
+    };
+    let lights = file.light.iter().map(|table| light(table, &bounds, &mut choices));
+    let lights = lights.collect::<Result<Vec<Light>>>()?;
+    let light = lights[0];
     let ground = ground(&file.ground, &bounds, surroundings, &mut choices)?;
-    let medium = medium(file, &volume, &light, &mut choices)?;
+    if file.volume.iter().count() != ingredients.len() {
+        return Err(Error::value("volume", "not as many were loaded as the scene has"));
+    }
+    let bodies = file.volume.iter().zip(ingredients).map(|(table, own)| {
+        let medium = medium(table, &own, &light, &mut choices)?;
+        Ok(Body { volume: own.volume, medium })
+    });
+    let media = Media::new(bodies.collect::<Result<Vec<Body>>>()?)?;
     let [width, height] = settings.image_size;
     let aspect = f64::from(width) / f64::from(height);
     let camera = camera(&file.camera, &visible, &light, ground, aspect, &mut choices)?;
@@ -93,13 +104,13 @@ pub fn complete(
         (Some(radiance), _) => radiance_of("background.radiance", radiance)?,
         (None, Surroundings::Void) => DVec3::ZERO,
         (None, Surroundings::Studio) => {
-            let lit = lit_ground(&light, ground, ambient, bounds.center());
+            let lit = lit_ground(&lights, ground, ambient, bounds.center());
             choices.took("background radiance (background.radiance)", short(lit));
             lit
         }
     };
     let background = Some(background);
-    let scene = Scene { volume, medium, light, ambient, camera, ground, background };
+    let scene = Scene { media, lights, ambient, camera, ground, background };
     Ok((scene, settings, choices.0))
 }
 
@@ -127,10 +138,13 @@ fn short(v: DVec3) -> String {
 
 /// What the eye sees of the ground where no shadow falls: an endless ground under a background of
 /// this radiance has no horizon.
-fn lit_ground(light: &Light, ground: Option<Ground>, ambient: DVec3, at: DVec3) -> DVec3 {
+fn lit_ground(lights: &[Light], ground: Option<Ground>, ambient: DVec3, at: DVec3) -> DVec3 {
     let albedo = ground.map_or(GROUND_ALBEDO, |ground| ground.albedo);
-    let cosine = (-light.direction_at(at).y).max(0.0);
-    albedo * (light.irradiance_at(at) * (cosine / std::f64::consts::PI) + ambient)
+    let direct = |light: &Light| {
+        let cosine = (-light.direction_at(at).y).max(0.0);
+        light.irradiance_at(at) * (cosine / std::f64::consts::PI)
+    };
+    albedo * (lights.iter().map(direct).sum::<DVec3>() + ambient)
 }
 
 fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Light> {
@@ -238,39 +252,6 @@ fn ground(
         return Err(Error::value("ground.half_extent", format!("{extent} is not above 0")));
     }
     Ok(Some(Ground { height, albedo, half_extent: table.half_extent }))
-}
-
-fn medium(
-    file: &SceneFile,
-    volume: &Volume,
-    light: &Light,
-    choices: &mut Choices,
-) -> Result<Medium> {
-    let table = &file.volume;
-    let density_scale = match table.density_scale {
-        Some(scale) if (0.0..1e30).contains(&scale) => scale,
-        Some(scale) => {
-            let why = format!("{scale} is not between 0 and 1e30");
-            return Err(Error::value("volume.density_scale", why));
-        }
-        None => {
-            let columns =
-                volume.column_integrals(light.direction_at(volume.world_bounds().center()));
-            let full = columns.get((columns.len() as f64 * FULL_COLUMN) as usize);
-            let scale = full.map_or(1.0, |integral| OPTICAL_DEPTH / integral);
-            choices.took("density scale (--density-scale)", digits(scale));
-            scale
-        }
-    };
-    let albedo = finite("volume.albedo", table.albedo.unwrap_or([1.0; 3]))?;
-    if albedo.min_element() < 0.0 || albedo.max_element() > 1.0 {
-        return Err(Error::value("volume.albedo", format!("{albedo} is not between 0 and 1")));
-    }
-    let phase_g = table.phase_g.unwrap_or(0.0);
-    if !(phase_g > -1.0 && phase_g < 1.0) {
-        return Err(Error::value("volume.phase_g", format!("{phase_g} is not between -1 and 1")));
-    }
-    Ok(Medium { density_scale, albedo, phase_g })
 }
 
 fn camera(

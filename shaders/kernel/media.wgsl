@@ -1,0 +1,19 @@
+// Light that arrives at a camera ray, for every kind of media.
+#import kernel/light
+#import kernel/medium
+
+// Light that arrives at a point of a camera ray where nothing shadows it.
+struct Arriving {
+    // On a plane that faces the light.
+    irradiance: vec3<f32>,
+    // Between the ways of light before and after it is scattered to the camera.
+    cosine: f32,
+    // Scattered to the camera by a plain medium, per unit of optical depth and albedo.
+    scattered: vec3<f32>,
+}
+
+fn arriving(ray: Ray, point: vec3<f32>) -> Arriving {
+    let cosine = -dot(ray.direction, light_direction_at(point));
+    let irradiance = irradiance_at(point);
+    return Arriving(irradiance, cosine, irradiance * phase(frame.albedo.w, cosine));
+}

@@ -1,0 +1,196 @@
+// Media that are several bodies at once: extinctions add up, and what is scattered is their mean by
+// extinction. `ray` is in the media's index space; a piece of it reaches as far before as behind a
+// distance `at`.
+#import kernel/media
+#import kernel/ray
+
+const MIXED: bool = true;
+
+// A grid of numbers.
+struct Field {
+    index_from_media: array<vec4<f32>, 3>,
+    domain_min: vec4<f32>,
+    domain_max: vec4<f32>,
+    voxel_share: vec4<f32>,
+}
+
+// A body.
+struct Part {
+    albedo: vec4<f32>,
+    strength: vec4<f32>,
+    transfer: vec4<f32>,
+    emission: vec4<f32>,
+    fields: vec4<u32>,
+}
+
+struct Mixture {
+    // Bodies; the rest unused.
+    counts: vec4<u32>,
+    parts: array<Part, MOST_PARTS>,
+    fields: array<Field, MOST_FIELDS>,
+}
+
+const MOST_PARTS: u32 = 8u;
+const MOST_FIELDS: u32 = 8u;
+const TABLE_CELLS: u32 = 1024u;
+const LEAST_CELLS: f32 = 1.0;
+
+@group(0) @binding(2) var trilinear: sampler;
+@group(0) @binding(12) var<uniform> mixture: Mixture;
+@group(0) @binding(13) var<storage, read> tables: array<vec4<f32>>;
+@group(0) @binding(14) var field_0: texture_3d<f32>;
+@group(0) @binding(15) var field_1: texture_3d<f32>;
+@group(0) @binding(16) var field_2: texture_3d<f32>;
+@group(0) @binding(17) var field_3: texture_3d<f32>;
+@group(0) @binding(18) var field_4: texture_3d<f32>;
+@group(0) @binding(19) var field_5: texture_3d<f32>;
+@group(0) @binding(20) var field_6: texture_3d<f32>;
+@group(0) @binding(21) var field_7: texture_3d<f32>;
+
+// A field's number at a voxel index of its own.
+fn sample_field(field: u32, index: vec3<f32>) -> f32 {
+    let place = (index + 0.5) * mixture.fields[field].voxel_share.xyz;
+    var value: f32 = 0.0;
+    switch field {
+        case 0u: { value = textureSampleLevel(field_0, trilinear, place, 0.0).x; }
+        case 1u: { value = textureSampleLevel(field_1, trilinear, place, 0.0).x; }
+        case 2u: { value = textureSampleLevel(field_2, trilinear, place, 0.0).x; }
+        case 3u: { value = textureSampleLevel(field_3, trilinear, place, 0.0).x; }
+        case 4u: { value = textureSampleLevel(field_4, trilinear, place, 0.0).x; }
+        case 5u: { value = textureSampleLevel(field_5, trilinear, place, 0.0).x; }
+        case 6u: { value = textureSampleLevel(field_6, trilinear, place, 0.0).x; }
+        default: { value = textureSampleLevel(field_7, trilinear, place, 0.0).x; }
+    }
+    return value * mixture.fields[field].domain_min.w;
+}
+
+// The part of a piece that lies in a field, in the field's index space; empty if `to` is not greater.
+struct Inside {
+    ray: Ray,
+    from_: f32,
+    to: f32,
+}
+
+fn inside(field: u32, ray: Ray, at: f32, reach: f32) -> Inside {
+    let rows = mixture.fields[field].index_from_media;
+    let o = vec4<f32>(ray.origin, 1.0);
+    let d = vec4<f32>(ray.direction, 0.0);
+    let own = Ray(
+        vec3<f32>(dot(rows[0], o), dot(rows[1], o), dot(rows[2], o)),
+        vec3<f32>(dot(rows[0], d), dot(rows[1], d), dot(rows[2], d)),
+    );
+    let lowest = mixture.fields[field].domain_min.xyz;
+    let ends = intersect_box(own, lowest, mixture.fields[field].domain_max.xyz);
+    return Inside(own, max(ends.x, at - reach), min(ends.y, at + reach));
+}
+
+// A field's number in the middle of a piece, 0 outside of it.
+fn field_value(field: u32, ray: Ray, at: f32, reach: f32) -> f32 {
+    let part = inside(field, ray, at, reach);
+    if (part.to <= part.from_) {
+        return 0.0;
+    }
+    return sample_field(field, ray_at(part.ray, 0.5 * (part.from_ + part.to)));
+}
+
+// Integral of a table up to a place in it, in cells.
+fn integral_to(table: u32, place: f32) -> vec4<f32> {
+    let cells = f32(TABLE_CELLS);
+    let held = clamp(place, 0.0, cells);
+    let cell = min(u32(held), TABLE_CELLS - 1u);
+    let a = tables[table + 2u + cell];
+    let b = tables[table + 3u + cell];
+    return a + (b - a) * (held - f32(cell))
+        + tables[table] * min(place, 0.0)
+        + tables[table + 1u] * max(place - cells, 0.0);
+}
+
+// Mean of a table's function between two values: (red, green, blue) times opacity, and opacity.
+fn table_mean(header: vec4<f32>, ends: vec2<f32>) -> vec4<f32> {
+    let table = u32(header.x);
+    let places = (ends - header.z) * header.w;
+    let spread = max(0.5 * (LEAST_CELLS - abs(places.y - places.x)), 0.0);
+    let low = min(places.x, places.y) - spread;
+    let high = max(places.x, places.y) + spread;
+    return (integral_to(table, high) - integral_to(table, low)) / (high - low);
+}
+
+// What a body does over a piece: (albedo times extinction, extinction), means over the piece.
+fn part_along(i: u32, ray: Ray, at: f32, reach: f32) -> vec4<f32> {
+    let fields = mixture.parts[i].fields;
+    let part = inside(fields.x, ray, at, reach);
+    if (part.to <= part.from_) {
+        return vec4<f32>(0.0);
+    }
+    var classified: vec4<f32>;
+    if (mixture.parts[i].transfer.y > 0.0) {
+        let ends = vec2<f32>(
+            sample_field(fields.x, ray_at(part.ray, part.from_)),
+            sample_field(fields.x, ray_at(part.ray, part.to)),
+        );
+        classified = table_mean(mixture.parts[i].transfer, ends);
+    } else {
+        let middle = ray_at(part.ray, 0.5 * (part.from_ + part.to));
+        classified = vec4<f32>(sample_field(fields.x, middle));
+    }
+    var extinction = mixture.parts[i].strength.x * (part.to - part.from_) / (2.0 * reach);
+    if (fields.w > 0u) {
+        extinction *= field_value(fields.w - 1u, ray, at, reach);
+    }
+    var albedo = mixture.parts[i].albedo.xyz;
+    if (fields.y > 0u) {
+        albedo *= vec3<f32>(
+            field_value(fields.y - 1u, ray, at, reach),
+            field_value(fields.y, ray, at, reach),
+            field_value(fields.y + 1u, ray, at, reach),
+        );
+    }
+    return extinction * classified * vec4<f32>(albedo, 1.0);
+}
+
+// Mean extinction over a piece of a ray, 1 / world length.
+fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
+    var sum: f32 = 0.0;
+    for (var i: u32 = 0u; i < mixture.counts.x; i++) {
+        sum += part_along(i, ray, at, reach).w;
+    }
+    return sum;
+}
+
+// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance from
+// the light.
+fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {
+    let more = u32(frame.filtering.y);
+    var lit = vec3<f32>(0.0);
+    var albedo = vec3<f32>(0.0);
+    var extinction: f32 = 0.0;
+    for (var i: u32 = 0u; i < mixture.counts.x; i++) {
+        let along = part_along(i, ray, at, reach);
+        lit += along.xyz * octaves(more, mixture.parts[i].albedo.w, light.cosine, transmittance);
+        albedo += along.xyz;
+        extinction += along.w;
+    }
+    return (light.irradiance * lit + frame.ambient.xyz * albedo) / max(extinction, SMALLEST_WEIGHT);
+}
+
+// Radiance per world length that a piece of a ray emits.
+fn emission_along(ray: Ray, at: f32, reach: f32) -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    for (var i: u32 = 0u; i < mixture.counts.x; i++) {
+        let field = mixture.parts[i].fields.z;
+        if (field == 0u) {
+            continue;
+        }
+        let part = inside(field - 1u, ray, at, reach);
+        if (part.to > part.from_) {
+            let ends = vec2<f32>(
+                sample_field(field - 1u, ray_at(part.ray, part.from_)),
+                sample_field(field - 1u, ray_at(part.ray, part.to)),
+            );
+            let share = (part.to - part.from_) / (2.0 * reach);
+            sum += table_mean(mixture.parts[i].emission, ends).xyz
+                * (mixture.parts[i].strength.y * share);
+        }
+    }
+    return sum;
+}

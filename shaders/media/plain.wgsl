@@ -1,0 +1,30 @@
+// Media that are one volume whose extinction is its density times a number. `ray` is in voxel indices; a
+// piece of it reaches as far before as behind a distance `at`.
+#import kernel/density
+#import kernel/media
+#import kernel/ray
+
+const MIXED: bool = false;
+
+// Mean density over a piece of a ray.
+fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
+    return sample_density(ray_at(ray, at));
+}
+
+// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance from
+// the light.
+fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {
+    var lit: vec3<f32>;
+    if (USUAL || frame.filtering.y == 0.0) {
+        lit = light.scattered * transmittance;
+    } else {
+        let more = u32(frame.filtering.y);
+        lit = light.irradiance * octaves(more, frame.albedo.w, light.cosine, transmittance);
+    }
+    return frame.albedo.xyz * (lit + frame.ambient.xyz);
+}
+
+// Radiance per world length that a piece of a ray emits.
+fn emission_along(ray: Ray, at: f32, reach: f32) -> vec3<f32> {
+    return vec3<f32>(0.0);
+}

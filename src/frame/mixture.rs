@@ -1,0 +1,180 @@
+//! Media that are more than one density times a number, boiled down to f32: laid out as the shaders read
+//! them (`shaders/media/mixture.wgsl`).
+//!
+//! Colour and opacity over density become a table of integrals, so that a step through densities a to b
+//! takes their mean over all densities between (Engel, Kraus and Ertl 2001, in the approximation that
+//! neglects attenuation inside a step): thin bands of a transfer function are never stepped over.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat4, DVec3, DVec4, Vec4};
+
+use crate::scene::{Body, Emission, Media, TransferFunction};
+use crate::volume::Volume;
+
+/// Grids that shaders bind at most.
+pub const MOST_FIELDS: usize = 8;
+/// Bodies that shaders know at most.
+pub const MOST_PARTS: usize = 8;
+/// Cells of a table, over the range of its function.
+pub const TABLE_CELLS: u32 = 1024;
+/// Densities closer than as many cells count as this far apart.
+pub const LEAST_CELLS: f32 = 1.0;
+
+/// A grid of numbers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Field {
+    /// Rows of the affine map from the media's index space to the grid's.
+    pub index_from_media: [Vec4; 3],
+    /// xyz: lower corner of where it holds anything, in its index space; w: the number that a stored
+    /// value of 1 stands for.
+    pub domain_min: Vec4,
+    /// xyz: upper corner of that; w unused.
+    pub domain_max: Vec4,
+    /// xyz: one over the number of voxels along each axis; w unused.
+    pub voxel_share: Vec4,
+}
+
+/// A body.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Part {
+    /// xyz: scattering albedo; w: Henyey-Greenstein g.
+    pub albedo: Vec4,
+    /// x: extinction where density (with a transfer function: opacity) is 1; y: radiance per world
+    /// length where colour and opacity of the emission are 1; zw unused.
+    pub strength: Vec4,
+    /// The transfer function's table: first entry, 0 for no function or 1, density where it begins,
+    /// cells per unit of density.
+    pub transfer: Vec4,
+    /// The emission's table, likewise, over the values of its field.
+    pub emission: Vec4,
+    /// Fields, from 0: density; one more than the first of three for colour, than the one for emission
+    /// and than the one for modulation, 0 where there is none.
+    pub fields: [u32; 4],
+}
+
+/// Everything that passes need to know of media that are not plain.
+#[derive(Clone, Debug, Default)]
+pub struct Mixture<'a> {
+    /// The bodies.
+    pub parts: Vec<Part>,
+    /// The grids that they speak of.
+    pub fields: Vec<Field>,
+    /// The grids' numbers, as many as `fields`.
+    pub volumes: Vec<&'a Volume>,
+    /// All functions' tables, one behind the other: (red, green, blue) times opacity, and opacity.
+    /// Values at both ends, then [`TABLE_CELLS`] + 1 integrals up to where each cell begins, in cells.
+    pub tables: Vec<Vec4>,
+}
+
+impl<'a> Mixture<'a> {
+    /// The mixture of all of `media`'s bodies.
+    pub fn of(media: &'a Media) -> Self {
+        let mut mixture = Self::default();
+        for body in media.bodies() {
+            mixture.add(body, media.world_from_index());
+        }
+        mixture
+    }
+
+    fn add(&mut self, Body { volume, medium }: &'a Body, world_from_media: &DMat4) {
+        let density = self.field(volume, world_from_media);
+        let color = match &medium.color {
+            Some(channels) => {
+                let [red, _, _] = [0, 1, 2].map(|c| self.field(&channels[c], world_from_media));
+                red + 1
+            }
+            None => 0,
+        };
+        let modulation = match &medium.modulation {
+            Some(volume) => self.field(volume, world_from_media) + 1,
+            None => 0,
+        };
+        let transfer = match &medium.transfer {
+            Some(function) => self.table(function),
+            None => Vec4::ZERO,
+        };
+        let (emission, field, scale) = match &medium.emission {
+            Some(Emission { field, ramp, scale }) => {
+                let field = match field {
+                    Some(volume) => self.field(volume, world_from_media),
+                    None => density,
+                };
+                (self.table(ramp), field + 1, *scale as f32)
+            }
+            None => (Vec4::ZERO, 0, 0.0),
+        };
+        self.parts.push(Part {
+            albedo: medium.albedo.as_vec3().extend(medium.phase_g as f32),
+            strength: Vec4::new(medium.density_scale as f32, scale, 0.0, 0.0),
+            transfer,
+            emission,
+            fields: [density, color, field, modulation],
+        });
+    }
+
+    fn field(&mut self, volume: &'a Volume, world_from_media: &DMat4) -> u32 {
+        let index_from_media = volume.world_from_index().inverse() * *world_from_media;
+        self.fields.push(Field {
+            index_from_media: [0, 1, 2].map(|i| index_from_media.row(i).as_vec4()),
+            domain_min: volume.domain().min.as_vec3().extend(1.0),
+            domain_max: volume.domain().max.as_vec3().extend(0.0),
+            voxel_share: DVec3::from_array(volume.dims().map(|n| 1.0 / n as f64))
+                .as_vec3()
+                .extend(0.0),
+        });
+        self.volumes.push(volume);
+        self.fields.len() as u32 - 1
+    }
+
+    fn table(&mut self, function: &TransferFunction) -> Vec4 {
+        let [low, high] = function.range();
+        let cell = (high - low).max(1e-30) / f64::from(TABLE_CELLS);
+        let first = self.tables.len();
+        let weighted = |value: f64| -> DVec4 {
+            let (color, opacity) = function.at(value);
+            (color * opacity).extend(opacity)
+        };
+        for end in [low, high] {
+            self.tables.push(weighted(end).as_vec4());
+        }
+        let mut integral = DVec4::ZERO;
+        self.tables.push(Vec4::ZERO);
+        for i in 0..TABLE_CELLS {
+            let from = low + f64::from(i) * cell;
+            integral += mean(function, from, from + cell);
+            self.tables.push(integral.as_vec4());
+        }
+        Vec4::new(first as f32, 1.0, low as f32, (1.0 / cell) as f32)
+    }
+}
+
+/// The mean of colour times opacity, and of opacity, between two values: between points both factors are
+/// linear, which Simpson's rule integrates exactly.
+fn mean(function: &TransferFunction, from: f64, to: f64) -> DVec4 {
+    let points = function.points();
+    let begin = points.partition_point(|point| point.value <= from);
+    let inner = points[begin..].iter().map(|point| point.value).take_while(|&value| value < to);
+    let mut sum = DVec4::ZERO;
+    let mut at = from;
+    for next in inner.chain([to]) {
+        if next > at {
+            sum += (next - at) * simpson(function, at, next);
+            at = next;
+        }
+    }
+    sum / (to - from)
+}
+
+fn simpson(function: &TransferFunction, from: f64, to: f64) -> DVec4 {
+    // Inside the piece, so that a jump at either end is not read from its other side.
+    let inside = |share: f64| {
+        let (color, opacity) = function.at(from + share * (to - from));
+        color.extend(opacity)
+    };
+    let (a, b) = (inside(0.25), inside(0.75));
+    let (begin, middle, end) = (a * 1.5 - b * 0.5, (a + b) * 0.5, b * 1.5 - a * 0.5);
+    let weigh = |v: DVec4| (v.truncate() * v.w).extend(v.w);
+    (weigh(begin) + 4.0 * weigh(middle) + weigh(end)) / 6.0
+}

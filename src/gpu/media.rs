@@ -1,0 +1,132 @@
+//! Media on a device: one volume's texture, or the textures, parameters and tables of a mixture.
+
+use bytemuck::{Pod, Zeroable};
+use wgpu::util::DeviceExt;
+use wgpu::{BindGroupEntry, BindingResource};
+
+use super::bindings::{at, entry};
+use super::field::GpuField;
+use super::link::MediaKind;
+use crate::error::{ErrorKind, Result};
+use crate::frame::{Field, MOST_FIELDS, MOST_PARTS, Mixture, Part};
+use crate::scene::Media;
+use crate::volume::Volume;
+
+/// Media on a device.
+#[derive(Clone, Debug)]
+pub struct GpuMedia {
+    content: Content,
+}
+
+/// What passes bind.
+#[derive(Clone, Debug)]
+enum Content {
+    Plain(GpuField),
+    Mixed { fields: Vec<GpuField>, mixture: wgpu::Buffer, tables: wgpu::Buffer },
+}
+
+/// `Mixture` of `shaders/media/mixture.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct MixtureUniform {
+    counts: [u32; 4],
+    parts: [Part; MOST_PARTS],
+    fields: [Field; MOST_FIELDS],
+}
+
+impl GpuMedia {
+    /// Which shaders they need.
+    pub fn kind(&self) -> MediaKind {
+        match self.content {
+            Content::Plain(_) => MediaKind::Plain,
+            Content::Mixed { .. } => MediaKind::Mixed,
+        }
+    }
+
+    /// The density that a texture value of 1 stands for; 1 for mixtures, whose fields say it themselves.
+    pub(super) fn scale(&self) -> f32 {
+        match &self.content {
+            Content::Plain(field) => field.scale,
+            Content::Mixed { .. } => 1.0,
+        }
+    }
+
+    /// What passes bind of them.
+    pub(super) fn entries<'a>(&'a self, sampler: &'a wgpu::Sampler) -> Vec<BindGroupEntry<'a>> {
+        let mut entries = vec![entry(at::TRILINEAR, BindingResource::Sampler(sampler))];
+        match &self.content {
+            Content::Plain(field) => {
+                entries.push(entry(at::VOXELS, BindingResource::TextureView(&field.view)));
+            }
+            Content::Mixed { fields, mixture, tables } => {
+                entries.push(entry(at::MIXTURE, mixture.as_entire_binding()));
+                entries.push(entry(at::TABLES, tables.as_entire_binding()));
+                // What no body speaks of is never read: the first stands there.
+                let spare = &fields[0];
+                for i in 0..MOST_FIELDS {
+                    let view = &fields.get(i).unwrap_or(spare).view;
+                    entries.push(entry(at::FIELDS + i as u32, BindingResource::TextureView(view)));
+                }
+            }
+        }
+        entries
+    }
+
+    pub(super) fn upload(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        media: &Media,
+    ) -> Result<Self> {
+        let content = match media.plain() {
+            Some(volume) => Content::Plain(GpuField::upload(device, queue, volume)?),
+            None => mixed(device, queue, media)?,
+        };
+        Ok(Self { content })
+    }
+}
+
+fn mixed(device: &wgpu::Device, queue: &wgpu::Queue, media: &Media) -> Result<Content> {
+    let Mixture { parts, mut fields, volumes, tables } = Mixture::of(media);
+    for (what, count, most) in
+        [("volumes", parts.len(), MOST_PARTS), ("grids", fields.len(), MOST_FIELDS)]
+    {
+        if count > most {
+            let (needed, limit) = (count.to_string(), format!("{most} (the CPU backend has none)"));
+            let what = format!("{what} of a scene on the GPU");
+            return Err(ErrorKind::Limit { what, needed, limit }.into());
+        }
+    }
+    // A grid that is named twice is there once.
+    let mut held: Vec<(*const Volume, GpuField)> = Vec::new();
+    let mut uploaded = Vec::new();
+    for (field, volume) in fields.iter_mut().zip(volumes) {
+        let known = held.iter().find(|(known, _)| std::ptr::eq(*known, volume));
+        let own = match known {
+            Some((_, own)) => own.clone(),
+            None => {
+                let own = GpuField::upload(device, queue, volume)?;
+                held.push((volume, own.clone()));
+                own
+            }
+        };
+        field.domain_min.w = own.scale;
+        uploaded.push(own);
+    }
+    let mut uniform =
+        MixtureUniform { counts: [parts.len() as u32, 0, 0, 0], ..Default::default() };
+    uniform.parts[..parts.len()].copy_from_slice(&parts);
+    uniform.fields[..fields.len()].copy_from_slice(&fields);
+    let buffer = |label, contents: &[u8], usage| {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents,
+            usage,
+        })
+    };
+    let some = if tables.is_empty() { vec![glam::Vec4::ZERO] } else { tables };
+    Ok(Content::Mixed {
+        fields: uploaded,
+        mixture: buffer("mixture", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM),
+        tables: buffer("tables", bytemuck::cast_slice(&some), wgpu::BufferUsages::STORAGE),
+    })
+}

@@ -1,0 +1,111 @@
+//! What a ray meets, sampled along it: a plain volume, or a mixture. On the GPU each has a file of its own
+//! in `shaders/media/` with functions of these names.
+
+use glam::Vec3;
+
+use super::density::{Density, sample_density};
+use super::light::{irradiance_at, light_direction_at};
+use super::medium::{octaves, phase};
+use super::mixture::{MixedMedia, mixture_density, mixture_emission, mixture_source};
+use super::ray::Ray;
+use crate::frame::Frame;
+use crate::scene::Media;
+
+/// Media ready to be sampled.
+#[derive(Clone, Debug)]
+pub enum Sampler<'a> {
+    /// One volume whose extinction is its density times a number.
+    Plain(Density<'a>),
+    /// Everything else.
+    Mixed(Box<MixedMedia<'a>>),
+}
+
+/// A piece of a ray in index space, around a distance along it.
+#[derive(Clone, Copy, Debug)]
+pub struct Piece<'a> {
+    /// The ray, in the media's index space.
+    pub ray: &'a Ray,
+    /// Distance to its middle.
+    pub at: f32,
+    /// Half of its length.
+    pub half: f32,
+}
+
+impl<'a> Sampler<'a> {
+    /// A sampler of `media`.
+    pub fn of(media: &'a Media) -> Self {
+        match media.plain() {
+            Some(volume) => Self::Plain(Density::of(volume)),
+            None => Self::Mixed(Box::new(MixedMedia::of(media))),
+        }
+    }
+
+    /// Whether there is light that needs no light.
+    pub fn emits(&self) -> bool {
+        matches!(self, Self::Mixed(media) if media.emits())
+    }
+}
+
+/// Mean density over a piece of a ray; times the frame's extinction per density it is extinction.
+#[inline]
+pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f32 {
+    match sampler {
+        Sampler::Plain(density) => sample_density(density, ray.at(at)),
+        Sampler::Mixed(media) => mixture_density(media, &Piece { ray, at, half }),
+    }
+}
+
+/// Light that arrives at a point of a camera ray where nothing shadows it.
+#[derive(Clone, Copy, Debug)]
+pub struct Arriving {
+    /// On a plane that faces the light.
+    irradiance: Vec3,
+    /// Between the ways of light before and after it is scattered to the camera.
+    cosine: f32,
+    /// Scattered to the camera by a plain medium, per unit of optical depth and albedo.
+    scattered: Vec3,
+}
+
+/// Light that arrives at a point of a camera ray.
+pub fn arriving(frame: &Frame, ray: &Ray, point: Vec3) -> Arriving {
+    let cosine = -ray.direction.dot(light_direction_at(frame, point));
+    let irradiance = irradiance_at(frame, point);
+    Arriving { irradiance, cosine, scattered: irradiance * phase(frame.albedo.w, cosine) }
+}
+
+/// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance from
+/// the light.
+#[inline]
+pub fn source_along(
+    sampler: &Sampler<'_>,
+    frame: &Frame,
+    piece: &Piece<'_>,
+    light: &Arriving,
+    transmittance: f32,
+) -> Vec3 {
+    let ambient = frame.ambient.truncate();
+    let more = frame.filtering.y as u32;
+    match sampler {
+        Sampler::Plain(_) => {
+            let lit = if more == 0 {
+                light.scattered * transmittance
+            } else {
+                light.irradiance * octaves(more, frame.albedo.w, light.cosine, transmittance)
+            };
+            frame.albedo.truncate() * (lit + ambient)
+        }
+        Sampler::Mixed(media) => {
+            let (scattered, albedo) =
+                mixture_source(media, piece, |g| octaves(more, g, light.cosine, transmittance));
+            light.irradiance * scattered + ambient * albedo
+        }
+    }
+}
+
+/// Radiance per world length that a piece of a ray emits.
+pub fn emission_along(sampler: &Sampler<'_>, piece: &Piece<'_>) -> Vec3 {
+    match sampler {
+        Sampler::Plain(_) => Vec3::ZERO,
+        Sampler::Mixed(media) => mixture_emission(media, piece),
+    }
+}

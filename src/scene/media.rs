@@ -1,0 +1,222 @@
+//! What light passes through: volumes, what each is made of, and the space that they are marched in.
+
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3};
+
+use super::TransferFunction;
+use crate::error::{Error, Result};
+use crate::math::Aabb;
+use crate::volume::Volume;
+
+/// A volume and what it is made of.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// The densities, shared: scenes are cheap to copy and change.
+    pub volume: Arc<Volume>,
+    /// What they mean.
+    pub medium: Medium,
+}
+
+/// From density to light: extinction, what it scatters, what it emits.
+#[derive(Clone, Debug)]
+pub struct Medium {
+    /// Extinction per unit of density, 1 / world length; at least 0. With a transfer function: where
+    /// its opacity is 1.
+    pub density_scale: f64,
+    /// Factor on the extinction of each colour channel, at least 0; white for a grey medium.
+    pub tint: DVec3,
+    /// Share of the extinguished light that is scattered, per channel, 0..1.
+    pub albedo: DVec3,
+    /// Henyey and Greenstein's g, the mean cosine of scattering, -1 < g < 1; 0 is isotropic.
+    pub phase_g: f64,
+    /// Colour and opacity over density; without, extinction is proportional to density.
+    pub transfer: Option<Arc<TransferFunction>>,
+    /// Factor on the albedo that varies in space: red, green and blue, 0..1.
+    pub color: Option<[Arc<Volume>; 3]>,
+    /// Factor on the extinction that varies in space, 0..1.
+    pub modulation: Option<Arc<Volume>>,
+    /// Light that the medium makes itself, which casts no shadows and none of which is scattered.
+    pub emission: Option<Emission>,
+}
+
+/// Light of a medium's own.
+#[derive(Clone, Debug)]
+pub struct Emission {
+    /// What decides its colour: another grid, or `None` for the densities themselves.
+    pub field: Option<Arc<Volume>>,
+    /// Colour over the field's values; opacity is a factor on it.
+    pub ramp: Arc<TransferFunction>,
+    /// Radiance per world length where colour and opacity are 1.
+    pub scale: f64,
+}
+
+impl Default for Medium {
+    /// White and grey: all light is scattered, evenly, and extinction is density.
+    fn default() -> Self {
+        Self {
+            density_scale: 1.0,
+            tint: DVec3::ONE,
+            albedo: DVec3::ONE,
+            phase_g: 0.0,
+            transfer: None,
+            color: None,
+            modulation: None,
+            emission: None,
+        }
+    }
+}
+
+impl Medium {
+    /// Whether extinction is density times a number and nothing varies but that.
+    pub fn is_plain(&self) -> bool {
+        self.transfer.is_none()
+            && self.color.is_none()
+            && self.modulation.is_none()
+            && self.emission.is_none()
+    }
+}
+
+/// Several bodies in one space of voxel indices: that of the body whose box around all is the smallest,
+/// with voxels as fine as the finest of all along its axes. That of the only body is its own.
+///
+/// Where bodies overlap, extinctions add up.
+#[derive(Clone, Debug)]
+pub struct Media {
+    bodies: Vec<Body>,
+    world_from_index: DMat4,
+    domain: Aabb,
+}
+
+impl From<Volume> for Media {
+    /// A white medium whose extinction is density.
+    fn from(volume: Volume) -> Self {
+        Self::of(Arc::new(volume), Medium::default())
+    }
+}
+
+impl Media {
+    /// One body.
+    pub fn of(volume: Arc<Volume>, medium: Medium) -> Self {
+        let (world_from_index, domain) = (*volume.world_from_index(), volume.domain());
+        Self { bodies: vec![Body { volume, medium }], world_from_index, domain }
+    }
+
+    /// Several bodies; their order means nothing.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn new(bodies: Vec<Body>) -> Result<Self> {
+        let candidates = bodies.iter().map(|body| common_space(&bodies, body));
+        let (world_from_index, domain) = candidates
+            .min_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal))
+            .ok_or_else(|| Error::value("volume", "a scene needs one"))?;
+        if let [only] = &bodies[..] {
+            return Ok(Self::of(only.volume.clone(), only.medium.clone()));
+        }
+        Ok(Self { bodies, world_from_index, domain })
+    }
+
+    /// The bodies, at least one.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// What the bodies are made of.
+    pub fn mediums_mut(&mut self) -> impl Iterator<Item = &mut Medium> {
+        self.bodies.iter_mut().map(|body| &mut body.medium)
+    }
+
+    /// The first body.
+    pub fn first(&self) -> &Body {
+        &self.bodies[0]
+    }
+
+    /// What the first body is made of.
+    pub fn medium_mut(&mut self) -> &mut Medium {
+        &mut self.bodies[0].medium
+    }
+
+    /// The only body's volume, if extinction is its density times a number and nothing varies but that.
+    pub fn plain(&self) -> Option<&Volume> {
+        match &self.bodies[..] {
+            [body] if body.medium.is_plain() => Some(&body.volume),
+            _ => None,
+        }
+    }
+
+    /// Whether some body emits light.
+    pub fn emits(&self) -> bool {
+        self.bodies.iter().any(|body| body.medium.emission.is_some())
+    }
+
+    /// What they are called, with plus signs between.
+    pub fn name(&self) -> String {
+        let names: Vec<&str> = self.bodies.iter().map(|body| body.volume.name.as_str()).collect();
+        names.join(" + ")
+    }
+
+    /// From index (x, y, z) to world position, column vectors.
+    pub fn world_from_index(&self) -> &DMat4 {
+        &self.world_from_index
+    }
+
+    /// The part of index space that holds medium.
+    pub fn domain(&self) -> Aabb {
+        self.domain
+    }
+
+    /// Voxels along x, y, z: the only body's, else the domain's size.
+    pub fn dims(&self) -> [usize; 3] {
+        match &self.bodies[..] {
+            [only] => only.volume.dims(),
+            _ => self.domain.size().to_array().map(|n| (n.ceil() as usize).max(1)),
+        }
+    }
+
+    /// The box around the domain in world space.
+    pub fn world_bounds(&self) -> Aabb {
+        self.domain.transformed(&self.world_from_index)
+    }
+
+    /// The corners of the domain in world space, x fastest.
+    pub fn world_corners(&self) -> [DVec3; 8] {
+        self.domain.corners().map(|p| self.world_from_index.transform_point3(p))
+    }
+
+    /// Points around what can be seen of all bodies ([`Volume::visible_points`]).
+    pub fn visible_points(&self, share: f32) -> Vec<DVec3> {
+        self.bodies.iter().flat_map(|body| body.volume.visible_points(share)).collect()
+    }
+
+    /// The largest density of all.
+    pub fn largest(&self) -> f32 {
+        self.bodies.iter().map(|body| body.volume.largest()).fold(0.0, f32::max)
+    }
+}
+
+/// The space of `chosen`, made finer as all bodies ask for, and the box around all of them in it.
+fn common_space(bodies: &[Body], chosen: &Body) -> (DMat4, Aabb) {
+    let own = *chosen.volume.world_from_index();
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let finer = bodies.iter().fold(DVec3::ONE, |finer, body| {
+        let change = body.volume.world_from_index().inverse() * own;
+        finer.max(DVec3::from_array(axes.map(|axis| change.transform_vector3(axis).length())))
+    });
+    let world_from_index = own * DMat4::from_scale(1.0 / finer);
+    let index_from_world = world_from_index.inverse();
+    let corners = bodies.iter().flat_map(|body| body.volume.world_corners());
+    let around = Aabb::around(corners.map(|corner| index_from_world.transform_point3(corner)));
+    (world_from_index, around.unwrap_or_else(|| chosen.volume.domain()))
+}
+
+/// What a space is chosen by: the volume of its box, then the transform itself, so that the order of the
+/// bodies means nothing.
+fn order((world_from_index, domain): &(DMat4, Aabb)) -> [f64; 17] {
+    let volume = world_from_index.determinant().abs() * domain.size().element_product();
+    // Boxes that differ by rounding only are as large as each other.
+    let volume = f64::from(volume as f32);
+    let mut key = [volume; 17];
+    key[1..].copy_from_slice(&world_from_index.to_cols_array());
+    key
+}
