@@ -337,7 +337,10 @@ fn a_grid_of_colours_is_a_factor_on_the_albedo() {
             &render(&*backend, &plain, &settings),
             &render(&*backend, &colored, &settings),
         );
-        assert!(difference < 2e-3, "{difference} on {}", backend.description());
+        // Weights of 8 bits turn places that differ by rounding into values that differ by more.
+        let name = backend.description();
+        let exact = name.starts_with("cpu") || name.contains("llvmpipe");
+        assert!(difference < if exact { 2e-3 } else { 1e-2 }, "{difference} on {name}");
     }
 }
 

@@ -203,7 +203,7 @@ fn a_fits_tolerance_is_a_guarantee() {
     }
     eprintln!("largest error of a fit: {worst:.4} of its tolerance");
     assert!(worst <= 1.0, "{worst}, {at_worst}");
-    assert!(worst > 0.5, "tolerances are used");
+    assert!(worst > 0.75, "tolerances are used");
 }
 
 #[test]

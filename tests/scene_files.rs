@@ -41,8 +41,9 @@ radiance = [0.25, 0.25, 0.25]
 
 fn load(text: &str, folder: &Path) -> deepshadow::Result<(Scene, Settings)> {
     let file = SceneFile::parse(text, &folder.join("scene.toml"))?;
-    let (own, _) = load_ingredients(file.volume.first(), false)?;
-    complete(&file, vec![own], Surroundings::Void).map(|(scene, settings, _)| (scene, settings))
+    let own = file.volume.iter().map(|table| load_ingredients(table, false).map(|(own, _)| own));
+    complete(&file, own.collect::<deepshadow::Result<_>>()?, Surroundings::Void)
+        .map(|(scene, settings, _)| (scene, settings))
 }
 
 /// Single scattering in a uniform box: with s(t) the way to the light from distance t,
@@ -128,5 +129,84 @@ fn every_preset_has_a_scene_that_loads() {
         let bounds = scene.media.world_bounds();
         assert!((bounds.size().max_element() - 1.0).abs() < 1e-9, "{}: {bounds:?}", preset.name());
         assert!(bounds.center().length() < 1e-9, "{}: {bounds:?}", preset.name());
+    }
+}
+
+/// Volumes and lights may stand there several times, each with what belongs to it.
+#[test]
+fn tables_of_volumes_and_lights_may_be_several() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+[[volume]]
+preset = "bucky"
+density_scale = 3.0
+tint = [1.0, 0.5, 0.0]
+transfer = { name = "viridis" }
+[[volume]]
+preset = "bucky"
+density_scale = 2.0
+translate = [1.0, 0.0, 0.0]
+rotate_degrees = [0.0, 90.0, 0.0]
+scale = 0.5
+[volume.transfer]
+points = [[0.2, 1.0, 1.0, 1.0, 0.0], [0.7, 1.0, 0.0, 0.0, 1.0]]
+gradient = [[0.0, 0.1], [0.5, 1.0]]
+[volume.emission]
+colors = "blackbody"
+kelvin = [900.0, 2000.0]
+scale = 4.0
+[[light]]
+direction = [0.0, -1.0, 0.0]
+[[light]]
+kind = "point"
+position = [3.0, 2.0, 1.0]
+[shadow]
+octaves = 2
+"#;
+    let (scene, settings) = load(text, folder.path()).unwrap();
+    let [first, second] = scene.media.bodies() else { panic!("{} bodies", scene.media.name()) };
+    assert_eq!((scene.lights.len(), settings.octaves), (2, 2));
+    assert_eq!(scene.beams().len(), 6, "two lights in three channels");
+    let (of_preset, _) = first.medium.transfer.as_ref().unwrap().at(1.0);
+    assert!(of_preset.y > of_preset.z, "viridis ends yellow");
+    // Stored values 0.2 to 0.7 became densities of 0 to 1, and the function with them.
+    let function = second.medium.transfer.as_ref().unwrap();
+    assert_eq!(function.range(), [0.0, 1.0]);
+    assert!(second.medium.modulation.is_some());
+    assert!((second.medium.emission.as_ref().unwrap().scale - 4.0).abs() < 1e-12);
+    let bounds = second.volume.world_bounds();
+    let around = [DVec3::new(1.0, 0.0, 0.0), DVec3::splat(0.5)];
+    assert!(
+        (bounds.center() - around[0]).length() < 1e-9
+            && (bounds.size() - around[1]).length() < 1e-9
+    );
+}
+
+#[test]
+fn mistakes_of_colour_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = |points: &str| format!("[volume.transfer]\npoints = [{points}]");
+    let cases = [
+        (points(""), "transfer"),
+        (points("[0.5, 1, 1, 1, 0], [0.2, 1, 1, 1, 1]"), "point 2"),
+        (points("[0.0, 1, 1, 1, 0], [nan, 1, 1, 1, 1]"), "point 2"),
+        (points("[0.0, 1, 1, 1, 0], [1.0, 1, 1, 1, 1.5]"), "1.5"),
+        (points("[0.0, 1, 1, -1, 0], [1.0, 1, 1, 1, 1]"), "point 1"),
+        ("[volume.transfer]\nname = \"rainbow\"".to_owned(), "viridis"),
+        ("[volume.transfer]\nfile = \"none.json\"".to_owned(), "none.json"),
+        ("[volume.transfer]\nname = \"bone\"\nrange = [1.0, 0.0]".to_owned(), "range"),
+        ("tint = [1.0, -1.0, 0.0]".to_owned(), "tint"),
+        ("scale = 0.0".to_owned(), "scale"),
+        ("color = \"Cd\"".to_owned(), "color"),
+        ("[volume.emission]\nkelvin = [900, 800]\ncolors = \"blackbody\"".to_owned(), "kelvin"),
+        ("[volume.emission]\nscale = -1.0".to_owned(), "emission.scale"),
+        ("[volume.emission]\nflames = 1".to_owned(), "flames"),
+        ("[[light]]\nkind = \"sun\"".to_owned(), "sun"),
+        ("[shadow]\noctaves = 99".to_owned(), "octaves"),
+    ];
+    for (text, named) in cases {
+        let text = format!("[volume]\npreset = \"bucky\"\n{text}");
+        let error = load(&text, folder.path()).map(|_| ()).expect_err(&text).to_string();
+        assert!(error.contains(named) && !error.contains('\n'), "{text}: {error}");
     }
 }

@@ -4,7 +4,11 @@
 // gives back the k-th.
 
 const POINT_SPACING: f32 = 0.25;
-const FIT_SHARE: f32 = 0.58;
+const FIT_SHARE: f32 = 0.86;
+const LEAST_ROOM: f32 = 0.25;
+const BEND: f32 = 0.125;
+const MOST_BEND: f32 = 0.04;
+const CUTS: u32 = 4u;
 const LOWEST_SHARE: f32 = 0.25;
 const DARK_SHARE: f32 = 0.1;
 const MOST_POINTS: f32 = 256.0;
@@ -23,6 +27,10 @@ struct Fitter {
     slopes: vec2<f32>,
     // The last point, on the true function.
     last: vec2<f32>,
+    // Extinction of the last fragment.
+    extinction: f32,
+    // Optical depth by which the last fragment may err itself.
+    bend: f32,
 }
 
 var<private> fitter: Fitter;
@@ -31,7 +39,15 @@ fn fitter_start(tolerance: f32) {
     let slopes = vec2<f32>(0.0, STEEPEST);
     let held = tolerance * FIT_SHARE;
     let dark = -log(max(held * DARK_SHARE, SMALLEST));
-    fitter = Fitter(held, dark, false, vec2<f32>(0.0), slopes, vec2<f32>(0.0));
+    fitter = Fitter(held, dark, false, vec2<f32>(0.0), slopes, vec2<f32>(0.0), 0.0, 0.0);
+}
+
+// Whether a slab behind the last one errs too much itself: optical depths of the slab before, of itself
+// and of the next, all as long.
+fn fitter_bends(before: f32, own: f32, next: f32) -> bool {
+    let change = max(abs(own - before), abs(next - own));
+    return change * BEND * exp(-fitter.last.y) > fitter.tolerance * MOST_BEND
+        && fitter.tolerance > 0.0;
 }
 
 // Adds a fragment from depth bounds.x to bounds.y, not in front of the one before.
@@ -44,9 +60,13 @@ fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
     } else if (bounds.x > fitter.last.x) {
         // Nothing between two fragments: optical depth stays.
         fitter_point(vec2<f32>(bounds.x, fitter.last.y));
+        fitter.extinction = 0.0;
     }
     let start = fitter.last;
     let across = vec2<f32>(max(bounds.y - start.x, 0.0), optical_depth);
+    let extinction = optical_depth / max(across.x, SMALLEST);
+    fitter.bend = abs(extinction - fitter.extinction) * across.x * BEND;
+    fitter.extinction = extinction;
     if (optical_depth > POINT_SPACING && fitter.tolerance > 0.0 && across.x > 0.0) {
         let pieces = min(ceil(optical_depth / POINT_SPACING), MOST_POINTS);
         for (var i: f32 = 1.0; i < pieces; i += 1.0) {
@@ -75,8 +95,9 @@ fn fitter_is_dark() -> bool {
 // Slopes from the last node kept that pass a point within the tolerance.
 fn fitter_slopes(point: vec2<f32>) -> vec2<f32> {
     let through = exp(-point.y);
-    let least = -log(min(through + fitter.tolerance, 1.0));
-    let lowest = max(max(through - fitter.tolerance, through * LOWEST_SHARE), SMALLEST);
+    let room = max(fitter.tolerance - fitter.bend * through, fitter.tolerance * LEAST_ROOM);
+    let least = -log(min(through + room, 1.0));
+    let lowest = max(max(through - room, through * LOWEST_SHARE), SMALLEST);
     let share = 1.0 / (point.x - fitter.anchor.x);
     return (vec2<f32>(least, -log(lowest)) - fitter.anchor.y) * share;
 }

@@ -28,14 +28,8 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     if (planes == 0u) {
         let voxel_lengths = extent * length(ray.direction);
         let count = step_count(voxel_lengths, SLABS_PER_VOXEL, frame.steps.x, frame.steps.y);
-        var samples = samples_over(ray, extent / f32(count));
-        // A fit keeps no slab that it does not need: each sample may as well be one.
-        var last = count;
-        if (frame.slices.z > 0.0) {
-            last = count * samples;
-            samples = 1u;
-        }
-        return Slabs(ray, inside.x, inside.y, inside.x, extent / f32(last), 0u, last, samples);
+        let step = extent / f32(count);
+        return Slabs(ray, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step));
     }
     // How much longer a way along this ray is than along the axis.
     let direction = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
@@ -63,10 +57,14 @@ fn slab_bounds(slabs: Slabs, i: u32) -> vec2<f32> {
 
 // Optical depth of slab i, by midpoints.
 fn slab_optical_depth(slabs: Slabs, i: u32) -> f32 {
-    let bounds = slab_bounds(slabs, i);
-    let step = max(bounds.y - bounds.x, 0.0) / f32(slabs.samples);
+    return ray_optical_depth(slabs, slab_bounds(slabs, i), slabs.samples);
+}
+
+// Optical depth of the slabs' ray between two depths, by as many midpoints.
+fn ray_optical_depth(slabs: Slabs, bounds: vec2<f32>, samples: u32) -> f32 {
+    let step = max(bounds.y - bounds.x, 0.0) / f32(samples);
     var sum: f32 = 0.0;
-    for (var s: u32 = 0u; s < slabs.samples; s++) {
+    for (var s: u32 = 0u; s < samples; s++) {
         sum += density_along(slabs.ray, bounds.x + (f32(s) + 0.5) * step, 0.5 * step);
     }
     return sum * step * frame.domain_min.w;

@@ -64,11 +64,12 @@ fn sample_field(field: u32, index: vec3<f32>) -> f32 {
     return value * mixture.fields[field].domain_min.w;
 }
 
-// The part of a piece that lies in a field, in the field's index space; empty if `to` is not greater.
+// The part of a piece that lies in a field: the field's indices of its two ends, and its share of the
+// piece's length; 0 if there is none.
 struct Inside {
-    ray: Ray,
-    from_: f32,
-    to: f32,
+    begin: vec3<f32>,
+    end: vec3<f32>,
+    share: f32,
 }
 
 fn inside(field: u32, ray: Ray, at: f32, reach: f32) -> Inside {
@@ -80,60 +81,72 @@ fn inside(field: u32, ray: Ray, at: f32, reach: f32) -> Inside {
         vec3<f32>(dot(rows[0], d), dot(rows[1], d), dot(rows[2], d)),
     );
     let lowest = mixture.fields[field].domain_min.xyz;
-    let ends = intersect_box(own, lowest, mixture.fields[field].domain_max.xyz);
-    return Inside(own, max(ends.x, at - reach), min(ends.y, at + reach));
+    let highest = mixture.fields[field].domain_max.xyz;
+    let begin = ray_at(own, at - reach);
+    let end = ray_at(own, at + reach);
+    if (all(min(begin, end) >= lowest) && all(max(begin, end) <= highest)) {
+        return Inside(begin, end, 1.0);
+    }
+    let ends = intersect_box(own, lowest, highest);
+    let enter = max(ends.x, at - reach);
+    let exit = min(ends.y, at + reach);
+    let share = max((exit - enter) / max(2.0 * reach, SMALLEST_WEIGHT), 0.0);
+    return Inside(ray_at(own, enter), ray_at(own, exit), share);
 }
 
 // A field's number in the middle of a piece, 0 outside of it.
 fn field_value(field: u32, ray: Ray, at: f32, reach: f32) -> f32 {
     let part = inside(field, ray, at, reach);
-    if (part.to <= part.from_) {
+    if (part.share <= 0.0) {
         return 0.0;
     }
-    return sample_field(field, ray_at(part.ray, 0.5 * (part.from_ + part.to)));
+    return sample_field(field, 0.5 * (part.begin + part.end));
 }
 
-// Integral of a table up to a place in it, in cells.
-fn integral_to(table: u32, place: f32) -> vec4<f32> {
-    let cells = f32(TABLE_CELLS);
-    let held = clamp(place, 0.0, cells);
+// What a half of a table, which begins at an entry, says at a place in it, in cells.
+fn entry_at(first: u32, place: f32) -> vec4<f32> {
+    let held = clamp(place, 0.0, f32(TABLE_CELLS));
     let cell = min(u32(held), TABLE_CELLS - 1u);
-    let a = tables[table + 2u + cell];
-    let b = tables[table + 3u + cell];
-    return a + (b - a) * (held - f32(cell))
+    let a = tables[first + cell];
+    return a + (tables[first + cell + 1u] - a) * (held - f32(cell));
+}
+
+// Integral of a table up to a place in it or beyond, in cells.
+fn integral_to(table: u32, place: f32) -> vec4<f32> {
+    return entry_at(table + TABLE_CELLS + 1u, place)
         + tables[table] * min(place, 0.0)
-        + tables[table + 1u] * max(place - cells, 0.0);
+        + tables[table + TABLE_CELLS] * max(place - f32(TABLE_CELLS), 0.0);
 }
 
 // Mean of a table's function between two values: (red, green, blue) times opacity, and opacity.
 fn table_mean(header: vec4<f32>, ends: vec2<f32>) -> vec4<f32> {
     let table = u32(header.x);
     let places = (ends - header.z) * header.w;
-    let spread = max(0.5 * (LEAST_CELLS - abs(places.y - places.x)), 0.0);
-    let low = min(places.x, places.y) - spread;
-    let high = max(places.x, places.y) + spread;
-    return (integral_to(table, high) - integral_to(table, low)) / (high - low);
+    let across = places.y - places.x;
+    if (abs(across) < LEAST_CELLS) {
+        return entry_at(table, 0.5 * (places.x + places.y));
+    }
+    return (integral_to(table, places.y) - integral_to(table, places.x)) / across;
 }
 
 // What a body does over a piece: (albedo times extinction, extinction), means over the piece.
 fn part_along(i: u32, ray: Ray, at: f32, reach: f32) -> vec4<f32> {
     let fields = mixture.parts[i].fields;
     let part = inside(fields.x, ray, at, reach);
-    if (part.to <= part.from_) {
+    if (part.share <= 0.0) {
         return vec4<f32>(0.0);
     }
     var classified: vec4<f32>;
     if (mixture.parts[i].transfer.y > 0.0) {
         let ends = vec2<f32>(
-            sample_field(fields.x, ray_at(part.ray, part.from_)),
-            sample_field(fields.x, ray_at(part.ray, part.to)),
+            sample_field(fields.x, part.begin),
+            sample_field(fields.x, part.end),
         );
         classified = table_mean(mixture.parts[i].transfer, ends);
     } else {
-        let middle = ray_at(part.ray, 0.5 * (part.from_ + part.to));
-        classified = vec4<f32>(sample_field(fields.x, middle));
+        classified = vec4<f32>(sample_field(fields.x, 0.5 * (part.begin + part.end)));
     }
-    var extinction = mixture.parts[i].strength.x * (part.to - part.from_) / (2.0 * reach);
+    var extinction = mixture.parts[i].strength.x * part.share;
     if (fields.w > 0u) {
         extinction *= field_value(fields.w - 1u, ray, at, reach);
     }
@@ -182,14 +195,13 @@ fn emission_along(ray: Ray, at: f32, reach: f32) -> vec3<f32> {
             continue;
         }
         let part = inside(field - 1u, ray, at, reach);
-        if (part.to > part.from_) {
+        if (part.share > 0.0) {
             let ends = vec2<f32>(
-                sample_field(field - 1u, ray_at(part.ray, part.from_)),
-                sample_field(field - 1u, ray_at(part.ray, part.to)),
+                sample_field(field - 1u, part.begin),
+                sample_field(field - 1u, part.end),
             );
-            let share = (part.to - part.from_) / (2.0 * reach);
             sum += table_mean(mixture.parts[i].emission, ends).xyz
-                * (mixture.parts[i].strength.y * share);
+                * (mixture.parts[i].strength.y * part.share);
         }
     }
     return sum;

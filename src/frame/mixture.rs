@@ -17,7 +17,8 @@ pub const MOST_FIELDS: usize = 8;
 pub const MOST_PARTS: usize = 8;
 /// Cells of a table, over the range of its function.
 pub const TABLE_CELLS: u32 = 1024;
-/// Densities closer than as many cells count as this far apart.
+/// Between densities that are closer than as many cells a function is read in their middle: integrals so
+/// close to each other have no digits left for their difference.
 pub const LEAST_CELLS: f32 = 1.0;
 
 /// A grid of numbers.
@@ -31,7 +32,7 @@ pub struct Field {
     pub domain_min: Vec4,
     /// xyz: upper corner of that; w unused.
     pub domain_max: Vec4,
-    /// xyz: one over the number of voxels along each axis; w unused.
+    /// xyz: one over the number of voxels along each axis; w: 1 if its index space is the media's own.
     pub voxel_share: Vec4,
 }
 
@@ -64,7 +65,8 @@ pub struct Mixture<'a> {
     /// The grids' numbers, as many as `fields`.
     pub volumes: Vec<&'a Volume>,
     /// All functions' tables, one behind the other: (red, green, blue) times opacity, and opacity.
-    /// Values at both ends, then [`TABLE_CELLS`] + 1 integrals up to where each cell begins, in cells.
+    /// First [`TABLE_CELLS`] + 1 values where cells begin and end, then as many integrals up to there, in
+    /// cells.
     pub tables: Vec<Vec4>,
 }
 
@@ -122,7 +124,7 @@ impl<'a> Mixture<'a> {
             domain_max: volume.domain().max.as_vec3().extend(0.0),
             voxel_share: DVec3::from_array(volume.dims().map(|n| 1.0 / n as f64))
                 .as_vec3()
-                .extend(0.0),
+                .extend(f32::from(volume.world_from_index() == world_from_media)),
         });
         self.volumes.push(volume);
         self.fields.len() as u32 - 1
@@ -136,8 +138,8 @@ impl<'a> Mixture<'a> {
             let (color, opacity) = function.at(value);
             (color * opacity).extend(opacity)
         };
-        for end in [low, high] {
-            self.tables.push(weighted(end).as_vec4());
+        for i in 0..=TABLE_CELLS {
+            self.tables.push(weighted(low + f64::from(i) * cell).as_vec4());
         }
         let mut integral = DVec4::ZERO;
         self.tables.push(Vec4::ZERO);

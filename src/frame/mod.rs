@@ -29,7 +29,7 @@ pub const LOOKUP_WEIGHT: f32 = 1.0 / 16.0;
 /// than steps of a threshold map: between slabs optical depth is taken to be linear.
 pub const SLABS_PER_VOXEL: f32 = 8.0;
 /// Samples in a slab for each voxel length of it, at least one.
-pub const SLAB_SAMPLES_PER_VOXEL: f32 = 5.0;
+pub const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
 /// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
 /// the most that floats bear, which sets how close to a surface they are right).
 const EXPONENTIAL_SHARPNESS: f64 = 80.0;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DQuat, DVec3};
 
 use super::dense::{DEFAULT_MAX_BYTES, DenseFile};
 use super::fog;
@@ -34,7 +34,7 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
         }
         (None, Some(path)) => load_file(path, table, up)?,
     };
-    match table.bounds {
+    let volume = match table.bounds {
         Some(_) if sparse(&volume) => {
             let why = "only for dense volumes; a sparse grid keeps its own transform";
             Err(Error::value("volume.bounds", why))
@@ -46,7 +46,34 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
             volume.placed(placement)
         }
         None => Ok(volume),
+    };
+    moved(volume?, table)
+}
+
+/// A volume scaled about the world's origin, turned about the world's x, y and z axes in this order, then
+/// moved, as `table` says.
+fn moved(volume: Volume, table: &VolumeTable) -> Result<Volume> {
+    if table.translate.is_none() && table.rotate_degrees.is_none() && table.scale.is_none() {
+        return Ok(volume);
     }
+    let scale = table.scale.unwrap_or(1.0);
+    if !(scale > 0.0 && scale < 1e12) {
+        return Err(Error::value("volume.scale", format!("{scale} is not between 0 and 1e12")));
+    }
+    let finite = |what: &str, given: Option<[f64; 3]>| {
+        let v = DVec3::from_array(given.unwrap_or_default());
+        let why = || Error::value(what, format!("{v} is not finite"));
+        if v.is_finite() { Ok(v) } else { Err(why()) }
+    };
+    let angles = finite("volume.rotate_degrees", table.rotate_degrees)?;
+    let turns = angles.to_array().map(f64::to_radians);
+    let turn = DQuat::from_rotation_z(turns[2])
+        * DQuat::from_rotation_y(turns[1])
+        * DQuat::from_rotation_x(turns[0]);
+    let to = finite("volume.translate", table.translate)?;
+    let placement = DMat4::from_scale_rotation_translation(DVec3::splat(scale), turn, to);
+    let placement = placement * *volume.world_from_index();
+    volume.placed(placement)
 }
 
 /// The red, green and blue of a grid of vectors in the file of `table`, placed as its densities are.
@@ -65,7 +92,7 @@ pub fn load_color(table: &VolumeTable, grid: &str) -> Result<[Volume; 3]> {
     let up = table.up.as_deref().map(str::parse::<Axis>).transpose()?.unwrap_or_default();
     let turned = |volume: Volume| {
         let placement = DMat4::from_mat3(up.world_from_file()) * *volume.world_from_index();
-        volume.placed(placement)
+        moved(volume.placed(placement)?, table)
     };
     Ok([turned(red)?, turned(green)?, turned(blue)?])
 }

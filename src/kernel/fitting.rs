@@ -7,14 +7,27 @@
 //! [`POINT_SPACING`] in optical depth. At an extremum inside a piece the second derivative of the
 //! difference of the two exponentials is at most `POINT_SPACING` squared times the difference times the
 //! ratio of the two transmittances, which is kept below 4, so the difference exceeds its ends by some
-//! percent at most: [`FIT_SHARE`] takes that off the tolerance, and leaves what slabs err themselves.
+//! percent at most: [`FIT_SHARE`] takes that off the tolerance.
+//!
+//! And slabs err themselves: in one, optical depth is taken to be linear. Where extinction changes from
+//! the slab before, by that change times an eighth of the slab's length at most if it changes evenly. The fit
+//! leaves room for as much, so that the tolerance holds against the medium and not only against its slabs;
+//! a slab that would take more than [`MOST_BEND`] of it is better cut ([`Fitter::bends`]).
 
 use super::fragments::Node;
 
 /// Optical depth between points that a fit is held to, at most.
 pub const POINT_SPACING: f32 = 0.25;
 /// Share of the tolerance that holds at the points.
-pub const FIT_SHARE: f32 = 0.58;
+pub const FIT_SHARE: f32 = 0.86;
+/// Share of the tolerance that is left to the fit however much slabs err.
+pub const LEAST_ROOM: f32 = 0.25;
+/// Error of a line through a parabola, as a share of how much its slope changes times its length.
+pub const BEND: f32 = 0.125;
+/// Share of the tolerance that a slab may err itself before it is cut.
+pub const MOST_BEND: f32 = 0.04;
+/// Parts of a slab that is cut.
+pub const CUTS: u32 = 4;
 /// Lowest transmittance of a fit, as a share of the true one.
 pub const LOWEST_SHARE: f32 = 0.25;
 /// Share of the tolerance below which transmittance counts as zero: what follows is left out.
@@ -39,6 +52,10 @@ pub struct Fitter {
     slopes: [f32; 2],
     /// The last point, on the true function.
     last: Node,
+    /// Extinction of the last fragment.
+    extinction: f32,
+    /// Optical depth by which the last fragment may err itself.
+    bend: f32,
     /// Whether there was a fragment.
     begun: bool,
 }
@@ -49,7 +66,16 @@ impl Fitter {
         let tolerance = tolerance * FIT_SHARE;
         let dark = -(tolerance * DARK_SHARE).max(SMALLEST).ln();
         let (anchor, slopes) = (Node::default(), [0.0, STEEPEST]);
-        Self { tolerance, dark, anchor, slopes, last: anchor, begun: false }
+        let (extinction, bend) = (0.0, 0.0);
+        Self { tolerance, dark, anchor, slopes, last: anchor, extinction, bend, begun: false }
+    }
+
+    /// Whether a slab behind the last one errs too much itself: `optical_depths` of the slab before, of
+    /// itself and of the next, all as long.
+    pub fn bends(&self, [before, own, next]: [f32; 3]) -> bool {
+        let change = (own - before).abs().max((next - own).abs());
+        let through = (-self.last.optical_depth).exp();
+        change * BEND * through > self.tolerance * MOST_BEND && self.tolerance > 0.0
     }
 
     /// Adds a fragment from depth `front` to `back` (equal for a surface), not in front of the one
@@ -69,9 +95,14 @@ impl Fitter {
         } else if front > self.last.depth {
             // Nothing between two fragments: optical depth stays.
             self.point(start, keep);
+            self.extinction = 0.0;
         }
         let start = self.last;
         let back = back.max(start.depth);
+        let length = back - start.depth;
+        let extinction = optical_depth / length.max(SMALLEST);
+        self.bend = (extinction - self.extinction).abs() * length * BEND;
+        self.extinction = extinction;
         let end = |share: f32| Node {
             depth: start.depth + (back - start.depth) * share,
             optical_depth: start.optical_depth + optical_depth * share,
@@ -108,8 +139,9 @@ impl Fitter {
             return;
         }
         let through = (-point.optical_depth).exp();
-        let least = -(through + self.tolerance).min(1.0).ln();
-        let most = -(through - self.tolerance).max(through * LOWEST_SHARE).max(SMALLEST).ln();
+        let room = (self.tolerance - self.bend * through).max(self.tolerance * LEAST_ROOM);
+        let least = -(through + room).min(1.0).ln();
+        let most = -(through - room).max(through * LOWEST_SHARE).max(SMALLEST).ln();
         let narrowed = |anchor: Node, [low, high]: [f32; 2]| {
             let share = 1.0 / (point.depth - anchor.depth);
             let slope = |tau: f32| (tau - anchor.optical_depth) * share;

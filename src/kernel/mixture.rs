@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 
 use super::density::{Density, sample_density};
 use super::media::Piece;
-use super::ray::{Ray, intersect_box};
+use super::ray::intersect_box;
 use crate::frame::{Field, LEAST_CELLS, Mixture, Part, TABLE_CELLS};
 use crate::scene::Media;
 
@@ -29,56 +29,91 @@ impl<'a> MixedMedia<'a> {
     }
 }
 
-/// The part of a piece that lies in a field, and the ray in the field's index space; empty if the second
-/// distance is not greater.
-fn inside(field: &Field, piece: &Piece<'_>) -> (Ray, [f32; 2]) {
-    let ray = piece.ray.transformed(&field.index_from_media);
+/// The part of a piece that lies in a field: the field's indices of its two ends, and its share of the
+/// piece's length; 0 if there is none.
+#[inline]
+fn inside(field: &Field, piece: &Piece<'_>) -> ([Vec3; 2], f32) {
+    let ray = if field.voxel_share.w == 1.0 {
+        *piece.ray
+    } else {
+        piece.ray.transformed(&field.index_from_media)
+    };
     let (min, max) = (field.domain_min.truncate(), field.domain_max.truncate());
+    let (from, to) = (piece.at - piece.half, piece.at + piece.half);
+    let ends = [ray.at(from), ray.at(to)];
+    let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    if low.cmpge(min).all() && high.cmple(max).all() {
+        return (ends, 1.0);
+    }
+    if high.cmplt(min).any() || low.cmpgt(max).any() {
+        return (ends, 0.0);
+    }
     let (enter, exit) = intersect_box(&ray, min, max);
-    (ray, [enter.max(piece.at - piece.half), exit.min(piece.at + piece.half)])
+    let (enter, exit) = (enter.max(from), exit.min(to));
+    if exit <= enter {
+        return (ends, 0.0);
+    }
+    ([ray.at(enter), ray.at(exit)], (exit - enter) / (to - from))
 }
 
 /// A field's number in the middle of a piece, 0 outside of it.
 fn field_value(media: &MixedMedia<'_>, field: usize, piece: &Piece<'_>) -> f32 {
-    let grid = &media.mixture.fields[field];
-    let (ray, [from, to]) = inside(grid, piece);
-    if to <= from { 0.0 } else { sample_density(&media.grids[field], ray.at((from + to) * 0.5)) }
+    let (ends, share) = inside(&media.mixture.fields[field], piece);
+    if share > 0.0 { middle(&media.grids[field], ends) } else { 0.0 }
 }
 
-/// Integral of a table up to a place in it, in cells.
-fn integral_to(table: &[Vec4], place: f32) -> Vec4 {
-    let cells = TABLE_CELLS as f32;
-    let held = place.clamp(0.0, cells);
-    let cell = (held as usize).min(TABLE_CELLS as usize - 1);
-    let (a, b) = (table[2 + cell], table[3 + cell]);
+#[inline]
+fn middle(grid: &Density<'_>, [a, b]: [Vec3; 2]) -> f32 {
+    sample_density(grid, 0.5 * (a + b))
+}
+
+/// Cells of a table and entries of one of its halves.
+const CELLS: usize = TABLE_CELLS as usize;
+
+/// What a half of a table says at a place in it, in cells.
+#[inline]
+fn entry(half: &[Vec4], place: f32) -> Vec4 {
+    let held = place.clamp(0.0, CELLS as f32);
+    let cell = (held as usize).min(CELLS - 1);
+    let (a, b) = (half[cell], half[cell + 1]);
     a + (b - a) * (held - cell as f32)
-        + table[0] * place.min(0.0)
-        + table[1] * (place - cells).max(0.0)
+}
+
+/// Integral of a table up to a place in it or beyond, in cells.
+#[inline]
+fn integral_to(table: &[Vec4], place: f32) -> Vec4 {
+    let beyond = (place - CELLS as f32).max(0.0);
+    entry(&table[CELLS + 1..], place) + table[0] * place.min(0.0) + table[CELLS] * beyond
 }
 
 /// Mean of a table's function between two values: (red, green, blue) times opacity, and opacity.
+#[inline]
 fn table_mean(tables: &[Vec4], header: Vec4, [a, b]: [f32; 2]) -> Vec4 {
-    let table = &tables[header.x as usize..];
+    let table = &tables[header.x as usize..][..2 * (CELLS + 1)];
     let (a, b) = ((a - header.z) * header.w, (b - header.z) * header.w);
-    let spread = (0.5 * (LEAST_CELLS - (b - a).abs())).max(0.0);
-    let (low, high) = (a.min(b) - spread, a.max(b) + spread);
-    (integral_to(table, high) - integral_to(table, low)) / (high - low)
+    if (b - a).abs() < LEAST_CELLS {
+        return entry(table, 0.5 * (a + b));
+    }
+    (integral_to(table, b) - integral_to(table, a)) / (b - a)
 }
 
 /// What a body does over a piece: (albedo times extinction, extinction), means over the piece.
 fn part_along(media: &MixedMedia<'_>, part: &Part, piece: &Piece<'_>) -> Vec4 {
     let [density, color, _, modulation] = part.fields.map(|field| field as usize);
-    let (ray, [from, to]) = inside(&media.mixture.fields[density], piece);
-    if to <= from {
+    let (ends, share) = inside(&media.mixture.fields[density], piece);
+    if share == 0.0 {
         return Vec4::ZERO;
     }
-    let share = (to - from) / (2.0 * piece.half);
-    let sample = |t: f32| sample_density(&media.grids[density], ray.at(t));
+    let grid = &media.grids[density];
     let classified = if part.transfer.y > 0.0 {
-        table_mean(&media.mixture.tables, part.transfer, [sample(from), sample(to)])
+        let values = ends.map(|end| sample_density(grid, end));
+        table_mean(&media.mixture.tables, part.transfer, values)
     } else {
-        Vec4::splat(sample((from + to) * 0.5))
+        Vec4::splat(middle(grid, ends))
     };
+    if classified.w == 0.0 {
+        return Vec4::ZERO;
+    }
     let mut extinction = part.strength.x * share;
     if modulation > 0 {
         extinction *= field_value(media, modulation - 1, piece);
@@ -117,12 +152,11 @@ pub fn mixture_emission(media: &MixedMedia<'_>, piece: &Piece<'_>) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for part in media.mixture.parts.iter().filter(|part| part.fields[2] > 0) {
         let field = part.fields[2] as usize - 1;
-        let (ray, [from, to]) = inside(&media.mixture.fields[field], piece);
-        if to > from {
-            let sample = |t: f32| sample_density(&media.grids[field], ray.at(t));
-            let ends = [sample(from), sample(to)];
-            let mean = table_mean(&media.mixture.tables, part.emission, ends);
-            sum += mean.truncate() * (part.strength.y * (to - from) / (2.0 * piece.half));
+        let (ends, share) = inside(&media.mixture.fields[field], piece);
+        if share > 0.0 {
+            let values = ends.map(|end| sample_density(&media.grids[field], end));
+            let mean = table_mean(&media.mixture.tables, part.emission, values);
+            sum += mean.truncate() * (part.strength.y * share);
         }
     }
     sum

@@ -42,11 +42,8 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
         let extent = exit - enter;
         let voxels = extent * ray.direction.length();
         let count = step_count(voxels, SLABS_PER_VOXEL, frame.steps[0], frame.steps[1]);
-        let samples = samples_over(&ray, extent / count as f32);
-        // A fit keeps no slab that it does not need: each sample may as well be one.
-        let [count, samples] =
-            if frame.slices.z > 0.0 { [count * samples, 1] } else { [count, samples] };
-        return Slabs { step: extent / count as f32, last: count, samples, ..none };
+        let step = extent / count as f32;
+        return Slabs { step, last: count, samples: samples_over(&ray, step), ..none };
     }
     // How much longer a way along this ray is than along the axis.
     let direction =

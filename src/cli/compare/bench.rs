@@ -13,7 +13,7 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::{Progress, Silent};
 use crate::reference::{Extinction, TexelProfile};
-use crate::scene::{LightView, Scene};
+use crate::scene::{Beam, LightView, Scene};
 use crate::settings::Settings;
 use crate::shadow::{Map, ShadowMap};
 
@@ -24,12 +24,21 @@ const CURVE_POINTS: usize = 160;
 pub(super) struct Bench<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
-    pub view: LightView,
-    pub points: Points,
-    frame: Frame,
+    /// One map each.
+    parts: Vec<Part>,
     picture: TruePicture,
     pub true_image: Image,
     window: u32,
+}
+
+/// A beam whose truth is known.
+struct Part {
+    beam: Beam,
+    /// Its channel and light, among several.
+    label: Option<String>,
+    view: LightView,
+    points: Points,
+    frame: Frame,
 }
 
 /// What one method comes to.
@@ -42,8 +51,10 @@ pub(super) struct Row {
     /// Seconds until the first lookup is answered.
     pub build_seconds: f64,
     pub lookup_nanoseconds: f64,
-    /// In the order of [`Place::ALL`].
+    /// In the order of [`Place::ALL`], of all beams together.
     pub errors: [Errors; 4],
+    /// Those of each beam by its name, if there are several.
+    pub channels: Vec<(String, [Errors; 4])>,
     pub image: Image,
     pub difference: Difference,
     /// Where it errs most on a texel's central ray.
@@ -81,57 +92,98 @@ impl<'a> Bench<'a> {
         [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let view = LightView::fit(scene.light(), &scene.media)?;
-        let (frame, size) = (Frame::with_light_view(scene, settings, &view)?, settings.map_size);
-        let points = Points::draw(scene, &view, size, &Place::ALL, [count, seed], progress);
-        let exact = ExactPoints(ExactTexels::new(scene, &view, settings.map_size));
-        let true_image = CpuBackend.march_view_through(&scene.media, &frame, &exact, progress);
+        let (beams, size) = (scene.beams(), settings.map_size);
+        let [width, height] = settings.image_size;
+        let mut true_image = Image::filled(width, height, [0.0; 4]);
+        let mut parts = Vec::new();
+        for beam in &beams {
+            let own = &beam.scene;
+            let view = LightView::fit(own.light(), &own.media)?;
+            let frame = Frame::with_light_view(own, settings, &view)?;
+            let points = Points::draw(own, &view, size, &Place::ALL, [count, seed], progress);
+            let exact = ExactPoints(ExactTexels::new(own, &view, size));
+            let seen = CpuBackend.march_view_through(&own.media, &frame, &exact, progress);
+            beam.add(&seen, &mut true_image);
+            let label = beam.label(&beams);
+            parts.push(Part { beam: beam.clone(), label, view, points, frame });
+        }
         let picture = TruePicture::new(&true_image, settings.exposure as f32);
         let (window, _) = settings.filter.window();
-        Ok(Self { scene, settings, view, points, frame, picture, true_image, window })
+        Ok(Self { scene, settings, parts, picture, true_image, window })
     }
 
-    /// Builds and measures the map of `method`.
+    /// The points that maps are asked at, of each beam as many.
+    pub(super) fn points(&self) -> &Points {
+        &self.parts[0].points
+    }
+
+    /// Builds and measures the maps of `method`.
     pub(super) fn measure(&self, method: &Method) -> Result<Row> {
-        let begun = Instant::now();
-        let map: Map = CpuBackend.map(self.scene, &method.settings(self.settings), &Silent)?;
-        map.texel_transmittance(0, 0, 0.0);
-        let build_seconds = begun.elapsed().as_secs_f64();
-        let lookup_nanoseconds = lookup_time(&map, &self.points, self.window);
-        Ok(Row { build_seconds, lookup_nanoseconds, ..self.row(&method.label, &map) })
+        let settings = method.settings(self.settings);
+        let (mut maps, mut build_seconds, mut lookup_nanoseconds) = (Vec::new(), 0.0, 0.0);
+        for part in &self.parts {
+            let begun = Instant::now();
+            let map: Map = CpuBackend.map(&part.beam.scene, &settings, &Silent)?;
+            map.texel_transmittance(0, 0, 0.0);
+            build_seconds += begun.elapsed().as_secs_f64();
+            lookup_nanoseconds += lookup_time(&map, &part.points, self.window);
+            maps.push(map);
+        }
+        let maps: Vec<&dyn ShadowMap> = maps.iter().map(|map| map as &dyn ShadowMap).collect();
+        Ok(Row { build_seconds, lookup_nanoseconds, ..self.row(&method.label, &maps) })
     }
 
-    /// What the map's resolution alone costs: exact transmittance of every texel, filtered.
+    /// What the maps' resolution alone costs: exact transmittance of every texel, filtered.
     pub(super) fn floor(&self) -> Row {
-        let exact = ExactTexels::new(self.scene, &self.view, self.settings.map_size);
+        let size = self.settings.map_size;
+        let exact: Vec<_> = self.parts.iter().map(|part| part.exact(size)).collect();
+        let exact: Vec<&dyn ShadowMap> = exact.iter().map(|map| map as &dyn ShadowMap).collect();
         self.row("exact texels", &exact)
     }
 
-    fn row(&self, label: &str, map: &dyn ShadowMap) -> Row {
-        let errors = Place::ALL.map(|place| self.points.errors(place, map, self.window));
-        let media = &self.scene.media;
-        let image = CpuBackend.march_view_through(media, &self.frame, map, &Silent);
+    fn row(&self, label: &str, maps: &[&dyn ShadowMap]) -> Row {
+        let [width, height] = self.settings.image_size;
+        let mut image = Image::filled(width, height, [0.0; 4]);
+        let (mut each, mut worst) = (Vec::new(), None::<Curve>);
+        for (part, &map) in self.parts.iter().zip(maps) {
+            each.push(Place::ALL.map(|place| part.points.errors(place, map, self.window)));
+            let media = &part.beam.scene.media;
+            let seen = CpuBackend.march_view_through(media, &part.frame, map, &Silent);
+            part.beam.add(&seen, &mut image);
+            let curve = part.points.worst(map).map(|sample| self.curve(part, map, sample));
+            let worse = |a: &Curve, b: &Curve| a.error() < b.error();
+            worst = match (worst, curve) {
+                (Some(a), Some(b)) => Some(if worse(&a, &b) { b } else { a }),
+                (a, b) => a.or(b),
+            };
+        }
+        let errors = Place::ALL.map(|place| {
+            let of_place: Vec<Errors> = each.iter().map(|errors| errors[place as usize]).collect();
+            Errors::together(&of_place)
+        });
+        let names = self.parts.iter().filter_map(|part| part.label.clone());
         Row {
             label: label.to_owned(),
-            bytes: map.bytes(),
+            bytes: maps.iter().map(|map| map.bytes()).sum(),
             texels: u64::from(self.settings.map_size).pow(2),
             build_seconds: 0.0,
             lookup_nanoseconds: 0.0,
             errors,
+            channels: names.zip(each).collect(),
             difference: self.picture.difference(&image),
             image,
-            worst: self.points.worst(map).map(|sample| self.curve(map, sample)),
+            worst,
         }
     }
 
     /// The whole ray of a sample.
-    fn curve(&self, map: &dyn ShadowMap, sample: Sample) -> Curve {
+    fn curve(&self, part: &Part, map: &dyn ShadowMap, sample: Sample) -> Curve {
         let [u, v, depth] = sample.place;
         let n = self.settings.map_size;
         let texel = [u, v].map(|c| ((c * n as f32) as u32).min(n - 1));
         let center = texel.map(|i| (f64::from(i) + 0.5) / f64::from(n));
-        let exact = Extinction::of(&self.scene.media);
-        let trace = |depths: &[f64]| TexelProfile::trace(&exact, &self.view, center, depths);
+        let exact = Extinction::of(&part.beam.scene.media);
+        let trace = |depths: &[f64]| TexelProfile::trace(&exact, &part.view, center, depths);
         let [enter, exit] = trace(&[]).extent;
         let margin = 0.04 * (exit - enter);
         let step = (exit - enter + 2.0 * margin) / (CURVE_POINTS - 1) as f64;
@@ -148,5 +200,17 @@ impl<'a> Bench<'a> {
             extent: [enter, exit],
             points: points.collect(),
         }
+    }
+}
+
+impl Part {
+    fn exact(&self, size: u32) -> ExactTexels<'_> {
+        ExactTexels::new(&self.beam.scene, &self.view, size)
+    }
+}
+
+impl Curve {
+    fn error(&self) -> f64 {
+        (self.found - self.truth).abs()
     }
 }

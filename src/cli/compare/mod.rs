@@ -23,7 +23,7 @@ use super::print;
 use crate::accuracy::largest_optical_depth;
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
-use crate::scene::{LightKind, LightView, Scene};
+use crate::scene::{Beam, LightKind, LightView, Scene};
 use crate::settings::Filter;
 use bench::{Bench, Row};
 use methods::Method;
@@ -111,8 +111,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     methods::check_filter(&job.settings)?;
     let folder = PendingFolder::create(&path, &FILES)?;
     let settings = job.settings.clone();
-    let view = LightView::fit(job.scene.light(), &job.scene.media)?;
-    let mut deepest = largest_optical_depth(&job.scene, &view, settings.map_size);
+    let mut deepest = 0.0;
+    for Beam { scene, .. } in job.scene.beams() {
+        let view = LightView::fit(scene.light(), &scene.media)?;
+        deepest = f64::max(deepest, largest_optical_depth(&scene, &view, settings.map_size));
+    }
     if let Some(depth) = arguments.depth {
         let scale = depth / deepest;
         if !(scale.is_finite() && scale > 0.0) {

@@ -17,7 +17,7 @@ pub(super) fn json(findings: &Findings<'_>) -> String {
     let Findings { bench, about, .. } = findings;
     let settings = bench.settings;
     let methods: Vec<Json> = findings.rows.iter().map(row).collect();
-    let points = Place::ALL.map(|place| (place.name(), bench.points.of(place).len()));
+    let points = Place::ALL.map(|place| (place.name(), bench.points().of(place).len()));
     let points: serde_json::Map<String, Json> =
         points.into_iter().map(|(name, count)| (name.to_owned(), count.into())).collect();
     let object = json!({
@@ -44,8 +44,14 @@ pub(super) fn json(findings: &Findings<'_>) -> String {
 }
 
 fn row(row: &Row) -> Json {
-    let errors: serde_json::Map<String, Json> =
-        Place::ALL.iter().map(|&place| (place.name().to_owned(), errors(row.at(place)))).collect();
+    let by_place = |all: &[Errors; 4]| -> Json {
+        let each = Place::ALL.into_iter().zip(all);
+        each.map(|(place, own)| (place.name().to_owned(), errors(own)))
+            .collect::<serde_json::Map<String, Json>>()
+            .into()
+    };
+    let channels: serde_json::Map<String, Json> =
+        row.channels.iter().map(|(name, own)| (name.clone(), by_place(own))).collect();
     let worst = row.worst.as_ref().map(|curve| {
         json!({
             "texel": curve.texel,
@@ -60,7 +66,8 @@ fn row(row: &Row) -> Json {
         "bytes_per_texel": number(row.bytes_per_texel()),
         "build_seconds": number(row.build_seconds),
         "lookup_nanoseconds": number(row.lookup_nanoseconds),
-        "errors": errors,
+        "errors": by_place(&row.errors),
+        "channels": channels,
         "picture": {
             "psnr": number(row.difference.psnr),
             "ssim": number(row.difference.ssim),
@@ -89,13 +96,20 @@ pub(super) fn csv(findings: &Findings<'_>) -> String {
             let _ = write!(text, ",{}_{measure}", place.name());
         }
     }
-    text.push_str(",psnr,ssim,flip\n");
+    text.push_str(",psnr,ssim,flip");
+    for (name, _) in &findings.floor.channels {
+        for place in Place::ALL {
+            let _ = write!(text, ",{name}_{}_rms", place.name());
+        }
+    }
+    text.push('\n');
     for row in std::iter::once(&findings.floor).chain(&findings.rows) {
         let numbers = [row.bytes_per_texel(), row.build_seconds, row.lookup_nanoseconds];
         let errors = row.errors.iter().flat_map(|e| [e.rms, e.bias, e.p999, e.max, e.visible]);
         let picture = [row.difference.psnr, row.difference.ssim, row.difference.flip];
         let _ = write!(text, "{},{}", row.label, row.bytes);
-        for number in numbers.into_iter().chain(errors).chain(picture) {
+        let channels = row.channels.iter().flat_map(|(_, errors)| errors.map(|e| e.rms));
+        for number in numbers.into_iter().chain(errors).chain(picture).chain(channels) {
             let _ = write!(text, ",{number}");
         }
         text.push('\n');

@@ -77,6 +77,28 @@ pub(super) fn of_place(findings: &Findings<'_>, place: Place) -> String {
     table(&format!("Errors: {}", place.name()), &[], &columns, findings)
 }
 
+/// RMS errors of each channel or light on its own; nothing where there is only one.
+pub(super) fn of_channels(findings: &Findings<'_>) -> String {
+    let names = findings.floor.channels.iter().map(|(name, _)| name.as_str());
+    let groups: Vec<(&str, u32)> = std::iter::once(("", 1)).chain(names.map(|n| (n, 4))).collect();
+    let count = groups.len() - 1;
+    if count == 0 {
+        return String::new();
+    }
+    let columns: Vec<Column> = (0..count)
+        .flat_map(|channel| {
+            Place::ALL.map(|place| {
+                let rms = move |row: &Row| {
+                    row.channels.get(channel).map(|(_, errors)| errors[place as usize].rms)
+                };
+                column(place.name(), rms, error, Best::Least)
+            })
+        })
+        .collect();
+    let html = table("RMS errors by channel", &groups, &columns, findings);
+    format!("<h3 id=\"channels\">channels</h3><p>Each has a map of its own.</p>{html}")
+}
+
 fn column(
     head: &'static str,
     value: impl Fn(&Row) -> Option<f64> + 'static,

@@ -116,12 +116,7 @@ fn emission(
         let why = format!("{low}, {high} do not rise");
         return Err(Error::value("volume.emission.range", why));
     }
-    let named_temperature = table.grid.as_ref().is_some_and(|name| name.contains("temperature"));
-    let colors = match &table.colors {
-        Some(name) => name,
-        None if named_temperature => "blackbody",
-        None => "fire",
-    };
+    let colors = table.colors.as_deref().unwrap_or("blackbody");
     let ramp = if colors == "blackbody" {
         let kelvin = table.kelvin.unwrap_or_else(|| {
             let kelvin = if high > LEAST_KELVIN { [low.max(1.0), high] } else { KELVIN };
