@@ -23,34 +23,9 @@ fn kept_node(k: u32) -> vec2<f32> {
     return nodes[list.first + k * list.stride];
 }
 
-// Optical depths of the last two slabs: one waits until the next is known.
-var<private> before: f32;
-var<private> waiting: f32;
-
-// Adds slab i - 1, which waited for the optical depth of slab i.
-fn add_slab(slabs: Slabs, i: u32, next: f32) {
-    let own = waiting;
-    let bends = fitter_bends(before, own, next);
-    before = own;
-    waiting = next;
-    if (i == slabs.first || i > slabs.last || fitter_is_dark()) {
-        return;
-    }
-    let bounds = slab_bounds(slabs, i - 1u);
-    if (!bends) {
-        if (own > 0.0) {
-            fitter_add(bounds, own);
-        }
-        return;
-    }
-    let part = (bounds.y - bounds.x) / f32(CUTS);
-    let samples = (slabs.samples + CUTS - 1u) / CUTS;
-    for (var k: u32 = 0u; k < CUTS; k++) {
-        let cut = bounds.x + vec2<f32>(f32(k), f32(k + 1u)) * part;
-        let cut_depth = ray_optical_depth(slabs, cut, samples);
-        if (cut_depth > 0.0) {
-            fitter_add(cut, cut_depth);
-        }
+fn add_slab(slabs: Slabs, i: u32, optical_depth: f32) {
+    if (i < slabs.last && optical_depth > 0.0 && !fitter_is_dark()) {
+        fitter_add(slab_bounds(slabs, i), optical_depth);
     }
 }
 
@@ -71,8 +46,6 @@ fn trace_slices(
     let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.sizes.w);
     let slabs = slabs_of(at.x, at.y);
     fitter_start(frame.slices.z);
-    before = 0.0;
-    waiting = 0.0;
     for (var i = slabs.first; i < slabs.last && !fitter_is_dark(); i += 4u) {
         let optical_depths = four_optical_depths(slabs, i);
         // Written out: reading a vector at a place that is not constant costs a fifth of the pass.
@@ -80,10 +53,6 @@ fn trace_slices(
         add_slab(slabs, i + 1u, optical_depths.y);
         add_slab(slabs, i + 2u, optical_depths.z);
         add_slab(slabs, i + 3u, optical_depths.w);
-    }
-    // Fours that come out even leave the last slab waiting.
-    if ((slabs.last - slabs.first) % 4u == 0u) {
-        add_slab(slabs, slabs.last, 0.0);
     }
     fitter_finish();
 

@@ -8,6 +8,7 @@ mod backends;
 mod certify;
 mod cli;
 mod colour;
+mod colour_program;
 mod compare;
 mod convert;
 mod embedding;

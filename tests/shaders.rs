@@ -180,8 +180,6 @@ fn constants_are_the_same_on_both_sides() {
         ("FIT_SHARE", one(fitting::FIT_SHARE)),
         ("LEAST_ROOM", one(fitting::LEAST_ROOM)),
         ("BEND", one(fitting::BEND)),
-        ("MOST_BEND", one(fitting::MOST_BEND)),
-        ("CUTS", vec![f64::from(fitting::CUTS)]),
         ("LOWEST_SHARE", one(fitting::LOWEST_SHARE)),
         ("DARK_SHARE", one(fitting::DARK_SHARE)),
         ("MOST_POINTS", one(fitting::MOST_POINTS)),

@@ -4,11 +4,9 @@
 // gives back the k-th.
 
 const POINT_SPACING: f32 = 0.25;
-const FIT_SHARE: f32 = 0.86;
+const FIT_SHARE: f32 = 0.82;
 const LEAST_ROOM: f32 = 0.25;
 const BEND: f32 = 0.125;
-const MOST_BEND: f32 = 0.04;
-const CUTS: u32 = 4u;
 const LOWEST_SHARE: f32 = 0.25;
 const DARK_SHARE: f32 = 0.1;
 const MOST_POINTS: f32 = 256.0;
@@ -40,14 +38,6 @@ fn fitter_start(tolerance: f32) {
     let held = tolerance * FIT_SHARE;
     let dark = -log(max(held * DARK_SHARE, SMALLEST));
     fitter = Fitter(held, dark, false, vec2<f32>(0.0), slopes, vec2<f32>(0.0), 0.0, 0.0);
-}
-
-// Whether a slab behind the last one errs too much itself: optical depths of the slab before, of itself
-// and of the next, all as long.
-fn fitter_bends(before: f32, own: f32, next: f32) -> bool {
-    let change = max(abs(own - before), abs(next - own));
-    return change * BEND * exp(-fitter.last.y) > fitter.tolerance * MOST_BEND
-        && fitter.tolerance > 0.0;
 }
 
 // Adds a fragment from depth bounds.x to bounds.y, not in front of the one before.

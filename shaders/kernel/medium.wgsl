@@ -21,13 +21,15 @@ fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     var narrow = g;
     var through = transmittance;
     var sum = phase(g, cosine) * through;
+    var shares: f32 = 1.0;
     for (var i: u32 = 0u; i < count; i++) {
         share *= 0.5;
         narrow *= 0.5;
         through = sqrt(through);
         sum += share * phase(narrow, cosine) * through;
+        shares += share;
     }
-    return sum;
+    return sum / shares;
 }
 
 // What two steps of a ray add to a picture: where to sample the light for each of them, or for both

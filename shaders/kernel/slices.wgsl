@@ -57,14 +57,10 @@ fn slab_bounds(slabs: Slabs, i: u32) -> vec2<f32> {
 
 // Optical depth of slab i, by midpoints.
 fn slab_optical_depth(slabs: Slabs, i: u32) -> f32 {
-    return ray_optical_depth(slabs, slab_bounds(slabs, i), slabs.samples);
-}
-
-// Optical depth of the slabs' ray between two depths, by as many midpoints.
-fn ray_optical_depth(slabs: Slabs, bounds: vec2<f32>, samples: u32) -> f32 {
-    let step = max(bounds.y - bounds.x, 0.0) / f32(samples);
+    let bounds = slab_bounds(slabs, i);
+    let step = max(bounds.y - bounds.x, 0.0) / f32(slabs.samples);
     var sum: f32 = 0.0;
-    for (var s: u32 = 0u; s < samples; s++) {
+    for (var s: u32 = 0u; s < slabs.samples; s++) {
         sum += density_along(slabs.ray, bounds.x + (f32(s) + 0.5) * step, 0.5 * step);
     }
     return sum * step * frame.domain_min.w;

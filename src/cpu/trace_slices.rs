@@ -4,10 +4,10 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::kernel::fitting::{CUTS, Fitter};
+use crate::kernel::fitting::Fitter;
 use crate::kernel::fragments::Node;
 use crate::kernel::media::Sampler;
-use crate::kernel::slices::{ray_optical_depth, slab_bounds, slab_optical_depth, slabs_of};
+use crate::kernel::slices::{slab_bounds, slab_optical_depth, slabs_of};
 use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Runs, truncate};
@@ -51,12 +51,6 @@ pub(super) fn by_rows<T: Copy + Default + Send>(
     Ok(all)
 }
 
-/// A slab cut into equal parts.
-fn parts([front, back]: [f32; 2]) -> impl Iterator<Item = [f32; 2]> {
-    let length = (back - front) / CUTS as f32;
-    (0..CUTS).map(move |i| [front + i as f32 * length, front + (i + 1) as f32 * length])
-}
-
 /// One texel's nodes, in place of what `nodes` held.
 pub(super) fn trace_texel(
     sampler: &Sampler<'_>,
@@ -68,32 +62,17 @@ pub(super) fn trace_texel(
     let slabs = slabs_of(frame, u, v);
     let mut fitter = Fitter::new(tolerance);
     nodes.clear();
-    let optical_depth_of = |i: u32| {
-        if i < slabs.last { slab_optical_depth(sampler, frame, &slabs, i) } else { 0.0 }
-    };
-    let mut around = [0.0, 0.0, optical_depth_of(slabs.first)];
     for i in slabs.first..slabs.last {
-        around = [around[1], around[2], optical_depth_of(i + 1)];
         let bounds = slab_bounds(&slabs, i);
         if bounds[1] <= bounds[0] {
             continue;
         }
-        let bends = fitter.bends(around);
-        let mut add = |bounds, optical_depth| {
-            if optical_depth > 0.0 {
-                fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
+        let optical_depth = slab_optical_depth(sampler, frame, &slabs, i);
+        if optical_depth > 0.0 {
+            fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
+            if fitter.is_dark() {
+                break;
             }
-        };
-        if bends {
-            let samples = slabs.samples.div_ceil(CUTS);
-            for part in parts(bounds) {
-                add(part, ray_optical_depth(sampler, frame, &slabs.ray, part, samples));
-            }
-        } else {
-            add(bounds, around[1]);
-        }
-        if fitter.is_dark() {
-            break;
         }
     }
     fitter.finish(&mut |node| nodes.push(node));

@@ -7,27 +7,23 @@
 //! [`POINT_SPACING`] in optical depth. At an extremum inside a piece the second derivative of the
 //! difference of the two exponentials is at most `POINT_SPACING` squared times the difference times the
 //! ratio of the two transmittances, which is kept below 4, so the difference exceeds its ends by some
-//! percent at most: [`FIT_SHARE`] takes that off the tolerance.
+//! percent at most: [`FIT_SHARE`] takes that off the tolerance, and as much again for the samples in slabs.
 //!
 //! And slabs err themselves: in one, optical depth is taken to be linear. Where extinction changes from
 //! the slab before, by that change times an eighth of the slab's length at most if it changes evenly. The fit
-//! leaves room for as much, so that the tolerance holds against the medium and not only against its slabs;
-//! a slab that would take more than [`MOST_BEND`] of it is better cut ([`Fitter::bends`]).
+//! leaves room for as much, down to [`LEAST_ROOM`], so that the tolerance holds against the medium and not
+//! only against its slabs.
 
 use super::fragments::Node;
 
 /// Optical depth between points that a fit is held to, at most.
 pub const POINT_SPACING: f32 = 0.25;
 /// Share of the tolerance that holds at the points.
-pub const FIT_SHARE: f32 = 0.86;
+pub const FIT_SHARE: f32 = 0.82;
 /// Share of the tolerance that is left to the fit however much slabs err.
 pub const LEAST_ROOM: f32 = 0.25;
 /// Error of a line through a parabola, as a share of how much its slope changes times its length.
 pub const BEND: f32 = 0.125;
-/// Share of the tolerance that a slab may err itself before it is cut.
-pub const MOST_BEND: f32 = 0.04;
-/// Parts of a slab that is cut.
-pub const CUTS: u32 = 4;
 /// Lowest transmittance of a fit, as a share of the true one.
 pub const LOWEST_SHARE: f32 = 0.25;
 /// Share of the tolerance below which transmittance counts as zero: what follows is left out.
@@ -68,14 +64,6 @@ impl Fitter {
         let (anchor, slopes) = (Node::default(), [0.0, STEEPEST]);
         let (extinction, bend) = (0.0, 0.0);
         Self { tolerance, dark, anchor, slopes, last: anchor, extinction, bend, begun: false }
-    }
-
-    /// Whether a slab behind the last one errs too much itself: `optical_depths` of the slab before, of
-    /// itself and of the next, all as long.
-    pub fn bends(&self, [before, own, next]: [f32; 3]) -> bool {
-        let change = (own - before).abs().max((next - own).abs());
-        let through = (-self.last.optical_depth).exp();
-        change * BEND * through > self.tolerance * MOST_BEND && self.tolerance > 0.0
     }
 
     /// Adds a fragment from depth `front` to `back` (equal for a surface), not in front of the one

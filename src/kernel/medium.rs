@@ -24,18 +24,20 @@ pub fn phase(g: f32, cosine: f32) -> f32 {
 
 /// Light scattered into an angle of the given cosine behind `transmittance`, per steradian, with `count`
 /// octaves more (Wrenninge, Kulla and Lundqvist 2013): each carries half of the light of the one before,
-/// through the square root of its transmittance, with half of its mean cosine. It looks like light that
-/// was scattered more than once; no energy is accounted for.
+/// through the square root of its transmittance, with half of its mean cosine. Here their shares add up to
+/// 1, so that what lies in the light keeps its brightness. It looks like light that was scattered more than
+/// once; no energy is accounted for.
 pub fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     let (mut share, mut g, mut through) = (1.0, g, transmittance);
-    let mut sum = phase(g, cosine) * through;
+    let (mut sum, mut shares) = (phase(g, cosine) * through, 1.0);
     for _ in 0..count {
         share *= 0.5;
         g *= 0.5;
         through = through.sqrt();
         sum += share * phase(g, cosine) * through;
+        shares += share;
     }
-    sum
+    sum / shares
 }
 
 /// What two steps of a ray add to a picture: where to sample the light for each of them, or for both at
