@@ -50,6 +50,11 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
     }
 }
 
+/// The inverse of the sRGB transfer curve, for values in 0..1.
+pub fn linear_from_srgb(encoded: f64) -> f64 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
 fn quantised(value: f32) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0).round() as u8
 }

@@ -37,10 +37,7 @@ pub(super) struct SourceArguments {
     #[arg(long, value_name = "X", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Volume")]
     pub density_scale: Option<f64>,
 
-    /// Colour and opacity over density: a name (grey, smoke, cloud, fire, bone, tissue, viridis, plasma,
-    /// inferno, magma, turbo, coolwarm, stained-glass), auto, or a file (ParaView's JSON, or lines of
-    /// value r g b opacity).
-    #[arg(long, value_name = "NAME|FILE", help_heading = "Volume")]
+    #[arg(long, value_name = "NAME|FILE", help = transfer_help(), help_heading = "Volume")]
     pub transfer: Option<String>,
     /// Grid whose values glow (temperature, flame), or density for the densities themselves.
     #[arg(long, value_name = "GRID", help_heading = "Volume")]
@@ -285,6 +282,14 @@ fn map_help() -> String {
         "Kind of shadow map: fragments (lists within a tolerance; GPUs take it by default), threshold \
          (four numbers a texel; processors do), or, on the CPU, one to compare with them. All: {}",
         MapKind::names()
+    )
+}
+
+fn transfer_help() -> String {
+    format!(
+        "Colour and opacity over density: a name ({}), auto, or a file (ParaView's JSON, or lines of \
+         value r g b opacity)",
+        transfer::PRESETS.map(|(name, _)| name).join(", ")
     )
 }
 

@@ -135,7 +135,7 @@ impl View<'_> {
         let extinction_half = frame.domain_min.w * (0.5 * steps.step);
         let quarter = 0.25 * steps.step;
         let parallel = frame.light_position.w == 0.0;
-        let emits = self.sampler.emits();
+        let emits = frame.counts[3] == 1;
         let mut light = arriving(frame, ray, ray.origin);
         let mut through = 1.0;
         for i in (0..steps.count).step_by(2) {

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::histogram::Histogram;
 use super::load::{load_color, load_volume};
 use crate::error::{Error, Result};
 use crate::scene::automatic::{Ingredients, window};
@@ -56,13 +57,13 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
         }
         Some(Choice::Automatic { range }) => {
             let range = range.unwrap_or_else(|| over(&volume));
-            let function = transfer::automatic(&histogram(&volume, range), range);
+            let function = transfer::automatic(&histogram(&volume, range).counts, range);
             notes.push(format!("transfer function of {} points (chosen)", function.points().len()));
             Some(function)
         }
     };
     let modulation = match &table.transfer {
-        Some(transfer) => modulation(&volume, &transfer::gradient(transfer)?),
+        Some(table) => transfer::gradient(table)?.map(|function| modulation(&volume, &function)),
         None => None,
     };
     let color = match &table.color {
@@ -110,31 +111,16 @@ fn over(volume: &Volume) -> [f64; 2] {
     [0.0, if largest > 0.0 { largest } else { 1.0 }]
 }
 
-/// How many voxels have densities in each of equal bins of a range.
-fn histogram(volume: &Volume, [low, high]: [f64; 2]) -> Vec<u64> {
-    let mut counts = vec![0; BINS];
-    let scale = BINS as f64 / (high - low);
-    for &value in volume.values() {
-        let bin = (f64::from(value) - low) * scale;
-        if (0.0..=BINS as f64).contains(&bin) {
-            counts[(bin as usize).min(BINS - 1)] += 1;
-        }
-    }
-    counts
+/// The densities of a volume that lie in a range, counted.
+fn histogram(volume: &Volume, range: [f64; 2]) -> Histogram {
+    let mut histogram = Histogram::new(range, BINS);
+    let [low, high] = range;
+    let held = volume.values().iter().filter(|&&value| (low..=high).contains(&f64::from(value)));
+    held.for_each(|&value| histogram.add(value, 1));
+    histogram
 }
 
-/// A factor on extinction from pairs of (share of the steepest gradient, factor); none without pairs.
-fn modulation(volume: &Volume, pairs: &[[f64; 2]]) -> Option<Volume> {
-    let (first, last) = (pairs.first()?, pairs.last()?);
-    let factor = |steepness: f32| {
-        let at = f64::from(steepness);
-        let next = pairs.partition_point(|pair| pair[0] <= at);
-        let factor = match (next.checked_sub(1).map(|i| pairs[i]), pairs.get(next)) {
-            (None, _) => first[1],
-            (_, None) => last[1],
-            (Some(a), Some(b)) => a[1] + (b[1] - a[1]) * (at - a[0]) / (b[0] - a[0]),
-        };
-        factor as f32
-    };
-    Some(volume.gradient_magnitude().mapped(factor))
+/// A factor on extinction from a function of how steep densities are.
+fn modulation(volume: &Volume, function: &TransferFunction) -> Volume {
+    volume.gradient_magnitude().mapped(|steepness| function.at(steepness.into()).1 as f32)
 }

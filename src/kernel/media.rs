@@ -39,11 +39,6 @@ impl<'a> Sampler<'a> {
             None => Self::Mixed(Box::new(MixedMedia::of(media))),
         }
     }
-
-    /// Whether there is light that needs no light.
-    pub fn emits(&self) -> bool {
-        matches!(self, Self::Mixed(media) if media.emits())
-    }
 }
 
 /// Mean density over a piece of a ray; times the frame's extinction per density it is extinction.

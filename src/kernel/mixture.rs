@@ -22,11 +22,6 @@ impl<'a> MixedMedia<'a> {
         let grids = mixture.volumes.iter().map(|volume| Density::of(volume)).collect();
         Self { mixture, grids }
     }
-
-    /// Whether a body emits light.
-    pub fn emits(&self) -> bool {
-        self.mixture.parts.iter().any(|part| part.fields[2] > 0)
-    }
 }
 
 /// The part of a piece that lies in a field: the field's indices of its two ends, and its share of the

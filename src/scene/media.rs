@@ -107,13 +107,13 @@ impl Media {
     /// # Errors
     /// If there is none.
     pub fn new(bodies: Vec<Body>) -> Result<Self> {
+        if let [only] = &bodies[..] {
+            return Ok(Self::of(only.volume.clone(), only.medium.clone()));
+        }
         let candidates = bodies.iter().map(|body| common_space(&bodies, body));
         let (world_from_index, domain) = candidates
             .min_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal))
             .ok_or_else(|| Error::value("volume", "a scene needs one"))?;
-        if let [only] = &bodies[..] {
-            return Ok(Self::of(only.volume.clone(), only.medium.clone()));
-        }
         Ok(Self { bodies, world_from_index, domain })
     }
 

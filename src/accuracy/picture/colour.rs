@@ -22,11 +22,6 @@ fn relative_xyz(rgb: [f64; 3]) -> [f64; 3] {
     [xyz[0] / white[0], xyz[1] / white[1], xyz[2] / white[2]]
 }
 
-/// The inverse of the sRGB transfer curve, for values in 0..1.
-pub(super) fn linear_from_srgb(c: f64) -> f64 {
-    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-}
-
 /// Y, Cx, Cz: linear opponent channels.
 pub(super) fn opponent_from_linear(rgb: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = relative_xyz(rgb);

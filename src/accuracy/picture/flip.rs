@@ -5,8 +5,9 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-use super::colour::{hunt_lab, linear_from_opponent, linear_from_srgb, opponent_from_linear};
+use super::colour::{hunt_lab, linear_from_opponent, opponent_from_linear};
 use super::plane::{Plane, gaussian};
+use crate::image::linear_from_srgb;
 
 /// Pixels to a degree of vision: 0.7 m from a screen 0.7 m wide with 3840 pixels.
 pub const PIXELS_PER_DEGREE: f64 = 67.020_643_276_582_26;

@@ -56,12 +56,8 @@ pub(super) fn medium(
     choices: &mut Choices,
 ) -> Result<Medium> {
     let volume = &own.volume;
-    let density_scale = match table.density_scale {
-        Some(scale) if (0.0..1e30).contains(&scale) => scale,
-        Some(scale) => {
-            let why = format!("{scale} is not between 0 and 1e30");
-            return Err(Error::value("volume.density_scale", why));
-        }
+    let density_scale = match in_range("volume.density_scale", table.density_scale)? {
+        Some(scale) => scale,
         None => {
             let scale = match &own.transfer {
                 Some(function) => scale_for(&classified(volume, function), light, OPTICAL_DEPTH),
@@ -89,6 +85,16 @@ pub(super) fn medium(
     };
     let Ingredients { transfer, color, modulation, .. } = own.clone();
     Ok(Medium { density_scale, tint, albedo, phase_g, transfer, color, modulation, emission })
+}
+
+/// A scale that was given, if it is one.
+fn in_range(what: &str, given: Option<f64>) -> Result<Option<f64>> {
+    match given {
+        Some(scale) if !(0.0..1e30).contains(&scale) => {
+            Err(Error::value(what, format!("{scale} is not between 0 and 1e30")))
+        }
+        given => Ok(given),
+    }
 }
 
 /// The factor that gives the fuller columns of a volume along the light an integral of `wanted`.
@@ -131,12 +137,8 @@ fn emission(
         }
         transfer::preset(colors)?.rescaled([low, high])?
     };
-    let scale = match table.scale {
-        Some(scale) if (0.0..1e30).contains(&scale) => scale,
-        Some(scale) => {
-            let why = format!("{scale} is not between 0 and 1e30");
-            return Err(Error::value("volume.emission.scale", why));
-        }
+    let scale = match in_range("volume.emission.scale", table.scale)? {
+        Some(scale) => scale,
         None => {
             let scale = scale_for(&classified(field, &ramp), light, EMITTED);
             choices.took("emission scale (volume.emission.scale)", digits(scale));

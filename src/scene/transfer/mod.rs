@@ -9,6 +9,7 @@ mod resolve;
 use glam::DVec3;
 
 use crate::error::{Error, Result};
+use crate::image;
 pub use automatic::automatic;
 pub use import::from_file;
 pub use presets::{PRESETS, preset};
@@ -180,11 +181,7 @@ fn too_many(count: usize) -> String {
 
 /// The inverse of the sRGB transfer curve, for channels in 0..1.
 fn linear_from_srgb(channels: [f64; 3]) -> DVec3 {
-    DVec3::from_array(
-        channels.map(|c| {
-            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4).min(1.0) }
-        }),
-    )
+    DVec3::from_array(channels.map(|c| image::linear_from_srgb(c).min(1.0)))
 }
 
 #[cfg(test)]

@@ -80,24 +80,23 @@ fn of_text(file: &Path, text: Option<&str>) -> Result<TransferFunction> {
     from_file(file, text.ok_or_else(missing)?)
 }
 
-/// The points of the table's `gradient`: length of the density's gradient, at least 0 and never
-/// falling, and a factor on opacity, 0..1; none if the table has no such key.
+/// The table's `gradient` as a white function over the length of the density's gradient, as a share of the
+/// steepest: its opacity, 0..1, is a factor on the volume's. None if the table has no such key.
 ///
 /// # Errors
 /// With the number of the point, counted from 1, for what [`TransferFunction::new`] refuses of values
 /// and opacities, and for lengths below 0.
-pub fn gradient(table: &TransferTable) -> Result<Vec<[f64; 2]>> {
+pub fn gradient(table: &TransferTable) -> Result<Option<TransferFunction>> {
     const WHAT: &str = "volume.transfer.gradient";
     let Some(pairs) = &table.gradient else {
-        return Ok(Vec::new());
+        return Ok(None);
     };
     if let Some(at) = pairs.iter().position(|pair| pair[0] < 0.0) {
         let why = format!("point {}: length {} is below 0", at + 1, pairs[at][0]);
         return Err(Error::value(WHAT, why));
     }
     let point = |&[value, opacity]: &[f64; 2]| TransferPoint { value, color: DVec3::ONE, opacity };
-    TransferFunction::named(WHAT, pairs.iter().map(point).collect())?;
-    Ok(pairs.clone())
+    TransferFunction::named(WHAT, pairs.iter().map(point).collect()).map(Some)
 }
 
 #[cfg(test)]
@@ -157,8 +156,9 @@ mod tests {
 
     #[test]
     fn gradients_are_checked() {
-        assert_eq!(gradient(&table("name = 'grey'")).unwrap(), Vec::<[f64; 2]>::new());
-        let pairs = gradient(&table("gradient = [[0, 0], [2, 1]]")).unwrap();
+        assert_eq!(gradient(&table("name = 'grey'")).unwrap(), None);
+        let function = gradient(&table("gradient = [[0, 0], [2, 1]]")).unwrap().unwrap();
+        let pairs: Vec<_> = function.points().iter().map(|p| [p.value, p.opacity]).collect();
         assert_eq!(pairs, [[0.0, 0.0], [2.0, 1.0]]);
         for (text, named) in [
             ("gradient = [[-1, 0]]", "point 1: length -1"),
