@@ -2,6 +2,7 @@
 // to the ground or the background. One thread a pixel.
 #import kernel/light
 #import kernel/medium
+#import kernel/occupancy
 #import kernel/ray
 #import kernel/shadow
 #import kernel/view
@@ -76,7 +77,15 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     var arrives = arriving(ray, ray.origin);
     var light = vec3<f32>(0.0);
     var through: f32 = 1.0;
-    for (var i: u32 = 0u; i < steps.count; i += 4u) {
+    var walk = walk_of(steps.index_ray, steps.enter, steps.step);
+    var next: u32 = 0u;
+    loop {
+        // Steps stay in the same pairs whatever is jumped over.
+        let i = next_step(&walk, next, steps.count) & 0xfffffffeu;
+        if (i >= steps.count) {
+            break;
+        }
+        next = i + 4u;
         let early = four_samples(steps, i);
         let late = four_samples(steps, i + 2u);
         for (var j: u32 = 0u; j < 2u; j++) {

@@ -2,6 +2,7 @@
 // tolerance allows, fitted while marching so that no raw list is ever written. One thread a texel.
 #import kernel/fitting
 #import kernel/fragments
+#import kernel/occupancy
 #import kernel/slices
 #import kernel/tile
 
@@ -46,7 +47,14 @@ fn trace_slices(
     let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.sizes.w);
     let slabs = slabs_of(at.x, at.y);
     fitter_start(frame.slices.z);
-    for (var i = slabs.first; i < slabs.last && !fitter_is_dark(); i += 4u) {
+    var walk = walk_of(slabs.ray, slabs.start, slabs.step);
+    var next = slabs.first;
+    while (!fitter_is_dark()) {
+        let i = next_step(&walk, next, slabs.last);
+        if (i >= slabs.last) {
+            break;
+        }
+        next = i + 4u;
         let optical_depths = four_optical_depths(slabs, i);
         // Written out: reading a vector at a place that is not constant costs a fifth of the pass.
         add_slab(slabs, i, optical_depths.x);

@@ -1,5 +1,8 @@
-// Pass trace_threshold: from the light through every texel of the map. One thread a texel.
+// Pass trace_threshold: from the light through every texel of the map, into its four numbers and the curve
+// that they say. One thread a texel.
+#import kernel/curves
 #import kernel/light
+#import kernel/occupancy
 #import kernel/ray
 #import kernel/threshold
 #import media
@@ -15,31 +18,93 @@ struct LightSteps {
     count: u32,
 }
 
-// Depths where three optical depths are reached, the ray's exit for those that are not, and the
-// optical depth of the whole ray.
-fn march(steps: LightSteps, targets: vec3<f32>) -> vec4<f32> {
-    let extinction_step = frame.domain_min.w * steps.step;
-    var depths = vec3<f32>(steps.exit);
-    var tau: f32 = 0.0;
-    for (var i: u32 = 0u; i < steps.count; i++) {
-        let before = tau;
-        let t = steps.enter + (f32(i) + 0.5) * steps.step;
-        tau += density_along(steps.ray, t, 0.5 * steps.step) * extinction_step;
-        let crossed = (vec3<f32>(before) < targets) & (targets <= vec3<f32>(tau));
-        if (any(crossed)) {
-            let z = steps.enter + vec2<f32>(f32(i), f32(i + 1u)) * steps.step;
-            for (var k: u32 = 0u; k < 3u; k++) {
-                if (crossed[k]) {
-                    let ends = vec2<f32>(before, tau);
-                    depths[k] = crossing_depth(frame.methods.x, z, targets[k], ends);
-                }
-            }
-        }
-    }
-    return vec4<f32>(depths, tau);
+// A ray's optical depth behind equal parts of its steps. They tell where a threshold is crossed without
+// marching the whole ray again.
+const CHECKPOINTS: u32 = 16u;
+// Each thread's own, side by side.
+var<workgroup> checkpoints: array<array<f32, 64>, CHECKPOINTS>;
+
+// Steps between two checkpoints.
+fn stride_of(steps: LightSteps) -> u32 {
+    return 4u * ((steps.count + 4u * CHECKPOINTS - 1u) / (4u * CHECKPOINTS));
 }
 
-fn trace_texel(u: f32, v: f32) -> vec4<f32> {
+// Optical depths of steps i to i + 3, none from `last` on: four samples are under way at once.
+fn four_steps(steps: LightSteps, i: u32, last: u32) -> vec4<f32> {
+    let at = steps.enter + (f32(i) + vec4<f32>(0.5, 1.5, 2.5, 3.5)) * steps.step;
+    let half = 0.5 * steps.step;
+    let densities = vec4<f32>(
+        density_along(steps.ray, at.x, half),
+        density_along(steps.ray, at.y, half),
+        density_along(steps.ray, at.z, half),
+        density_along(steps.ray, at.w, half),
+    );
+    let taken = vec4<u32>(i) + vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(last);
+    return select(vec4<f32>(0.0), densities, taken) * (frame.domain_min.w * steps.step);
+}
+
+// Optical depth of the whole ray; fills the checkpoints.
+fn march(steps: LightSteps, lane: u32) -> f32 {
+    let stride = stride_of(steps);
+    var walk = walk_of(steps.ray, steps.enter, steps.step);
+    var tau: f32 = 0.0;
+    var next: u32 = 0u;
+    for (var k: u32 = 0u; k < CHECKPOINTS; k++) {
+        let last = min((k + 1u) * stride, steps.count);
+        while (tau < LARGEST_OPTICAL_DEPTH) {
+            next = next_step(&walk, next, last);
+            if (next >= last) {
+                break;
+            }
+            let taus = four_steps(steps, next, last);
+            tau = (((tau + taus.x) + taus.y) + taus.z) + taus.w;
+            next = min(next + 4u, last);
+        }
+        checkpoints[k][lane] = tau;
+    }
+    return tau;
+}
+
+// Depth where an optical depth is reached; the ray's exit where it is not.
+fn depth_of(steps: LightSteps, lane: u32, wanted: f32) -> f32 {
+    var k: u32 = 0u;
+    while (k < CHECKPOINTS && checkpoints[k][lane] < wanted) {
+        k++;
+    }
+    if (k == CHECKPOINTS) {
+        return steps.exit;
+    }
+    let stride = stride_of(steps);
+    let last = min((k + 1u) * stride, steps.count);
+    var before: f32 = 0.0;
+    if (k > 0u) {
+        before = checkpoints[k - 1u][lane];
+    }
+    for (var i = k * stride; i < last; i += 4u) {
+        let taus = four_steps(steps, i, last);
+        let a = before + taus.x;
+        let b = a + taus.y;
+        let c = b + taus.z;
+        let d = c + taus.w;
+        if (wanted <= d) {
+            var found = vec3<f32>(f32(i), before, a);
+            if (wanted > c) {
+                found = vec3<f32>(f32(i + 3u), c, d);
+            } else if (wanted > b) {
+                found = vec3<f32>(f32(i + 2u), b, c);
+            } else if (wanted > a) {
+                found = vec3<f32>(f32(i + 1u), a, b);
+            }
+            let z = steps.enter + vec2<f32>(found.x, found.x + 1.0) * steps.step;
+            return crossing_depth(frame.methods.x, z, wanted, found.yz);
+        }
+        before = d;
+    }
+    // Rounding alone kept the sum below it.
+    return steps.enter + f32(last) * steps.step;
+}
+
+fn trace_texel(u: f32, v: f32, lane: u32) -> vec4<f32> {
     let ray = index_ray_of(light_ray(u, v));
     let inside = intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
     if (inside.y <= inside.x) {
@@ -50,22 +115,34 @@ fn trace_texel(u: f32, v: f32) -> vec4<f32> {
     let count = step_count(voxel_lengths, LIGHT_STEPS_PER_VOXEL, frame.steps.x, frame.steps.y);
     let steps = LightSteps(ray, inside.x, inside.y, extent / f32(count), count);
 
-    let marched = march(steps, frame.threshold_depths.xyz);
-    let largest = 1.0 - exp(-marched.w);
-    // Unset channels of the default lookup hold shares of the largest opacity, known only now.
-    if (frame.methods.y == 0u && largest > 0.0 && largest < frame.thresholds.z) {
-        let held = levels(largest, frame.thresholds.xyz);
-        return vec4<f32>(march(steps, -log(1.0 - held)).xyz, largest);
+    let largest = 1.0 - exp(-march(steps, lane));
+    if (largest <= 0.0) {
+        return vec4<f32>(vec3<f32>(inside.y), largest);
     }
-    return vec4<f32>(marched.xyz, largest);
+    var wanted = frame.threshold_depths.xyz;
+    // Unset channels of the default lookup hold shares of the largest opacity.
+    if (frame.methods.y == 0u && largest < frame.thresholds.z) {
+        wanted = -log(1.0 - levels(largest, frame.thresholds.xyz));
+    }
+    return vec4<f32>(
+        depth_of(steps, lane, wanted.x),
+        depth_of(steps, lane, wanted.y),
+        depth_of(steps, lane, wanted.z),
+        largest,
+    );
 }
 
 @compute @workgroup_size(8, 8)
-fn trace_threshold(@builtin(global_invocation_id) id: vec3<u32>) {
+fn trace_threshold(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
     let size = frame.sizes.w;
     if (id.x >= size || id.y >= size) {
         return;
     }
     let at = (vec2<f32>(id.xy) + 0.5) / f32(size);
-    textureStore(output, id.xy, trace_texel(at.x, at.y));
+    let texel = trace_texel(at.x, at.y, lane);
+    textureStore(output, id.xy, texel);
+    keep_curve(id.xy, curve(texel, light_extent(at.x, at.y)));
 }

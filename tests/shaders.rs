@@ -70,6 +70,7 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         domain_min,
         domain_max,
         voxel_share,
+        bricks,
         albedo,
         light_origin,
         light_origin_u,

@@ -5,6 +5,7 @@ struct Frame {
     domain_min: vec4<f32>,
     domain_max: vec4<f32>,
     voxel_share: vec4<f32>,
+    bricks: vec4<f32>,
     albedo: vec4<f32>,
     light_origin: vec4<f32>,
     light_origin_u: vec4<f32>,

@@ -11,6 +11,7 @@ use crate::kernel::media::{
     Arriving, Piece, Sampler, arriving, density_along, emission_along, source_along,
 };
 use crate::kernel::medium::{scattered, step_opacity};
+use crate::kernel::occupancy::Walk;
 use crate::kernel::ray::{Ray, intersect_box, step_count};
 use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
@@ -138,7 +139,16 @@ impl View<'_> {
         let emits = frame.counts[3] == 1;
         let mut light = arriving(frame, ray, ray.origin);
         let mut through = 1.0;
-        for i in (0..steps.count).step_by(2) {
+        let mut walk =
+            Walk::new(self.sampler.occupancy, frame, &steps.index_ray, [steps.enter, steps.step]);
+        let mut next = 0;
+        loop {
+            // Steps stay in the same pairs whatever is jumped over.
+            let i = walk.next_step(next, steps.count) & !1;
+            if i >= steps.count {
+                break;
+            }
+            next = i + 2;
             let at = |place: f32| steps.enter + (i as f32 + place) * steps.step;
             let distances = Vec4::new(at(0.25), at(0.75), at(1.25), at(1.75));
             let sample = |t: f32| density_along(&self.sampler, &steps.index_ray, t, quarter);

@@ -7,6 +7,7 @@ use crate::frame::Frame;
 use crate::kernel::fitting::Fitter;
 use crate::kernel::fragments::Node;
 use crate::kernel::media::Sampler;
+use crate::kernel::occupancy::Walk;
 use crate::kernel::slices::{slab_bounds, slab_optical_depth, slabs_of};
 use crate::progress::Progress;
 use crate::scene::Media;
@@ -62,7 +63,14 @@ pub(super) fn trace_texel(
     let slabs = slabs_of(frame, u, v);
     let mut fitter = Fitter::new(tolerance);
     nodes.clear();
-    for i in slabs.first..slabs.last {
+    let mut walk = Walk::new(sampler.occupancy, frame, &slabs.ray, [slabs.start, slabs.step]);
+    let mut next = slabs.first;
+    loop {
+        let i = walk.next_step(next, slabs.last);
+        if i >= slabs.last {
+            break;
+        }
+        next = i + 1;
         let bounds = slab_bounds(&slabs, i);
         if bounds[1] <= bounds[0] {
             continue;

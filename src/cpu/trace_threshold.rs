@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use crate::frame::{Frame, LIGHT_STEPS_PER_VOXEL};
 use crate::kernel::light::light_ray;
 use crate::kernel::media::{Sampler, density_along};
+use crate::kernel::occupancy::Walk;
 use crate::kernel::ray::{intersect_box, step_count};
-use crate::kernel::threshold::{crossing_depth, levels};
+use crate::kernel::threshold::{LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
 use crate::progress::Progress;
 use crate::scene::Media;
 
@@ -21,22 +22,22 @@ pub(super) fn trace_threshold(
     progress.begin("shadow map", size as u64);
     let sampler = Sampler::of(media);
     let mut texels = vec![[0.0; 4]; size * size];
-    texels.par_chunks_exact_mut(size).enumerate().for_each_init(Vec::new, |taus, (y, row)| {
+    texels.par_chunks_exact_mut(size).enumerate().for_each_init(Vec::new, |reached, (y, row)| {
         for (x, texel) in row.iter_mut().enumerate() {
             let at = |i: usize| (i as f32 + 0.5) / size as f32;
-            *texel = trace_texel(&sampler, frame, [at(x), at(y)], taus);
+            *texel = trace_texel(&sampler, frame, [at(x), at(y)], reached);
         }
         progress.advance(1);
     });
     texels
 }
 
-/// One texel. `taus` is scratch: the optical depth behind each step.
+/// One texel. `reached` is scratch: steps and the optical depths behind them.
 fn trace_texel(
     sampler: &Sampler<'_>,
     frame: &Frame,
     [u, v]: [f32; 2],
-    taus: &mut Vec<f32>,
+    reached: &mut Vec<(u32, f32)>,
 ) -> [f32; 4] {
     let ray = light_ray(frame, u, v);
     let index_ray = ray.transformed(&frame.index_from_frame);
@@ -51,20 +52,23 @@ fn trace_texel(
     let step = length / count as f32;
     let extinction_step = frame.domain_min.w * step;
 
-    taus.clear();
+    reached.clear();
     let mut tau = 0.0;
-    for i in 0..count {
+    let mut walk = Walk::new(sampler.occupancy, frame, &index_ray, [enter, step]);
+    let mut i = walk.next_step(0, count);
+    while i < count && tau < LARGEST_OPTICAL_DEPTH {
         let t = enter + (i as f32 + 0.5) * step;
         tau += density_along(sampler, &index_ray, t, 0.5 * step) * extinction_step;
-        taus.push(tau);
+        reached.push((i, tau));
+        i = walk.next_step(i + 1, count);
     }
     let largest = 1.0 - (-tau).exp();
 
     let depth_of = |level: f32| {
         let target = -(1.0 - level).ln();
-        let i = taus.partition_point(|&tau| tau < target);
-        let Some(&behind) = taus.get(i) else { return exit };
-        let before = if i == 0 { 0.0 } else { taus[i - 1] };
+        let k = reached.partition_point(|&(_, tau)| tau < target);
+        let Some(&(i, behind)) = reached.get(k) else { return exit };
+        let before = if k == 0 { 0.0 } else { reached[k - 1].1 };
         let ends = [enter + i as f32 * step, enter + (i + 1) as f32 * step];
         crossing_depth(frame.methods[0], ends, target, [before, behind])
     };

@@ -53,6 +53,9 @@ pub struct Frame {
     pub domain_max: Vec4,
     /// xyz: one over the number of voxels along each axis; w unused.
     pub voxel_share: Vec4,
+    /// xyz: lower corner of the first brick of [`crate::scene::Occupancy`] in index space; w: voxels along
+    /// a brick's edge.
+    pub bricks: Vec4,
     /// xyz: scattering albedo; w: Henyey-Greenstein g.
     pub albedo: Vec4,
 
@@ -127,10 +130,14 @@ impl Frame {
     /// How many vectors of floats stand before the integers.
     const VECTORS: usize = size_of::<Self>() / size_of::<Vec4>() - 4;
 
-    /// Whether pictures need no more than the bilinear filter, exact shadow tests and single scattering.
+    /// Whether pictures need no more than the default lookup, the bilinear filter, exact shadow tests and single scattering.
     pub fn is_usual(&self) -> bool {
-        let [_, _, window, shading] = self.methods;
-        window == 0 && shading == 0 && self.filtering.x == 0.0 && self.filtering.y == 0.0
+        let [_, lookup, window, shading] = self.methods;
+        lookup == 0
+            && window == 0
+            && shading == 0
+            && self.filtering.x == 0.0
+            && self.filtering.y == 0.0
     }
 
     /// The frame of `scene`, one [`crate::scene::Beam`]'s, under `settings`.
@@ -178,6 +185,10 @@ impl Frame {
             }),
             domain_max: media.domain().max.as_vec3().extend(media.largest()),
             voxel_share: Vec3::from_array(media.dims().map(|n| 1.0 / n as f32)).extend(0.0),
+            bricks: {
+                let occupancy = media.occupancy();
+                occupancy.origin().as_vec3().extend(occupancy.edge() as f32)
+            },
             albedo: medium.albedo.as_vec3().extend(medium.phase_g as f32),
             light_origin: at(light.origin),
             light_origin_u: along(light.origin_u),

@@ -31,6 +31,9 @@ pub(super) mod at {
     pub(crate) const TABLES: u32 = 13;
     /// The first of [`crate::frame::MOST_FIELDS`].
     pub(crate) const FIELDS: u32 = 14;
+    pub(crate) const OCCUPANCY: u32 = 22;
+    pub(crate) const KEPT_CURVES: u32 = 23;
+    pub(crate) const CURVES: u32 = 24;
 }
 
 /// The shaders' constant that leaves all but the usual settings out.
@@ -130,7 +133,13 @@ pub(super) fn read_write(binding: u32) -> BindGroupLayoutEntry {
 pub(super) fn media(kind: MediaKind) -> Vec<BindGroupLayoutEntry> {
     let sampler = BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     let grid = |binding| texture(binding, wgpu::TextureViewDimension::D3, true);
-    let mut entries = vec![layout_entry(at::TRILINEAR, sampler)];
+    let distances = BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Uint,
+        view_dimension: wgpu::TextureViewDimension::D3,
+        multisampled: false,
+    };
+    let mut entries =
+        vec![layout_entry(at::TRILINEAR, sampler), layout_entry(at::OCCUPANCY, distances)];
     match kind {
         MediaKind::Plain => entries.push(grid(at::VOXELS)),
         MediaKind::Mixed => {
@@ -155,9 +164,23 @@ fn texture(
     layout_entry(binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
+pub(super) fn curves() -> BindGroupLayoutEntry {
+    texture(at::CURVES, wgpu::TextureViewDimension::D2Array, false)
+}
+
+pub(super) fn kept_curves() -> BindGroupLayoutEntry {
+    storage_texture(at::KEPT_CURVES, wgpu::TextureViewDimension::D2Array)
+}
+
 pub(super) fn output() -> BindGroupLayoutEntry {
+    storage_texture(at::OUTPUT, wgpu::TextureViewDimension::D2)
+}
+
+fn storage_texture(
+    binding: u32,
+    view_dimension: wgpu::TextureViewDimension,
+) -> BindGroupLayoutEntry {
     let access = wgpu::StorageTextureAccess::WriteOnly;
-    let view_dimension = wgpu::TextureViewDimension::D2;
     let ty = BindingType::StorageTexture { access, format: FORMAT, view_dimension };
-    layout_entry(at::OUTPUT, ty)
+    layout_entry(binding, ty)
 }

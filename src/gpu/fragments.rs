@@ -167,7 +167,7 @@ impl Renderer {
             entry(at::LINKS, links.as_entire_binding()),
             entry(at::TILE, fragments.tile_buffer.as_entire_binding()),
         ];
-        self.record(encoder, &self.list_passes.link_neighbors, &entries, fragments.tile.extent);
+        self.record(encoder, &self.map_passes.link_neighbors, &entries, fragments.tile.extent);
         GpuFragments { links, linked: true, ..fragments }
     }
 

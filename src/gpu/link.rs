@@ -11,7 +11,8 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 18] = files![
+const FILES: [(&str, &str); 21] = files![
+    "kernel/curves",
     "kernel/density",
     "kernel/fitting",
     "kernel/fragments",
@@ -20,12 +21,14 @@ const FILES: [(&str, &str); 18] = files![
     "kernel/lists",
     "kernel/media",
     "kernel/medium",
+    "kernel/occupancy",
     "kernel/ray",
     "kernel/shadow",
     "kernel/slices",
     "kernel/threshold",
     "kernel/tile",
     "kernel/view",
+    "map/curves",
     "map/fragments",
     "map/threshold",
     "media/mixture",
@@ -46,6 +49,12 @@ pub enum MediaKind {
 /// # Errors
 /// If it imports a file that does not exist.
 pub fn linked(root: &str, map: MapKind, media: MediaKind) -> Result<String> {
+    let map = if map == MapKind::Threshold { "map/curves" } else { "map/fragments" };
+    let media = if media == MediaKind::Plain { "media/plain" } else { "media/mixture" };
+    joined(root, map, media)
+}
+
+fn joined(root: &str, map: &'static str, media: &'static str) -> Result<String> {
     let mut text = String::new();
     append(root, (map, media), &mut Vec::new(), &mut text)?;
     Ok(text)
@@ -60,13 +69,15 @@ pub fn linked(root: &str, map: MapKind, media: MediaKind) -> Result<String> {
 /// # Errors
 /// Never with the shaders that the crate is built with.
 pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
-    let text = linked("#import kernel/shadow\n", map, MediaKind::Plain)?;
+    // Other programs need not bind what passes work out for each other.
+    let map = if map == MapKind::Threshold { "map/threshold" } else { "map/fragments" };
+    let text = joined("#import kernel/shadow\n", map, "media/plain")?;
     Ok(text.replace("@group(0)", &format!("@group({group})")))
 }
 
 fn append<'a>(
     source: &'a str,
-    kinds: (MapKind, MediaKind),
+    kinds: (&'static str, &'static str),
     done: &mut Vec<&'a str>,
     text: &mut String,
 ) -> Result<()> {
@@ -76,11 +87,9 @@ fn append<'a>(
             text.push('\n');
             continue;
         };
-        let name = match (name, kinds) {
-            ("map", (MapKind::Threshold, _)) => "map/threshold",
-            ("map", (MapKind::Fragments, _)) => "map/fragments",
-            ("media", (_, MediaKind::Plain)) => "media/plain",
-            ("media", (_, MediaKind::Mixed)) => "media/mixture",
+        let name = match name {
+            "map" => kinds.0,
+            "media" => kinds.1,
             _ => name,
         };
         if done.contains(&name) {

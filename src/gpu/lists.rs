@@ -166,7 +166,7 @@ impl Renderer {
             entry(at::ELEMENTS, lists.elements.as_entire_binding()),
             entry(at::COUNTERS, lists.counters.as_entire_binding()),
         ];
-        self.record(encoder, &self.list_passes.sort_fragments, &entries, lists.tile.extent);
+        self.record(encoder, &self.map_passes.sort_fragments, &entries, lists.tile.extent);
         Ok(fragments)
     }
 

@@ -9,13 +9,15 @@ use super::field::GpuField;
 use super::link::MediaKind;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Field, MOST_FIELDS, MOST_PARTS, Mixture, Part};
-use crate::scene::Media;
+use crate::scene::{Media, Occupancy};
 use crate::volume::Volume;
 
 /// Media on a device.
 #[derive(Clone, Debug)]
 pub struct GpuMedia {
     content: Content,
+    /// How many bricks away the next one is that holds anything.
+    occupancy: wgpu::TextureView,
 }
 
 /// What passes bind.
@@ -53,7 +55,10 @@ impl GpuMedia {
 
     /// What passes bind of them.
     pub(super) fn entries<'a>(&'a self, sampler: &'a wgpu::Sampler) -> Vec<BindGroupEntry<'a>> {
-        let mut entries = vec![entry(at::TRILINEAR, BindingResource::Sampler(sampler))];
+        let mut entries = vec![
+            entry(at::TRILINEAR, BindingResource::Sampler(sampler)),
+            entry(at::OCCUPANCY, BindingResource::TextureView(&self.occupancy)),
+        ];
         match &self.content {
             Content::Plain(field) => {
                 entries.push(entry(at::VOXELS, BindingResource::TextureView(&field.view)));
@@ -81,8 +86,46 @@ impl GpuMedia {
             Some(volume) => Content::Plain(GpuField::upload(device, queue, volume)?),
             None => mixed(device, queue, media)?,
         };
-        Ok(Self { content })
+        let occupancy = distances(device, queue, media.occupancy())?;
+        Ok(Self { content, occupancy })
     }
+}
+
+/// The distances of bricks as a texture of integers.
+fn distances(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    occupancy: &Occupancy,
+) -> Result<wgpu::TextureView> {
+    let [width, height, depth] = occupancy.dims().map(|n| n as u32);
+    let limit = device.limits().max_texture_dimension_3d;
+    if width.max(height).max(depth) > limit {
+        let what = "bricks of a scene as one 3D texture".to_owned();
+        let needed = format!("{width}x{height}x{depth}");
+        return Err(ErrorKind::Limit { what, needed, limit: limit.to_string() }.into());
+    }
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: depth };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("occupancy"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format: wgpu::TextureFormat::R8Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    queue.write_texture(
+        texture.as_image_copy(),
+        occupancy.distances(),
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(width),
+            rows_per_image: Some(height),
+        },
+        size,
+    );
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
 
 fn mixed(device: &wgpu::Device, queue: &wgpu::Queue, media: &Media) -> Result<Content> {

@@ -35,8 +35,9 @@ pub use media::GpuMedia;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, GpuShadow, Renderer};
 
 /// Shader roots, one a pass: its name, which is the entry point's, and its source with imports.
-pub const PASSES: [(&str, &str); 6] = [
+pub const PASSES: [(&str, &str); 7] = [
     ("trace_threshold", include_str!("../../shaders/trace_threshold.wgsl")),
+    ("fit_curves", include_str!("../../shaders/fit_curves.wgsl")),
     ("trace_slices", include_str!("../../shaders/trace_slices.wgsl")),
     ("raster_slices", include_str!("../../shaders/raster_slices.wgsl")),
     ("sort_fragments", include_str!("../../shaders/sort_fragments.wgsl")),
@@ -147,6 +148,9 @@ impl Backend for GpuBackend {
         let image = gpu.image(width, height)?;
         let march = |shadow: GpuShadow<'_>| {
             gpu.submit(|encoder| {
+                if let GpuShadow::Threshold(map) = shadow {
+                    gpu.fit_curves(encoder, &frame_buffer, map);
+                }
                 gpu.march_view(encoder, &gpu_media, &frame_buffer, shadow, &image);
             })
         };

@@ -38,14 +38,21 @@ impl MediaPasses {
         let lists = [read(at::RUNS), read(at::NODES), read(at::LINKS)];
         let drawn = sampled(&[tile, heads, elements, counters]);
         Ok(Self {
-            trace_threshold: compute("trace_threshold", MapKind::Threshold, &[output])?,
+            trace_threshold: compute(
+                "trace_threshold",
+                MapKind::Threshold,
+                &[output, bindings::kept_curves()],
+            )?,
             trace_slices: compute(
                 "trace_slices",
                 MapKind::Fragments,
                 &[runs, nodes, tile, counters],
             )?,
             raster_slices: lists::raster_pipeline(device, pass("raster_slices")?, media, drawn)?,
-            march_view: march(MapKind::Threshold, &[bindings::threshold_map(), output])?,
+            march_view: march(
+                MapKind::Threshold,
+                &[bindings::threshold_map(), bindings::curves(), output],
+            )?,
             march_view_fragments: march(
                 MapKind::Fragments,
                 &[output, lists[0], lists[1], lists[2]],
@@ -54,14 +61,15 @@ impl MediaPasses {
     }
 }
 
-/// Those that work on lists.
+/// Those that work on maps alone.
 #[derive(Debug)]
-pub(super) struct ListPasses {
+pub(super) struct MapPasses {
+    pub(super) fit_curves: wgpu::ComputePipeline,
     pub(super) sort_fragments: wgpu::ComputePipeline,
     pub(super) link_neighbors: wgpu::ComputePipeline,
 }
 
-impl ListPasses {
+impl MapPasses {
     pub(super) fn new(device: &wgpu::Device) -> Result<Self> {
         let compute = |name, entries: &[_]| {
             pipeline(device, pass(name)?, (MapKind::Fragments, MediaKind::Plain), entries)
@@ -71,6 +79,10 @@ impl ListPasses {
             [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
         let links = read_write(at::LINKS);
         Ok(Self {
+            fit_curves: compute(
+                "fit_curves",
+                &[frame, bindings::threshold_map(), bindings::kept_curves()],
+            )?,
             sort_fragments: compute(
                 "sort_fragments",
                 &[frame, runs, nodes, tile, heads, elements, counters],

@@ -11,13 +11,15 @@ use super::bindings::{FORMAT, at, entry};
 use super::fragments::GpuFragments;
 use super::link::MediaKind;
 use super::media::GpuMedia;
-use super::passes::{ListPasses, MediaPasses};
+use super::passes::{MapPasses, MediaPasses};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::scene::Media;
 
 /// Threads along each edge of a workgroup, as in the shaders.
 const WORKGROUP: u32 = 8;
+/// Layers of four f32 that a curve takes.
+const CURVE_LAYERS: u32 = 4;
 /// Bytes of a map's texel or a picture's pixel.
 pub(super) const TEXEL_BYTES: u32 = 16;
 
@@ -36,16 +38,9 @@ impl GpuFrame {
     }
 }
 
-/// Declares a texture of four f32 a texel with its view.
+/// Declares how a texture of four f32 a texel is reached.
 macro_rules! texture {
-    ($(#[$doc:meta])* $name:ident) => {
-        $(#[$doc])*
-        #[derive(Clone, Debug)]
-        pub struct $name {
-            texture: wgpu::Texture,
-            view: wgpu::TextureView,
-        }
-
+    ($name:ident) => {
         impl $name {
             /// The texture, `Rgba32Float`, row 0 on top.
             pub fn texture(&self) -> &wgpu::Texture {
@@ -60,15 +55,25 @@ macro_rules! texture {
     };
 }
 
-texture! {
-    /// A threshold map on a device: R, G, B = depths at three opacities, A = largest opacity.
-    GpuMap
+/// A threshold map on a device: R, G, B = depths at three opacities, A = largest opacity; and what
+/// lookups read, worked out from it.
+#[derive(Clone, Debug)]
+pub struct GpuMap {
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+    /// Four layers, `shaders/kernel/curves`.
+    curves: wgpu::TextureView,
 }
 
-texture! {
-    /// A picture on a device: premultiplied linear radiance and opacity.
-    GpuImage
+/// A picture on a device: premultiplied linear radiance and opacity.
+#[derive(Clone, Debug)]
+pub struct GpuImage {
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
 }
+
+texture!(GpuMap);
+texture!(GpuImage);
 
 /// The map that a picture is lit through.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +93,7 @@ pub struct Renderer {
     plain: MediaPasses,
     /// Compiled when the first mixture is uploaded.
     mixed: OnceLock<MediaPasses>,
-    pub(super) list_passes: ListPasses,
+    pub(super) map_passes: MapPasses,
 }
 
 impl Renderer {
@@ -109,7 +114,7 @@ impl Renderer {
             }),
             plain: MediaPasses::new(device, MediaKind::Plain)?,
             mixed: OnceLock::new(),
-            list_passes: ListPasses::new(device)?,
+            map_passes: MapPasses::new(device)?,
         };
         match pollster::block_on(scope.pop()) {
             Some(error) => Err(Error::gpu(error.to_string())),
@@ -204,8 +209,9 @@ impl Renderer {
     /// # Errors
     /// If the device's textures cannot be as large.
     pub fn map(&self, size: u32) -> Result<GpuMap> {
-        let (texture, view) = self.texture("threshold map", size, size)?;
-        Ok(GpuMap { texture, view })
+        let (texture, view) = self.texture("threshold map", [size, size, 1])?;
+        let (_, curves) = self.texture("curves", [size, size, CURVE_LAYERS])?;
+        Ok(GpuMap { texture, view, curves })
     }
 
     /// An empty picture.
@@ -213,11 +219,12 @@ impl Renderer {
     /// # Errors
     /// If the device's textures cannot be as large.
     pub fn image(&self, width: u32, height: u32) -> Result<GpuImage> {
-        let (texture, view) = self.texture("picture", width, height)?;
+        let (texture, view) = self.texture("picture", [width, height, 1])?;
         Ok(GpuImage { texture, view })
     }
 
-    /// Fills a map from the host: texels row by row, as many as it has.
+    /// Fills a map from the host: texels row by row, as many as it has. Before it is looked up, it needs
+    /// pass [`Renderer::fit_curves`].
     pub fn write(&self, map: &GpuMap, texels: &[[f32; 4]]) {
         let size = map.texture.size();
         self.queue.write_texture(
@@ -243,8 +250,20 @@ impl Renderer {
         let mut entries = self.media_entries(media);
         entries.push(entry(at::FRAME, frame.buffer.as_entire_binding()));
         entries.push(entry(at::OUTPUT, BindingResource::TextureView(&map.view)));
+        entries.push(entry(at::KEPT_CURVES, BindingResource::TextureView(&map.curves)));
         let size = map.texture.width();
         self.record(encoder, &self.passes(media).trace_threshold, &entries, [size, size]);
+    }
+
+    /// Records pass `fit_curves`: makes a map that was filled from the host ready to be looked up.
+    pub fn fit_curves(&self, encoder: &mut wgpu::CommandEncoder, frame: &GpuFrame, map: &GpuMap) {
+        let entries = [
+            entry(at::FRAME, frame.buffer.as_entire_binding()),
+            entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)),
+            entry(at::KEPT_CURVES, BindingResource::TextureView(&map.curves)),
+        ];
+        let size = map.texture.width();
+        self.record(encoder, &self.map_passes.fit_curves, &entries, [size, size]);
     }
 
     /// Records pass `march_view`: fills `image` for the camera of `frame`, lit through `shadow`.
@@ -262,6 +281,7 @@ impl Renderer {
         let [usual, general] = match shadow {
             GpuShadow::Threshold(map) => {
                 entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)));
+                entries.push(entry(at::CURVES, BindingResource::TextureView(&map.curves)));
                 &self.passes(media).march_view
             }
             GpuShadow::Fragments(map) => {
@@ -279,8 +299,7 @@ impl Renderer {
     fn texture(
         &self,
         label: &str,
-        width: u32,
-        height: u32,
+        [width, height, layers]: [u32; 3],
     ) -> Result<(wgpu::Texture, wgpu::TextureView)> {
         let limit = self.device.limits().max_texture_dimension_2d;
         if width.max(height) > limit {
@@ -291,7 +310,7 @@ impl Renderer {
         }
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -302,7 +321,14 @@ impl Renderer {
                 | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let dimension = match layers {
+            1 => wgpu::TextureViewDimension::D2,
+            _ => wgpu::TextureViewDimension::D2Array,
+        };
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(dimension),
+            ..Default::default()
+        });
         Ok((texture, view))
     }
 

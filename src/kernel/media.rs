@@ -9,11 +9,18 @@ use super::medium::{octaves, phase};
 use super::mixture::{MixedMedia, mixture_density, mixture_emission, mixture_source};
 use super::ray::Ray;
 use crate::frame::Frame;
-use crate::scene::Media;
+use crate::scene::{Media, Occupancy};
 
 /// Media ready to be sampled.
 #[derive(Clone, Debug)]
-pub enum Sampler<'a> {
+pub struct Sampler<'a> {
+    content: Content<'a>,
+    /// Where there is anything to sample.
+    pub occupancy: &'a Occupancy,
+}
+
+#[derive(Clone, Debug)]
+enum Content<'a> {
     /// One volume whose extinction is its density times a number.
     Plain(Density<'a>),
     /// Everything else.
@@ -34,19 +41,20 @@ pub struct Piece<'a> {
 impl<'a> Sampler<'a> {
     /// A sampler of `media`.
     pub fn of(media: &'a Media) -> Self {
-        match media.plain() {
-            Some(volume) => Self::Plain(Density::of(volume)),
-            None => Self::Mixed(Box::new(MixedMedia::of(media))),
-        }
+        let content = match media.plain() {
+            Some(volume) => Content::Plain(Density::of(volume)),
+            None => Content::Mixed(Box::new(MixedMedia::of(media))),
+        };
+        Self { content, occupancy: media.occupancy() }
     }
 }
 
 /// Mean density over a piece of a ray; times the frame's extinction per density it is extinction.
 #[inline]
 pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f32 {
-    match sampler {
-        Sampler::Plain(density) => sample_density(density, ray.at(at)),
-        Sampler::Mixed(media) => mixture_density(media, &Piece { ray, at, half }),
+    match &sampler.content {
+        Content::Plain(density) => sample_density(density, ray.at(at)),
+        Content::Mixed(media) => mixture_density(media, &Piece { ray, at, half }),
     }
 }
 
@@ -80,8 +88,8 @@ pub fn source_along(
 ) -> Vec3 {
     let ambient = frame.ambient.truncate();
     let more = frame.filtering.y as u32;
-    match sampler {
-        Sampler::Plain(_) => {
+    match &sampler.content {
+        Content::Plain(_) => {
             let lit = if more == 0 {
                 light.scattered * transmittance
             } else {
@@ -89,7 +97,7 @@ pub fn source_along(
             };
             frame.albedo.truncate() * (lit + ambient)
         }
-        Sampler::Mixed(media) => {
+        Content::Mixed(media) => {
             let (scattered, albedo) =
                 mixture_source(media, piece, |g| octaves(more, g, light.cosine, transmittance));
             light.irradiance * scattered + ambient * albedo
@@ -99,8 +107,8 @@ pub fn source_along(
 
 /// Radiance per world length that a piece of a ray emits.
 pub fn emission_along(sampler: &Sampler<'_>, piece: &Piece<'_>) -> Vec3 {
-    match sampler {
-        Sampler::Plain(_) => Vec3::ZERO,
-        Sampler::Mixed(media) => mixture_emission(media, piece),
+    match &sampler.content {
+        Content::Plain(_) => Vec3::ZERO,
+        Content::Mixed(media) => mixture_emission(media, piece),
     }
 }

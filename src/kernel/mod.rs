@@ -8,6 +8,7 @@ pub mod light;
 pub mod media;
 pub mod medium;
 pub mod mixture;
+pub mod occupancy;
 pub mod ray;
 pub mod slices;
 pub mod threshold;

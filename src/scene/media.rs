@@ -1,10 +1,10 @@
 //! What light passes through: volumes, what each is made of, and the space that they are marched in.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DMat4, DVec3};
 
-use super::TransferFunction;
+use super::{Occupancy, TransferFunction};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::volume::Volume;
@@ -86,6 +86,8 @@ pub struct Media {
     bodies: Vec<Body>,
     world_from_index: DMat4,
     domain: Aabb,
+    /// Made when first asked for.
+    occupancy: OnceLock<Occupancy>,
 }
 
 impl From<Volume> for Media {
@@ -99,7 +101,8 @@ impl Media {
     /// One body.
     pub fn of(volume: Arc<Volume>, medium: Medium) -> Self {
         let (world_from_index, domain) = (*volume.world_from_index(), volume.domain());
-        Self { bodies: vec![Body { volume, medium }], world_from_index, domain }
+        let bodies = vec![Body { volume, medium }];
+        Self { bodies, world_from_index, domain, occupancy: OnceLock::new() }
     }
 
     /// Several bodies; their order means nothing.
@@ -114,7 +117,7 @@ impl Media {
         let (world_from_index, domain) = candidates
             .min_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal))
             .ok_or_else(|| Error::value("volume", "a scene needs one"))?;
-        Ok(Self { bodies, world_from_index, domain })
+        Ok(Self { bodies, world_from_index, domain, occupancy: OnceLock::new() })
     }
 
     /// The bodies, at least one.
@@ -124,6 +127,7 @@ impl Media {
 
     /// What the bodies are made of.
     pub fn mediums_mut(&mut self) -> impl Iterator<Item = &mut Medium> {
+        self.occupancy = OnceLock::new();
         self.bodies.iter_mut().map(|body| &mut body.medium)
     }
 
@@ -134,6 +138,7 @@ impl Media {
 
     /// What the first body is made of.
     pub fn medium_mut(&mut self) -> &mut Medium {
+        self.occupancy = OnceLock::new();
         &mut self.bodies[0].medium
     }
 
@@ -182,6 +187,11 @@ impl Media {
     /// The corners of the domain in world space, x fastest.
     pub fn world_corners(&self) -> [DVec3; 8] {
         self.domain.corners().map(|p| self.world_from_index.transform_point3(p))
+    }
+
+    /// Where they hold anything, brick by brick.
+    pub fn occupancy(&self) -> &Occupancy {
+        self.occupancy.get_or_init(|| Occupancy::of(self))
     }
 
     /// Points around what can be seen of all bodies ([`Volume::visible_points`]).

@@ -13,6 +13,7 @@ mod framing;
 mod light;
 mod light_view;
 mod media;
+mod occupancy;
 mod one_or_more;
 pub mod transfer;
 
@@ -25,6 +26,7 @@ pub use file::SceneFile;
 pub use light::{Light, LightKind};
 pub use light_view::LightView;
 pub use media::{Body, Emission, Media, Medium};
+pub use occupancy::{FARTHEST, Occupancy};
 pub use one_or_more::OneOrMore;
 pub use transfer::TransferFunction;
 

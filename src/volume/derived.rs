@@ -1,5 +1,7 @@
 //! Volumes made from others: of their values one by one, and of how they change.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 use ndarray::Array3;
 use rayon::prelude::*;
@@ -52,6 +54,7 @@ impl Volume {
     /// The same volume with other values of the same shape, finite and at least 0.
     fn holding(&self, values: Array3<f32>) -> Self {
         let largest = values.iter().copied().fold(0.0, f32::max);
-        Self { name: self.name.clone(), values, largest, replaced: 0, ..*self }
+        let (name, bricks) = (self.name.clone(), OnceLock::new());
+        Self { name, values, largest, replaced: 0, bricks, ..*self }
     }
 }

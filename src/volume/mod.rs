@@ -8,16 +8,20 @@
 //!    border: clamped                   border
 //! ```
 
+mod bricks;
 mod derived;
 mod placement;
 pub mod presets;
 mod statistics;
+
+use std::sync::OnceLock;
 
 use glam::{DMat4, DVec3};
 use ndarray::Array3;
 
 use crate::error::{Error, Result};
 use crate::math::Aabb;
+pub use bricks::{BRICK, Bricks};
 pub use placement::{Axis, world_from_index_in_bounds};
 pub use statistics::Statistics;
 
@@ -42,6 +46,8 @@ pub struct Volume {
     replaced: usize,
     /// The largest density.
     largest: f32,
+    /// Made when first asked for.
+    bricks: OnceLock<Bricks>,
 }
 
 impl Volume {
@@ -99,7 +105,8 @@ impl Volume {
         });
         let top = DVec3::new(nx as f64, ny as f64, nz as f64) - 0.5;
         let domain = Aabb { min: DVec3::splat(-0.5), max: top };
-        Ok(Self { name, values, world_from_index, domain, replaced, largest })
+        let bricks = OnceLock::new();
+        Ok(Self { name, values, world_from_index, domain, replaced, largest, bricks })
     }
 
     /// The same volume elsewhere.
@@ -129,12 +136,18 @@ impl Volume {
     pub fn windowed(mut self, window: [f32; 2]) -> Result<Self> {
         apply_window(&mut self.values, window)?;
         self.largest = self.values.iter().copied().fold(0.0, f32::max);
+        self.bricks = OnceLock::new();
         Ok(self)
     }
 
     /// The largest density.
     pub fn largest(&self) -> f32 {
         self.largest
+    }
+
+    /// The range of densities in each brick of [`BRICK`] cubed voxels.
+    pub fn bricks(&self) -> &Bricks {
+        self.bricks.get_or_init(|| Bricks::of(&self.values))
     }
 
     /// Densities, shape (z, y, x), standard layout, finite and at least 0.

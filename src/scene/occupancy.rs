@@ -1,0 +1,222 @@
+//! Where media hold anything, brick by brick, and how far it is to the next brick that does: what rays
+//! jump over empty space with.
+
+use glam::{DMat4, DVec3};
+
+use super::{Body, Media, TransferFunction};
+use crate::math::Aabb;
+use crate::volume::{BRICK, Volume};
+
+/// Distances are kept up to this many bricks.
+pub const FARTHEST: u8 = 63;
+/// Bricks at most; media that have more get larger ones.
+const MOST_BRICKS: f64 = (1 << 24) as f64;
+/// Cells of a function's table at least (`frame::TABLE_CELLS`).
+const TABLE_CELLS: f64 = 1024.0;
+
+/// A grid of bricks over the media's index space.
+///
+/// The distance of a brick is the largest along any axis (Chebyshev's), in bricks, to the nearest brick
+/// that holds anything: 0 there, and d where the d - 1 bricks around in every direction are empty too.
+/// A ray in such a brick may go on to where it leaves that block (Deakin and Knoll 2019, "Accelerated
+/// volume rendering with Chebyshev distance maps").
+#[derive(Clone, Debug, PartialEq)]
+pub struct Occupancy {
+    origin: DVec3,
+    edge: f64,
+    dims: [usize; 3],
+    distances: Vec<u8>,
+}
+
+impl Occupancy {
+    /// The bricks of all of `media`'s bodies.
+    pub(super) fn of(media: &Media) -> Self {
+        let domain = media.domain();
+        // Bricks of the only body are the volume's own.
+        let only = match media.bodies() {
+            [body] => Some(body.volume.dims()),
+            _ => None,
+        };
+        let (origin, extent) = match only {
+            Some(dims) => (DVec3::splat(-0.5), DVec3::from_array(dims.map(|n| n as f64))),
+            None => (domain.min, domain.size()),
+        };
+        let mut edge = BRICK as f64;
+        while (extent / edge).ceil().element_product() > MOST_BRICKS {
+            edge *= 2.0;
+        }
+        let dims = (extent / edge).ceil().max(DVec3::ONE).to_array().map(|n| n as usize);
+        let mut occupancy =
+            Self { origin, edge, dims, distances: vec![FARTHEST; dims.iter().product()] };
+        let index_from_world = media.world_from_index().inverse();
+        for body in media.bodies() {
+            let same = only.is_some();
+            occupancy.add_body(body, (!same).then_some(&index_from_world));
+        }
+        occupancy.spread();
+        occupancy
+    }
+
+    /// Index-space place of the first brick's lower corner.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Voxels along each edge of a brick.
+    pub fn edge(&self) -> f64 {
+        self.edge
+    }
+
+    /// Bricks along x, y and z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// Distances in bricks, x fastest, at most [`FARTHEST`].
+    pub fn distances(&self) -> &[u8] {
+        &self.distances
+    }
+
+    fn add_body(&mut self, body: &Body, index_from_world: Option<&DMat4>) {
+        let medium = &body.medium;
+        let extinguishes = |[low, high]: [f32; 2]| match &medium.transfer {
+            Some(function) => shows(function, [low, high]),
+            None => high > 0.0,
+        };
+        let own = medium.emission.as_ref().filter(|emission| emission.field.is_none());
+        let occupied =
+            |range| extinguishes(range) || own.is_some_and(|emission| shows(&emission.ramp, range));
+        self.add_volume(&body.volume, index_from_world, occupied);
+        if let Some(emission) = &medium.emission
+            && let Some(field) = &emission.field
+        {
+            // Another grid need not lie where the densities do.
+            let index_from_world = match index_from_world {
+                Some(known) => *known,
+                None => body.volume.world_from_index().inverse(),
+            };
+            self.add_volume(field, Some(&index_from_world), |range| shows(&emission.ramp, range));
+        }
+    }
+
+    /// Marks the bricks that `volume` holds something in: `occupied` says so of a range of densities.
+    /// Without a transform its bricks are these.
+    fn add_volume(
+        &mut self,
+        volume: &Volume,
+        index_from_world: Option<&DMat4>,
+        occupied: impl Fn([f32; 2]) -> bool,
+    ) {
+        let bricks = volume.bricks();
+        let change = index_from_world.map(|transform| *transform * *volume.world_from_index());
+        for ((z, y, x), &range) in bricks.ranges().indexed_iter() {
+            if !occupied(range) {
+                continue;
+            }
+            let min = DVec3::new(x as f64, y as f64, z as f64) * BRICK as f64 - 0.5;
+            let own = Aabb { min, max: min + BRICK as f64 };
+            // A little more than there is: rounding must not lose any.
+            let around = match &change {
+                Some(change) => {
+                    let around = own.transformed(change);
+                    Aabb { min: around.min - 1e-3, max: around.max + 1e-3 }
+                }
+                None => Aabb { min: own.min + 1e-3, max: own.max - 1e-3 },
+            };
+            self.mark(&around);
+        }
+    }
+
+    fn mark(&mut self, around: &Aabb) {
+        let last = self.dims.map(|n| n as f64 - 1.0);
+        let brick = |p: DVec3| ((p - self.origin) / self.edge).floor().to_array();
+        let (low, high) = (brick(around.min), brick(around.max));
+        if (0..3).any(|axis| high[axis] < 0.0 || low[axis] > last[axis]) {
+            return;
+        }
+        let span = |axis: usize| {
+            let [a, b] = [low[axis], high[axis]].map(|c| c.clamp(0.0, last[axis]) as usize);
+            a..=b
+        };
+        let [nx, ny, _] = self.dims;
+        for z in span(2) {
+            for y in span(1) {
+                for x in span(0) {
+                    self.distances[(z * ny + y) * nx + x] = 0;
+                }
+            }
+        }
+    }
+
+    /// From bricks of distance 0 to all others: each takes one more than the least of its neighbours, once
+    /// in order and once in reverse (Rosenfeld and Pfaltz 1968).
+    fn spread(&mut self) {
+        let [nx, ny, nz] = self.dims.map(|n| n as isize);
+        let before: Vec<[isize; 3]> =
+            (0..13_isize).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]).collect();
+        let mut visit = |x: isize, y: isize, z: isize, sign: isize| {
+            let at = |x: isize, y: isize, z: isize| ((z * ny + y) * nx + x) as usize;
+            let own = self.distances[at(x, y, z)];
+            if own <= 1 {
+                return;
+            }
+            let mut least = own;
+            for [dx, dy, dz] in &before {
+                let (x, y, z) = (x + sign * dx, y + sign * dy, z + sign * dz);
+                let inside = (0..nx).contains(&x) && (0..ny).contains(&y) && (0..nz).contains(&z);
+                if inside {
+                    least = least.min(self.distances[at(x, y, z)] + 1);
+                }
+            }
+            self.distances[at(x, y, z)] = least;
+        };
+        for z in 0..nz {
+            for y in 0..ny {
+                for x in 0..nx {
+                    visit(x, y, z, 1);
+                }
+            }
+        }
+        for z in (0..nz).rev() {
+            for y in (0..ny).rev() {
+                for x in (0..nx).rev() {
+                    visit(x, y, z, -1);
+                }
+            }
+        }
+    }
+}
+
+/// Whether a function's opacity is above 0 anywhere in a range.
+fn shows(function: &TransferFunction, [low, high]: [f32; 2]) -> bool {
+    // Passes read functions from tables of as many cells, which smear a jump over one.
+    let [first, last] = function.range();
+    let cell = (last - first) / TABLE_CELLS;
+    let [low, high] = [f64::from(low) - cell, f64::from(high) + cell];
+    let mut inside = function.points().iter().filter(|point| (low..=high).contains(&point.value));
+    function.at(low).1 > 0.0 || function.at(high).1 > 0.0 || inside.any(|point| point.opacity > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array3;
+
+    use super::*;
+
+    #[test]
+    fn distances_are_the_largest_along_any_axis() {
+        let mut values = Array3::zeros((24, 32, 40));
+        values[[2, 14, 18]] = 1.0;
+        values[[21, 2, 2]] = 1.0;
+        let volume = Volume::new("dots", values, DMat4::IDENTITY).unwrap();
+        let occupancy = Media::from(volume).occupancy().clone();
+        assert_eq!((occupancy.dims(), occupancy.edge()), ([10, 8, 6], 4.0));
+        for (i, &distance) in occupancy.distances().iter().enumerate() {
+            let brick = [i % 10, i / 10 % 8, i / 80].map(|c| c as i32);
+            // Both lie within a brick, away from its sides.
+            let to = |dot: [i32; 3]| (0..3).map(|a| (brick[a] - dot[a]).abs()).max().unwrap();
+            let expected = to([4, 3, 0]).min(to([0, 0, 5]));
+            assert_eq!(i32::from(distance), expected, "{brick:?}");
+        }
+    }
+}
