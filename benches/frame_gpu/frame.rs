@@ -1,0 +1,192 @@
+//! The headline: the shipped frame, a map and a picture, against brute force on the same scene.
+
+use deepshadow::frame::Frame;
+use deepshadow::gpu::{GpuFragments, GpuFrame, GpuShadow, Tile};
+use deepshadow::settings::{Filter, Lookup, Settings};
+
+use crate::bench::{Bench, CONVERGED, difference, size};
+use crate::brute_force::{BruteForce, FETCHES, STEPS};
+use crate::clock::Clock;
+use crate::device::Gpu;
+use crate::scenes::{close, map_rays, picture_rays};
+
+/// Nodes a texel that fragment maps first get room for, as the crate does it.
+const NODES: u32 = 32;
+
+/// What is measured of a scene.
+struct Row {
+    name: String,
+    texture: String,
+    /// Rays of the map and of the picture that hit the volume's box.
+    covered: [u32; 2],
+    /// Milliseconds of a frame: by brute force, with a threshold map, with a fragment map.
+    frames: [f64; 3],
+    /// Of the view alone, with each of the two maps.
+    views: [f64; 2],
+    /// Fetches a millisecond.
+    fetch_rate: f64,
+    /// Largest difference and pixels above 1/255: the threshold and the fragment frame from theirs
+    /// converged, the brute-force picture from the crate's converged one of the same kind.
+    differences: [(f32, u32); 3],
+}
+
+/// Prints the tables of the frame.
+pub fn table(gpu: &Gpu) {
+    let clock = Clock::new(gpu);
+    let rows: Vec<Row> =
+        close().iter().map(|make| row(gpu, &clock, &make(&gpu.renderer))).collect();
+    let side = size();
+    let squared = f64::from(side * side);
+    println!(
+        "\nFrame = map and picture of {side} x {side}, one camera ray a pixel. Times: medians in turns, \
+         {}",
+        clock.method()
+    );
+    println!("\n| volume | texture | map covered | picture covered | fetches, G/s |");
+    println!("|---|---|---|---|---|");
+    for row in &rows {
+        let [map, picture] = row.covered.map(|rays| 100.0 * f64::from(rays) / squared);
+        let rate = row.fetch_rate * 1e-6;
+        println!("| {} | {} | {map:.0} % | {picture:.0} % | {rate:.3} |", row.name, row.texture);
+    }
+    println!("\nms; brute force: {STEPS} steps on every ray of the map and of the picture");
+    println!(
+        "| volume | brute force | threshold frame | fragment frame | threshold view | fragment view | \
+         brute force's fetches alone |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for row in &rows {
+        let times = [&row.frames[..], &row.views[..], &[row.fetches_ms()]].concat();
+        println!("| {} | {} |", row.name, cells(&times, 3));
+    }
+    println!(
+        "\n| volume | brute force / threshold frame | brute force / fragment frame | threshold frame / \
+         fetches alone | fragment frame / fetches alone | threshold views a second | fragment views a \
+         second |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for row in &rows {
+        let [brute, threshold, fragments] = row.frames;
+        let fetches = row.fetches_ms();
+        let ratios =
+            [brute / threshold, brute / fragments, threshold / fetches, fragments / fetches];
+        let [a, b] = row.views.map(|ms| 1e3 / ms);
+        println!("| {} | {} | {a:.0} | {b:.0} |", row.name, cells(&ratios, 2));
+    }
+    println!("\nLargest difference, 1/255 (pixels above 1), from {CONVERGED} steps");
+    println!("| volume | threshold frame | fragment frame | brute force |\n|---|---|---|---|");
+    for row in &rows {
+        let shown = row.differences.map(|(most, above)| format!("{most:.2} ({above})"));
+        println!("| {} | {} |", row.name, shown.join(" | "));
+    }
+}
+
+impl Row {
+    /// Milliseconds that the fetches of a brute-force frame take at the measured rate.
+    fn fetches_ms(&self) -> f64 {
+        let rays: f64 = self.covered.map(f64::from).iter().sum();
+        rays * f64::from(STEPS) / self.fetch_rate
+    }
+}
+
+fn cells(numbers: &[f64], digits: usize) -> String {
+    let shown: Vec<String> = numbers.iter().map(|n| format!("{n:.digits$}")).collect();
+    shown.join(" | ")
+}
+
+fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
+    let (renderer, side) = (bench.gpu, bench.settings.map_size);
+    let volume = bench.scene.media.plain().unwrap();
+    let shipped = Frame::with_light_view(&bench.scene, &bench.settings, &bench.view).unwrap();
+    let rays = 2 * side;
+    let brute_force = BruteForce::new(gpu, volume, &shipped, rays);
+
+    let frame = bench.frame(&bench.settings, |_| ());
+    let threshold = renderer.map(side).unwrap();
+    let fragments = fitted(bench, &frame);
+    renderer
+        .submit(|encoder| renderer.trace_threshold(encoder, &bench.volume, &frame, &threshold))
+        .unwrap();
+    let view = |encoder: &mut _, shadow| {
+        renderer.march_view(encoder, &bench.volume, &frame, shadow, &bench.image);
+    };
+    let by_threshold = GpuShadow::Threshold(&threshold);
+    let by_fragments = GpuShadow::Fragments(&fragments);
+    let differences = [
+        difference(&bench.picture(&frame, by_threshold), &converged(bench, false)),
+        difference(&bench.picture(&frame, by_fragments), &converged(bench, true)),
+        difference_of_brute_force(gpu, bench, &shipped),
+    ];
+    let [brute, a, b, c, d, fetches] = clock.interleaved([
+        &|encoder| brute_force.record_frame(encoder),
+        &|encoder| {
+            renderer.trace_threshold(encoder, &bench.volume, &frame, &threshold);
+            view(encoder, by_threshold);
+        },
+        &|encoder| {
+            renderer.trace_slices(encoder, &bench.volume, &frame, &fragments);
+            view(encoder, by_fragments);
+        },
+        &|encoder| view(encoder, by_threshold),
+        &|encoder| view(encoder, by_fragments),
+        &|encoder| brute_force.record_fetches(encoder),
+    ]);
+    let dims = volume.dims().map(|n| n.to_string()).join(" x ");
+    Row {
+        name: bench.name.clone(),
+        texture: format!("{dims} {:?}", brute_force.format),
+        covered: [map_rays(&bench.scene, &bench.view, side), picture_rays(&bench.scene, side)],
+        frames: [brute, a, b],
+        views: [c, d],
+        fetch_rate: f64::from(rays * rays) * f64::from(FETCHES) / fetches,
+        differences,
+    }
+}
+
+/// The fragment map of a frame, with room for all nodes.
+fn fitted(bench: &Bench<'_>, frame: &GpuFrame) -> GpuFragments {
+    let (gpu, size) = (bench.gpu, bench.settings.map_size);
+    let mut nodes = NODES;
+    loop {
+        let map = gpu.fragments(Tile::rows(size, 0, size, nodes)).unwrap();
+        gpu.submit(|encoder| gpu.trace_slices(encoder, &bench.volume, frame, &map)).unwrap();
+        match gpu.nodes_missing(&map).unwrap() {
+            Some(needed) => nodes = needed,
+            None => return map,
+        }
+    }
+}
+
+fn many_steps(frame: &mut Frame) {
+    frame.steps = [CONVERGED; 4];
+}
+
+/// The picture of many steps, through a map of as many.
+fn converged(bench: &Bench<'_>, fragments: bool) -> Vec<[f32; 4]> {
+    let frame = bench.frame(&bench.settings, many_steps);
+    if fragments {
+        return bench.picture(&frame, GpuShadow::Fragments(&fitted(bench, &frame)));
+    }
+    through_threshold_map(bench, &frame)
+}
+
+fn through_threshold_map(bench: &Bench<'_>, frame: &GpuFrame) -> Vec<[f32; 4]> {
+    let gpu = bench.gpu;
+    let map = gpu.map(bench.settings.map_size).unwrap();
+    gpu.submit(|encoder| gpu.trace_threshold(encoder, &bench.volume, frame, &map)).unwrap();
+    bench.picture(frame, GpuShadow::Threshold(&map))
+}
+
+/// How far the brute-force picture is from the crate's own of many steps with the paper's lookup in the
+/// nearest texel, both without ground: that the former is right.
+fn difference_of_brute_force(gpu: &Gpu, bench: &Bench<'_>, shipped: &Frame) -> (f32, u32) {
+    let settings =
+        Settings { lookup: Lookup::Paper, filter: Filter::Nearest, ..bench.settings.clone() };
+    let frame = bench.frame(&settings, |frame| {
+        many_steps(frame);
+        frame.ground.w = 0.0;
+    });
+    let truth = through_threshold_map(bench, &frame);
+    let volume = bench.scene.media.plain().unwrap();
+    difference(&BruteForce::new(gpu, volume, shipped, 8).picture(gpu), &truth)
+}

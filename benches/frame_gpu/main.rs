@@ -1,0 +1,51 @@
+//! The GPU backend: the shipped frame against brute force (table frame), and every pass on the presets
+//! as milliseconds a pass from many passes in one submission (maps, drawn, views, filters). Prints the
+//! tables named as arguments, or all; 512 x 512 maps and pictures, unless `DEEPSHADOW_BENCH_SIZE` makes
+//! them smaller.
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
+
+mod bench;
+mod brute_force;
+mod clock;
+mod cloud;
+mod device;
+mod frame;
+mod scenes;
+mod tables;
+
+use deepshadow::volume::presets::Preset;
+
+use bench::Bench;
+use device::Gpu;
+
+/// Prints one table.
+type Table = fn(&[Bench<'_>]);
+
+fn main() {
+    let gpu = Gpu::open();
+    println!("{}", gpu.description);
+    let names: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let asked = |name: &str| names.is_empty() || names.iter().any(|one| one == name);
+    if asked("frame") {
+        frame::table(&gpu);
+    }
+    let tables: [(&str, Table); 4] = [
+        ("maps", tables::maps),
+        ("drawn", tables::drawn),
+        ("views", tables::views),
+        ("filters", tables::filters),
+    ];
+    if !tables.iter().any(|(name, _)| asked(name)) {
+        return;
+    }
+    let benches = Preset::ALL.map(|preset| scenes::preset(&gpu.renderer, preset));
+    // Clocks rise with work.
+    for bench in &benches {
+        bench.threshold_ms(&bench.frame(&bench.settings, |_| ()));
+    }
+    for (name, table) in tables {
+        if asked(name) {
+            table(&benches);
+        }
+    }
+}
