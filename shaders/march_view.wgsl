@@ -26,43 +26,53 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
         return Steps(index_ray, inside.x, 0.0, 0u);
     }
     let voxel_lengths = extent * length(index_ray.direction);
-    let count = step_count(voxel_lengths, VIEW_STEPS_PER_VOXEL, frame.steps.z, frame.steps.w);
+    let count = step_count(voxel_lengths, frame.rates.z, frame.steps.z, frame.steps.w);
     return Steps(index_ray, inside.x, extent / f32(count), count);
 }
 
-// Optical depths of the four samples of steps i and i + 1.
-fn four_samples(steps: Steps, i: u32) -> vec4<f32> {
-    let extinction_half = frame.domain_min.w * (0.5 * steps.step);
-    let at = four_distances(steps, i);
-    let quarter = 0.25 * steps.step;
-    let first = vec2<f32>(
-        density_along(steps.index_ray, at.x, quarter),
-        density_along(steps.index_ray, at.y, quarter),
-    );
-    let second = vec2<f32>(
-        density_along(steps.index_ray, at.z, quarter),
-        density_along(steps.index_ray, at.w, quarter),
-    );
-    let inside = vec2<bool>(i < steps.count, i + 1u < steps.count);
-    return extinction_half
-        * vec4<f32>(select(vec2<f32>(0.0), first, inside.x), select(vec2<f32>(0.0), second, inside.y));
+// Two steps of equal length of a ray in index space.
+struct Pair {
+    ray: Ray,
+    begin: f32,
+    step: f32,
+    // How many of the two there are.
+    count: u32,
 }
 
-fn four_distances(steps: Steps, i: u32) -> vec4<f32> {
-    return steps.enter + (f32(i) + vec4<f32>(0.25, 0.75, 1.25, 1.75)) * steps.step;
+// Optical depths of their four samples.
+fn four_samples(pair: Pair) -> vec4<f32> {
+    let extinction_half = frame.domain_min.w * (0.5 * pair.step);
+    let at = four_distances(pair);
+    let quarter = 0.25 * pair.step;
+    let first = vec2<f32>(
+        density_along(pair.ray, at.x, quarter),
+        density_along(pair.ray, at.y, quarter),
+    );
+    let second = vec2<f32>(
+        density_along(pair.ray, at.z, quarter),
+        density_along(pair.ray, at.w, quarter),
+    );
+    return extinction_half
+        * vec4<f32>(
+            select(vec2<f32>(0.0), first, pair.count > 0u),
+            select(vec2<f32>(0.0), second, pair.count > 1u),
+        );
+}
+
+fn four_distances(pair: Pair) -> vec4<f32> {
+    return pair.begin + vec4<f32>(0.25, 0.75, 1.25, 1.75) * pair.step;
 }
 
 // Radiance that reaches the camera of what four samples emit, each behind half of itself; `through` is
 // the transmittance in front of the first.
-fn emitted(steps: Steps, i: u32, taus: vec4<f32>, through: f32) -> vec3<f32> {
-    let at = four_distances(steps, i);
-    let reach = 0.25 * steps.step;
-    let pieces = select(2u, 4u, i + 1u < steps.count);
+fn emitted(pair: Pair, taus: vec4<f32>, through: f32) -> vec3<f32> {
+    let at = four_distances(pair);
+    let reach = 0.25 * pair.step;
     var sum = vec3<f32>(0.0);
     var before = through;
-    for (var k: u32 = 0u; k < pieces; k++) {
+    for (var k: u32 = 0u; k < 2u * pair.count; k++) {
         let seen = before * exp(-0.5 * taus[k]) * 2.0 * reach;
-        sum += emission_along(steps.index_ray, at[k], reach) * seen;
+        sum += emission_along(pair.ray, at[k], reach) * seen;
         before *= exp(-taus[k]);
     }
     return sum;
@@ -77,20 +87,29 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     var arrives = arriving(ray, ray.origin);
     var light = vec3<f32>(0.0);
     var through: f32 = 1.0;
-    var walk = walk_of(steps.index_ray, steps.enter, steps.step);
+    var walk = walk_of(steps.index_ray, steps.enter, steps.step, frame.lengths.z);
     var next: u32 = 0u;
     loop {
-        // Steps stay in the same pairs whatever is jumped over.
-        let i = next_step(&walk, next, steps.count) & 0xfffffffeu;
+        let i = next_step(&walk, next, steps.count);
         if (i >= steps.count) {
             break;
         }
-        next = i + 4u;
-        let early = four_samples(steps, i);
-        let late = four_samples(steps, i + 2u);
+        let left = steps.count - i;
+        let joined = max(min(walk.joined, left / BATCH), 1u);
+        next = i + BATCH * joined;
+        let begin = steps.enter + f32(i) * steps.step;
+        let step = f32(joined) * steps.step;
+        let near = Pair(steps.index_ray, begin, step, min(left, 2u));
+        let far = Pair(steps.index_ray, begin + 2.0 * step, step, min(max(left, 2u) - 2u, 2u));
+        let early = four_samples(near);
+        let late = four_samples(far);
         for (var j: u32 = 0u; j < 2u; j++) {
             let taus = select(early, late, j == 1u);
-            let added = scattered(through, taus, four_distances(steps, i + 2u * j));
+            var pair = near;
+            if (j == 1u) {
+                pair = far;
+            }
+            let added = scattered(through, taus, four_distances(pair));
             for (var k: u32 = 0u; k < 2u; k++) {
                 let weight = select(added.weights.x, added.weights.y, k == 1u);
                 if (weight <= 0.0) {
@@ -102,12 +121,12 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
                     arrives = arriving(ray, point);
                 }
                 let transmittance = shadow_lookup(light_coordinates(point));
-                let reach = select(steps.step, 0.5 * steps.step, added.weights.y > 0.0);
+                let reach = select(step, 0.5 * step, added.weights.y > 0.0);
                 light += weight
                     * source_along(steps.index_ray, at, reach, arrives, transmittance);
             }
-            if (MIXED && emits && i + 2u * j < steps.count) {
-                light += emitted(steps, i + 2u * j, taus, through);
+            if (MIXED && emits) {
+                light += emitted(pair, taus, through);
             }
             through = added.through;
             if (through < OPAQUE_TRANSMITTANCE) {

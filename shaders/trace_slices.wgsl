@@ -24,9 +24,9 @@ fn kept_node(k: u32) -> vec2<f32> {
     return nodes[list.first + k * list.stride];
 }
 
-fn add_slab(slabs: Slabs, i: u32, optical_depth: f32) {
+fn add_slab(slabs: Slabs, i: u32, joined: u32, optical_depth: f32) {
     if (i < slabs.last && optical_depth > 0.0 && !fitter_is_dark()) {
-        fitter_add(slab_bounds(slabs, i), optical_depth);
+        fitter_add(joined_bounds(slabs, i, joined), optical_depth);
     }
 }
 
@@ -47,20 +47,21 @@ fn trace_slices(
     let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.sizes.w);
     let slabs = slabs_of(at.x, at.y);
     fitter_start(frame.slices.z);
-    var walk = walk_of(slabs.ray, slabs.start, slabs.step);
+    var walk = walk_of(slabs.ray, slabs.start, slabs.step, frame.lengths.y);
     var next = slabs.first;
     while (!fitter_is_dark()) {
         let i = next_step(&walk, next, slabs.last);
         if (i >= slabs.last) {
             break;
         }
-        next = i + 4u;
-        let optical_depths = four_optical_depths(slabs, i);
+        let joined = walk.joined;
+        next = i + BATCH * joined;
+        let optical_depths = four_optical_depths(slabs, i, joined);
         // Written out: reading a vector at a place that is not constant costs a fifth of the pass.
-        add_slab(slabs, i, optical_depths.x);
-        add_slab(slabs, i + 1u, optical_depths.y);
-        add_slab(slabs, i + 2u, optical_depths.z);
-        add_slab(slabs, i + 3u, optical_depths.w);
+        add_slab(slabs, i, joined, optical_depths.x);
+        add_slab(slabs, i + joined, joined, optical_depths.y);
+        add_slab(slabs, i + 2u * joined, joined, optical_depths.z);
+        add_slab(slabs, i + 3u * joined, joined, optical_depths.w);
     }
     fitter_finish();
 

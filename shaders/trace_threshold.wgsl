@@ -26,39 +26,45 @@ var<workgroup> checkpoints: array<array<f32, 64>, CHECKPOINTS>;
 
 // Steps between two checkpoints.
 fn stride_of(steps: LightSteps) -> u32 {
-    return 4u * ((steps.count + 4u * CHECKPOINTS - 1u) / (4u * CHECKPOINTS));
+    return (steps.count + CHECKPOINTS - 1u) / CHECKPOINTS;
 }
 
-// Optical depths of steps i to i + 3, none from `last` on: four samples are under way at once.
-fn four_steps(steps: LightSteps, i: u32, last: u32) -> vec4<f32> {
-    let at = steps.enter + (f32(i) + vec4<f32>(0.5, 1.5, 2.5, 3.5)) * steps.step;
-    let half = 0.5 * steps.step;
+// Optical depths of four steps from i on, each of `joined` ones, that end at `last`: four samples are under
+// way at once.
+fn four_steps(steps: LightSteps, i: u32, joined: u32, last: u32) -> vec4<f32> {
+    let first = vec4<u32>(i) + joined * vec4<u32>(0u, 1u, 2u, 3u);
+    let begin = vec4<f32>(min(first, vec4<u32>(last)));
+    let end = vec4<f32>(min(first + joined, vec4<u32>(last)));
+    let at = steps.enter + 0.5 * (begin + end) * steps.step;
+    let half = 0.5 * (end - begin) * steps.step;
     let densities = vec4<f32>(
-        density_along(steps.ray, at.x, half),
-        density_along(steps.ray, at.y, half),
-        density_along(steps.ray, at.z, half),
-        density_along(steps.ray, at.w, half),
+        density_along(steps.ray, at.x, half.x),
+        density_along(steps.ray, at.y, half.y),
+        density_along(steps.ray, at.z, half.z),
+        density_along(steps.ray, at.w, half.w),
     );
-    let taken = vec4<u32>(i) + vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(last);
-    return select(vec4<f32>(0.0), densities, taken) * (frame.domain_min.w * steps.step);
+    return densities * (end - begin) * (frame.domain_min.w * steps.step);
 }
 
 // Optical depth of the whole ray; fills the checkpoints.
 fn march(steps: LightSteps, lane: u32) -> f32 {
     let stride = stride_of(steps);
-    var walk = walk_of(steps.ray, steps.enter, steps.step);
+    var walk = walk_of(steps.ray, steps.enter, steps.step, frame.lengths.x);
     var tau: f32 = 0.0;
     var next: u32 = 0u;
     for (var k: u32 = 0u; k < CHECKPOINTS; k++) {
         let last = min((k + 1u) * stride, steps.count);
+        // Whatever was before: the same steps as when they are marched again.
+        walk.end = -3e38;
+        next = k * stride;
         while (tau < LARGEST_OPTICAL_DEPTH) {
             next = next_step(&walk, next, last);
             if (next >= last) {
                 break;
             }
-            let taus = four_steps(steps, next, last);
+            let taus = four_steps(steps, next, walk.joined, last);
             tau = (((tau + taus.x) + taus.y) + taus.z) + taus.w;
-            next = min(next + 4u, last);
+            next += BATCH * walk.joined;
         }
         checkpoints[k][lane] = tau;
     }
@@ -76,29 +82,38 @@ fn depth_of(steps: LightSteps, lane: u32, wanted: f32) -> f32 {
     }
     let stride = stride_of(steps);
     let last = min((k + 1u) * stride, steps.count);
+    var walk = walk_of(steps.ray, steps.enter, steps.step, frame.lengths.x);
     var before: f32 = 0.0;
     if (k > 0u) {
         before = checkpoints[k - 1u][lane];
     }
-    for (var i = k * stride; i < last; i += 4u) {
-        let taus = four_steps(steps, i, last);
+    var i = k * stride;
+    loop {
+        i = next_step(&walk, i, last);
+        if (i >= last) {
+            break;
+        }
+        let joined = walk.joined;
+        let taus = four_steps(steps, i, joined, last);
         let a = before + taus.x;
         let b = a + taus.y;
         let c = b + taus.z;
         let d = c + taus.w;
         if (wanted <= d) {
-            var found = vec3<f32>(f32(i), before, a);
+            var found = vec3<f32>(0.0, before, a);
             if (wanted > c) {
-                found = vec3<f32>(f32(i + 3u), c, d);
+                found = vec3<f32>(3.0, c, d);
             } else if (wanted > b) {
-                found = vec3<f32>(f32(i + 2u), b, c);
+                found = vec3<f32>(2.0, b, c);
             } else if (wanted > a) {
-                found = vec3<f32>(f32(i + 1u), a, b);
+                found = vec3<f32>(1.0, a, b);
             }
-            let z = steps.enter + vec2<f32>(found.x, found.x + 1.0) * steps.step;
+            let ends = f32(i) + f32(joined) * vec2<f32>(found.x, found.x + 1.0);
+            let z = steps.enter + min(ends, vec2<f32>(f32(last))) * steps.step;
             return crossing_depth(frame.methods.x, z, wanted, found.yz);
         }
         before = d;
+        i += BATCH * joined;
     }
     // Rounding alone kept the sum below it.
     return steps.enter + f32(last) * steps.step;
@@ -112,7 +127,7 @@ fn trace_texel(u: f32, v: f32, lane: u32) -> vec4<f32> {
     }
     let extent = inside.y - inside.x;
     let voxel_lengths = extent * length(ray.direction);
-    let count = step_count(voxel_lengths, LIGHT_STEPS_PER_VOXEL, frame.steps.x, frame.steps.y);
+    let count = step_count(voxel_lengths, frame.rates.x, frame.steps.x, frame.steps.y);
     let steps = LightSteps(ray, inside.x, inside.y, extent / f32(count), count);
 
     let largest = 1.0 - exp(-march(steps, lane));

@@ -5,7 +5,8 @@ use std::mem::offset_of;
 
 use deepshadow::frame::{self, Field, Frame, Part};
 use deepshadow::gpu::{MediaKind, PASSES, linked, shadow_wgsl};
-use deepshadow::kernel::{fitting, fragments, medium, threshold, view};
+use deepshadow::kernel::{fitting, fragments, medium, occupancy, threshold, view};
+use deepshadow::scene::{EMPTY, ROUGHEST};
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{MOST_WALKED, NO_LINK};
 use naga::{Expression, Literal, Module, TypeInner};
@@ -71,6 +72,8 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         domain_max,
         voxel_share,
         bricks,
+        rates,
+        lengths,
         albedo,
         light_origin,
         light_origin_u,
@@ -159,6 +162,7 @@ const ALL_CONSTANTS: &str = "#import kernel/shadow
 #import kernel/fitting
 #import kernel/lists
 #import kernel/medium
+#import kernel/occupancy
 #import kernel/slices
 fn keep_node(node: vec2<f32>) {}
 fn kept_node(k: u32) -> vec2<f32> { return vec2<f32>(f32(k)); }
@@ -168,14 +172,14 @@ fn kept_node(k: u32) -> vec2<f32> { return vec2<f32>(f32(k)); }
 fn constants_are_the_same_on_both_sides() {
     let one = |value: f32| vec![f64::from(value)];
     let common = [
-        ("LIGHT_STEPS_PER_VOXEL", one(frame::LIGHT_STEPS_PER_VOXEL)),
-        ("VIEW_STEPS_PER_VOXEL", one(frame::VIEW_STEPS_PER_VOXEL)),
         ("LOOKUP_WEIGHT", one(frame::LOOKUP_WEIGHT)),
         ("FOUR_PI", one(medium::FOUR_PI)),
         ("SMALLEST_WEIGHT", one(medium::SMALLEST_WEIGHT)),
-        ("SLABS_PER_VOXEL", one(frame::SLABS_PER_VOXEL)),
         ("SLAB_SAMPLES_PER_VOXEL", one(frame::SLAB_SAMPLES_PER_VOXEL)),
         ("OPAQUE_TRANSMITTANCE", one(frame::OPAQUE_TRANSMITTANCE)),
+        ("EMPTY", vec![f64::from(EMPTY)]),
+        ("ROUGHEST", vec![f64::from(ROUGHEST)]),
+        ("BATCH", vec![f64::from(occupancy::BATCH)]),
         ("FAR", one(view::FAR)),
         ("POINT_SPACING", one(fitting::POINT_SPACING)),
         ("FIT_SHARE", one(fitting::FIT_SHARE)),

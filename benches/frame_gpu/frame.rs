@@ -158,7 +158,8 @@ fn fitted(bench: &Bench<'_>, frame: &GpuFrame) -> GpuFragments {
 }
 
 fn many_steps(frame: &mut Frame) {
-    frame.steps = [CONVERGED; 4];
+    frame.take_light_steps(CONVERGED);
+    frame.take_view_steps(CONVERGED);
 }
 
 /// The picture of many steps, through a map of as many.

@@ -20,11 +20,11 @@ pub fn maps(benches: &[Bench<'_>]) {
     for bench in benches {
         let paper = Settings { lookup: Lookup::Paper, ..bench.settings.clone() };
         let naive = bench.threshold_ms(&bench.frame(&paper, |f| {
-            f.steps = [NAIVE_STEPS, NAIVE_STEPS, f.steps[2], f.steps[3]];
+            f.take_light_steps(NAIVE_STEPS);
         }));
         let threshold = bench.threshold_ms(&bench.frame(&bench.settings, |_| ()));
         let exact = Settings { tolerance: 0.0, ..bench.settings.clone() };
-        let slabs = |f: &mut Frame| f.steps = [SLABS, SLABS, f.steps[2], f.steps[3]];
+        let slabs = |f: &mut Frame| f.take_light_steps(SLABS);
         let raw = bench.slices(&bench.frame(&exact, slabs), SLABS + 1);
         let fitted = bench.slices(&bench.frame(&bench.settings, slabs), 64);
         let default = bench.slices(&bench.frame(&bench.settings, |_| ()), 64);
@@ -83,7 +83,7 @@ pub fn views(benches: &[Bench<'_>]) {
                 bench.gpu.trace_threshold(encoder, &bench.volume, &parameters, &threshold);
             })
             .unwrap();
-        let steps = |n: u32| move |f: &mut Frame| f.steps = [f.steps[0], f.steps[1], n, n];
+        let steps = |n: u32| move |f: &mut Frame| f.take_view_steps(n);
         let converged = bench.frame(&bench.settings, steps(CONVERGED));
         let truth = bench.picture(&converged, GpuShadow::Fragments(&map));
         for n in [0, 32, 48, 64, 96, 128] {
@@ -114,7 +114,7 @@ pub fn filters(benches: &[Bench<'_>]) {
     println!("| volume | pcf3 | pcf5 | pcf7 | ratio at 7 |\n|---|---|---|---|---|");
     for bench in benches {
         let exact = Settings { tolerance: 0.0, truncation: 0.0, ..bench.settings.clone() };
-        let parameters = bench.frame(&exact, |f| f.steps = [SLABS, SLABS, f.steps[2], f.steps[3]]);
+        let parameters = bench.frame(&exact, |f| f.take_light_steps(SLABS));
         let Some((_, map)) = bench.slices(&parameters, SLABS + 1) else { continue };
         let mut linked = None;
         bench.gpu.submit(|encoder| linked = Some(bench.gpu.link_neighbors(encoder, map))).unwrap();

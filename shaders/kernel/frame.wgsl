@@ -6,6 +6,8 @@ struct Frame {
     domain_max: vec4<f32>,
     voxel_share: vec4<f32>,
     bricks: vec4<f32>,
+    rates: vec4<f32>,
+    lengths: vec4<f32>,
     albedo: vec4<f32>,
     light_origin: vec4<f32>,
     light_origin_u: vec4<f32>,
@@ -43,9 +45,6 @@ struct Frame {
 // the compiler leaves the rest out, and with fewer registers taken more threads run at once.
 override USUAL: bool = false;
 
-const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
-const SLABS_PER_VOXEL: f32 = 8.0;
 const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
-const VIEW_STEPS_PER_VOXEL: f32 = 0.8;
 const LOOKUP_WEIGHT: f32 = 0.0625;
 const OPAQUE_TRANSMITTANCE: f32 = 0.0009765625;

@@ -27,7 +27,7 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     let planes = frame.counts.y;
     if (planes == 0u) {
         let voxel_lengths = extent * length(ray.direction);
-        let count = step_count(voxel_lengths, SLABS_PER_VOXEL, frame.steps.x, frame.steps.y);
+        let count = step_count(voxel_lengths, frame.rates.y, frame.steps.x, frame.steps.y);
         let step = extent / f32(count);
         return Slabs(ray, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step));
     }
@@ -50,8 +50,13 @@ fn samples_over(ray: Ray, step: f32) -> u32 {
 
 // Depths of the front and the back of slab i in the volume; empty if the second is not greater.
 fn slab_bounds(slabs: Slabs, i: u32) -> vec2<f32> {
+    return joined_bounds(slabs, i, 1u);
+}
+
+// The same of slab i and those behind it that are joined to it.
+fn joined_bounds(slabs: Slabs, i: u32, joined: u32) -> vec2<f32> {
     let front = slabs.start + f32(i) * slabs.step;
-    let back = slabs.start + f32(i + 1u) * slabs.step;
+    let back = slabs.start + f32(min(i + joined, slabs.last)) * slabs.step;
     return vec2<f32>(max(front, slabs.enter), min(back, slabs.exit));
 }
 
@@ -66,13 +71,13 @@ fn slab_optical_depth(slabs: Slabs, i: u32) -> f32 {
     return sum * step * frame.domain_min.w;
 }
 
-// Optical depths of slabs i to i + 3: as the passes wait for samples more than they compute, four are under
+// Optical depths of four slabs from i on, each of `joined` ones: as the passes wait for samples more than they compute, four are under
 // way at once.
-fn four_optical_depths(slabs: Slabs, i: u32) -> vec4<f32> {
-    let a = slab_bounds(slabs, i);
-    let b = slab_bounds(slabs, i + 1u);
-    let c = slab_bounds(slabs, i + 2u);
-    let d = slab_bounds(slabs, i + 3u);
+fn four_optical_depths(slabs: Slabs, i: u32, joined: u32) -> vec4<f32> {
+    let a = joined_bounds(slabs, i, joined);
+    let b = joined_bounds(slabs, i + joined, joined);
+    let c = joined_bounds(slabs, i + 2u * joined, joined);
+    let d = joined_bounds(slabs, i + 3u * joined, joined);
     let fronts = vec4<f32>(a.x, b.x, c.x, d.x);
     let steps = max(vec4<f32>(a.y, b.y, c.y, d.y) - fronts, vec4<f32>(0.0)) / f32(slabs.samples);
     var sums = vec4<f32>(0.0);

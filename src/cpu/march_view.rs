@@ -4,14 +4,12 @@
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use crate::frame::{Frame, OPAQUE_TRANSMITTANCE, VIEW_STEPS_PER_VOXEL};
+use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
-use crate::kernel::media::{
-    Arriving, Piece, Sampler, arriving, density_along, emission_along, source_along,
-};
+use crate::kernel::media::{Piece, Sampler, arriving, density_along, emission_along, source_along};
 use crate::kernel::medium::{scattered, step_opacity};
-use crate::kernel::occupancy::Walk;
+use crate::kernel::occupancy::{BATCH, Walk};
 use crate::kernel::ray::{Ray, intersect_box, step_count};
 use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
@@ -62,6 +60,16 @@ pub(super) struct Steps {
     index_ray: Ray,
 }
 
+/// Two steps of equal length.
+struct Pair<'a> {
+    /// In index space.
+    ray: &'a Ray,
+    begin: f32,
+    step: f32,
+    /// How many of the two there are.
+    count: u32,
+}
+
 /// What a step, or two, add to a picture.
 pub(super) struct Added {
     /// Distances where it begins and ends.
@@ -108,7 +116,7 @@ impl View<'_> {
             return Steps { enter, step: 0.0, count: 0, index_ray };
         }
         let voxels = length * index_ray.direction.length();
-        let count = step_count(voxels, VIEW_STEPS_PER_VOXEL, frame.steps[2], frame.steps[3]);
+        let count = step_count(voxels, frame.rates.z, frame.steps[2], frame.steps[3]);
         Steps { enter, step: length / count as f32, count, index_ray }
     }
 
@@ -133,83 +141,94 @@ impl View<'_> {
     /// that add little, take one of the light. The transmittance of the whole ray.
     pub(super) fn scatter(&self, ray: &Ray, steps: &Steps, mut visit: impl FnMut(Added)) -> f32 {
         let frame = self.frame;
-        let extinction_half = frame.domain_min.w * (0.5 * steps.step);
-        let quarter = 0.25 * steps.step;
-        let parallel = frame.light_position.w == 0.0;
-        let emits = frame.counts[3] == 1;
-        let mut light = arriving(frame, ray, ray.origin);
-        let mut through = 1.0;
-        let mut walk =
-            Walk::new(self.sampler.occupancy, frame, &steps.index_ray, [steps.enter, steps.step]);
-        let mut next = 0;
+        let mut walk = Walk::new(
+            self.sampler.occupancy,
+            frame,
+            &steps.index_ray,
+            [steps.enter, steps.step],
+            frame.lengths.z,
+        );
+        let (mut next, mut through) = (0, 1.0);
         loop {
-            // Steps stay in the same pairs whatever is jumped over.
-            let i = walk.next_step(next, steps.count) & !1;
+            let (i, joined) = walk.next_step(next, steps.count);
             if i >= steps.count {
-                break;
+                return through;
             }
-            next = i + 2;
-            let at = |place: f32| steps.enter + (i as f32 + place) * steps.step;
-            let distances = Vec4::new(at(0.25), at(0.75), at(1.25), at(1.75));
-            let sample = |t: f32| density_along(&self.sampler, &steps.index_ray, t, quarter);
-            let mut taus = Vec4::new(sample(distances.x), sample(distances.y), 0.0, 0.0);
-            if i + 1 < steps.count {
-                (taus.z, taus.w) = (sample(distances.z), sample(distances.w));
-            }
-            if taus == Vec4::ZERO && !emits {
-                continue;
-            }
-            taus *= extinction_half;
-            let added = scattered(through, taus, distances);
-            let ends = if added.weights.y > 0.0 { [at(1.0), at(2.0)] } else { [at(2.0); 2] };
-            let parts = [([at(0.0), ends[0]], added.weights.x), (ends, added.weights.y)];
-            let mut before = through;
-            for ((part, weight), place) in parts.into_iter().zip(added.places.to_array()) {
-                if weight <= 0.0 {
-                    continue;
+            let left = steps.count - i;
+            let joined = joined.min(left / BATCH).max(1);
+            next = i + BATCH * joined;
+            let step = joined as f32 * steps.step;
+            for (first, count) in [(0.0, left.min(2)), (2.0, left.saturating_sub(2).min(2))] {
+                let begin = steps.enter + i as f32 * steps.step + first * step;
+                through = self.pair(
+                    ray,
+                    &Pair { ray: &steps.index_ray, begin, step, count },
+                    through,
+                    &mut visit,
+                );
+                if through < OPAQUE_TRANSMITTANCE {
+                    return 0.0;
                 }
-                if !parallel {
-                    light = arriving(frame, ray, ray.at(place));
-                }
-                let half = 0.5 * (part[1] - part[0]);
-                let radiance = weight * self.source(ray, steps, [place, half], &light);
-                visit(Added { part, weight, through: before, radiance });
-                before -= weight;
-            }
-            if emits {
-                let pieces = if i + 1 < steps.count { 4 } else { 2 };
-                let radiance = self.emitted(steps, through, [taus, distances], pieces);
-                visit(Added { part: [at(0.0), at(2.0)], weight: 0.0, through, radiance });
-            }
-            through = added.through;
-            if through < OPAQUE_TRANSMITTANCE {
-                return 0.0;
             }
         }
-        through
+    }
+
+    /// Calls `visit` for what two steps add; the transmittance behind them.
+    fn pair(&self, ray: &Ray, pair: &Pair<'_>, through: f32, visit: &mut impl FnMut(Added)) -> f32 {
+        let frame = self.frame;
+        let at = |place: f32| pair.begin + place * pair.step;
+        let distances = Vec4::new(at(0.25), at(0.75), at(1.25), at(1.75));
+        let quarter = 0.25 * pair.step;
+        let sample = |t: f32| density_along(&self.sampler, pair.ray, t, quarter);
+        let mut taus = Vec4::ZERO;
+        if pair.count > 0 {
+            (taus.x, taus.y) = (sample(distances.x), sample(distances.y));
+        }
+        if pair.count > 1 {
+            (taus.z, taus.w) = (sample(distances.z), sample(distances.w));
+        }
+        let emits = frame.counts[3] == 1;
+        if taus == Vec4::ZERO && !emits {
+            return through;
+        }
+        taus *= frame.domain_min.w * (0.5 * pair.step);
+        let added = scattered(through, taus, distances);
+        let ends = if added.weights.y > 0.0 { [at(1.0), at(2.0)] } else { [at(2.0); 2] };
+        let parts = [([at(0.0), ends[0]], added.weights.x), (ends, added.weights.y)];
+        let mut before = through;
+        for ((part, weight), place) in parts.into_iter().zip(added.places.to_array()) {
+            if weight <= 0.0 {
+                continue;
+            }
+            let half = 0.5 * (part[1] - part[0]);
+            let radiance = weight * self.source(ray, pair.ray, [place, half]);
+            visit(Added { part, weight, through: before, radiance });
+            before -= weight;
+        }
+        if emits {
+            let radiance = self.emitted(pair, through, [taus, distances]);
+            visit(Added { part: [at(0.0), at(2.0)], weight: 0.0, through, radiance });
+        }
+        added.through
     }
 
     /// Light that a piece of a ray, around a place and of half a length, sends to the camera per unit of
     /// opacity.
-    fn source(&self, ray: &Ray, steps: &Steps, [at, half]: [f32; 2], light: &Arriving) -> Vec3 {
-        let transmittance = self.transmittance(ray.at(at));
-        let piece = Piece { ray: &steps.index_ray, at, half };
-        source_along(&self.sampler, self.frame, &piece, light, transmittance)
+    fn source(&self, ray: &Ray, index_ray: &Ray, [at, half]: [f32; 2]) -> Vec3 {
+        let point = ray.at(at);
+        let light = arriving(self.frame, ray, point);
+        let transmittance = self.transmittance(point);
+        let piece = Piece { ray: index_ray, at, half };
+        source_along(&self.sampler, self.frame, &piece, &light, transmittance)
     }
 
-    /// Radiance that reaches the camera of what the first `count` of four samples emit, each behind half
-    /// of itself; `through` is the transmittance in front of the first.
-    fn emitted(
-        &self,
-        steps: &Steps,
-        through: f32,
-        [taus, distances]: [Vec4; 2],
-        count: usize,
-    ) -> Vec3 {
-        let half = 0.25 * steps.step;
+    /// Radiance that reaches the camera of what four samples emit, each behind half of itself; `through`
+    /// is the transmittance in front of the first.
+    fn emitted(&self, pair: &Pair<'_>, through: f32, [taus, distances]: [Vec4; 2]) -> Vec3 {
+        let half = 0.25 * pair.step;
         let (mut sum, mut before) = (Vec3::ZERO, through);
-        for k in 0..count {
-            let piece = Piece { ray: &steps.index_ray, at: distances[k], half };
+        for k in 0..2 * pair.count as usize {
+            let piece = Piece { ray: pair.ray, at: distances[k], half };
             sum += emission_along(&self.sampler, &piece)
                 * (before * (-0.5 * taus[k]).exp() * 2.0 * half);
             before *= (-taus[k]).exp();

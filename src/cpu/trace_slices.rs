@@ -7,8 +7,8 @@ use crate::frame::Frame;
 use crate::kernel::fitting::Fitter;
 use crate::kernel::fragments::Node;
 use crate::kernel::media::Sampler;
-use crate::kernel::occupancy::Walk;
-use crate::kernel::slices::{slab_bounds, slab_optical_depth, slabs_of};
+use crate::kernel::occupancy::{BATCH, Walk};
+use crate::kernel::slices::{joined_bounds, ray_optical_depth, slabs_of};
 use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Runs, truncate};
@@ -63,23 +63,24 @@ pub(super) fn trace_texel(
     let slabs = slabs_of(frame, u, v);
     let mut fitter = Fitter::new(tolerance);
     nodes.clear();
-    let mut walk = Walk::new(sampler.occupancy, frame, &slabs.ray, [slabs.start, slabs.step]);
+    let mut walk =
+        Walk::new(sampler.occupancy, frame, &slabs.ray, [slabs.start, slabs.step], frame.lengths.y);
     let mut next = slabs.first;
-    loop {
-        let i = walk.next_step(next, slabs.last);
+    'ray: loop {
+        let (i, joined) = walk.next_step(next, slabs.last);
         if i >= slabs.last {
             break;
         }
-        next = i + 1;
-        let bounds = slab_bounds(&slabs, i);
-        if bounds[1] <= bounds[0] {
-            continue;
-        }
-        let optical_depth = slab_optical_depth(sampler, frame, &slabs, i);
-        if optical_depth > 0.0 {
-            fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
-            if fitter.is_dark() {
-                break;
+        next = i + BATCH * joined;
+        for begin in (i..next.min(slabs.last)).step_by(joined as usize) {
+            let bounds = joined_bounds(&slabs, begin, joined);
+            let optical_depth =
+                ray_optical_depth(sampler, frame, &slabs.ray, bounds, slabs.samples);
+            if optical_depth > 0.0 {
+                fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
+                if fitter.is_dark() {
+                    break 'ray;
+                }
             }
         }
     }

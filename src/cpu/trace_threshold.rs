@@ -3,14 +3,17 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::frame::{Frame, LIGHT_STEPS_PER_VOXEL};
+use crate::frame::Frame;
 use crate::kernel::light::light_ray;
 use crate::kernel::media::{Sampler, density_along};
-use crate::kernel::occupancy::Walk;
+use crate::kernel::occupancy::{BATCH, Walk};
 use crate::kernel::ray::{intersect_box, step_count};
 use crate::kernel::threshold::{LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
 use crate::progress::Progress;
 use crate::scene::Media;
+
+/// Parts of a ray behind which a GPU keeps the optical depth.
+const CHECKPOINTS: u32 = 16;
 
 /// All texels, row 0 at v = 0: depths of three opacities and the largest opacity.
 pub(super) fn trace_threshold(
@@ -32,12 +35,15 @@ pub(super) fn trace_threshold(
     texels
 }
 
-/// One texel. `reached` is scratch: steps and the optical depths behind them.
+/// Depths where a step begins and ends, and the optical depths there.
+type Reached = ([f32; 2], [f32; 2]);
+
+/// One texel. `reached` is scratch.
 fn trace_texel(
     sampler: &Sampler<'_>,
     frame: &Frame,
     [u, v]: [f32; 2],
-    reached: &mut Vec<(u32, f32)>,
+    reached: &mut Vec<Reached>,
 ) -> [f32; 4] {
     let ray = light_ray(frame, u, v);
     let index_ray = ray.transformed(&frame.index_from_frame);
@@ -48,29 +54,45 @@ fn trace_texel(
     }
     let length = exit - enter;
     let voxels = length * index_ray.direction.length();
-    let count = step_count(voxels, LIGHT_STEPS_PER_VOXEL, frame.steps[0], frame.steps[1]);
+    let count = step_count(voxels, frame.rates.x, frame.steps[0], frame.steps[1]);
     let step = length / count as f32;
     let extinction_step = frame.domain_min.w * step;
 
     reached.clear();
     let mut tau = 0.0;
-    let mut walk = Walk::new(sampler.occupancy, frame, &index_ray, [enter, step]);
-    let mut i = walk.next_step(0, count);
-    while i < count && tau < LARGEST_OPTICAL_DEPTH {
-        let t = enter + (i as f32 + 0.5) * step;
-        tau += density_along(sampler, &index_ray, t, 0.5 * step) * extinction_step;
-        reached.push((i, tau));
-        i = walk.next_step(i + 1, count);
+    let mut walk = Walk::new(sampler.occupancy, frame, &index_ray, [enter, step], frame.lengths.x);
+    // The steps that a GPU takes between its checkpoints.
+    let stride = count.div_ceil(CHECKPOINTS);
+    for k in 0..CHECKPOINTS {
+        let last = ((k + 1) * stride).min(count);
+        walk.restart();
+        let mut next = k * stride;
+        while tau < LARGEST_OPTICAL_DEPTH {
+            let (i, joined) = walk.next_step(next, last);
+            if i >= last {
+                break;
+            }
+            next = i + BATCH * joined;
+            for begin in (i..next.min(last)).step_by(joined as usize) {
+                let steps = joined.min(last - begin) as f32;
+                let t = enter + (begin as f32 + 0.5 * steps) * step;
+                let density = density_along(sampler, &index_ray, t, 0.5 * steps * step);
+                if density > 0.0 {
+                    let ends = [begin as f32, begin as f32 + steps].map(|i| enter + i * step);
+                    let before = tau;
+                    tau += density * steps * extinction_step;
+                    reached.push((ends, [before, tau]));
+                }
+            }
+        }
     }
     let largest = 1.0 - (-tau).exp();
 
     let depth_of = |level: f32| {
         let target = -(1.0 - level).ln();
-        let k = reached.partition_point(|&(_, tau)| tau < target);
-        let Some(&(i, behind)) = reached.get(k) else { return exit };
-        let before = if k == 0 { 0.0 } else { reached[k - 1].1 };
-        let ends = [enter + i as f32 * step, enter + (i + 1) as f32 * step];
-        crossing_depth(frame.methods[0], ends, target, [before, behind])
+        let k = reached.partition_point(|&(_, [_, tau])| tau < target);
+        let Some(&(ends, taus)) = reached.get(k) else { return exit };
+        crossing_depth(frame.methods[0], ends, target, taus)
     };
     let thresholds = frame.thresholds.truncate();
     let paper = frame.methods[1] == 1;

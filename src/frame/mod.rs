@@ -15,19 +15,30 @@ use crate::scene::{LightView, Media, Scene};
 use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
 pub use mixture::{Field, LEAST_CELLS, MOST_FIELDS, MOST_PARTS, Mixture, Part, TABLE_CELLS};
 
-/// Steps along a light ray for each voxel length that it crosses, at most [`Settings::steps`].
-pub const LIGHT_STEPS_PER_VOXEL: f32 = 4.0;
+/// Steps along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all.
+pub const LIGHT_STEPS_PER_VOXEL: f32 = 8.0;
 /// Steps along a light ray at least, for small volumes.
 pub const LIGHT_STEPS_LEAST: u32 = 64;
-/// Steps along a camera ray for each voxel length that it crosses. (A step takes two samples of
+/// Steps along a camera ray for each voxel length that it crosses at most. (A step takes two samples of
 /// density and at most one of the light.)
 pub const VIEW_STEPS_PER_VOXEL: f32 = 0.8;
 /// Two steps of a camera ray share one sample of the light if they add no more than this share of the
 /// pixel's light.
 pub const LOOKUP_WEIGHT: f32 = 1.0 / 16.0;
-/// Slabs along a light ray for each voxel length that it crosses, at most [`Settings::steps`]. More
+/// Slabs along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all. More
 /// than steps of a threshold map: between slabs optical depth is taken to be linear.
 pub const SLABS_PER_VOXEL: f32 = 8.0;
+/// Steps for each voxel length at least, of any kind.
+const LEAST_PER_VOXEL: f64 = 0.125;
+/// How far optical depth may bend within a step of a threshold map's light ray: the change of extinction
+/// times an eighth of the length squared.
+const LIGHT_BEND: f64 = 0.002;
+/// The same within a slab, as a share of the tolerance.
+const SLAB_BEND: f64 = 0.1;
+/// The same between two samples of a camera ray.
+const VIEW_BEND: f64 = 0.012;
+/// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
+const BATCH_VOXELS: f64 = 9.0;
 /// Samples in a slab for each voxel length of it, at least one.
 pub const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
 /// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
@@ -56,6 +67,12 @@ pub struct Frame {
     /// xyz: lower corner of the first brick of [`crate::scene::Occupancy`] in index space; w: voxels along
     /// a brick's edge.
     pub bricks: Vec4,
+    /// Steps for each voxel length: along light rays of threshold maps, slabs of fragment maps, along camera
+    /// rays; w unused.
+    pub rates: Vec4,
+    /// World lengths that those steps may have where the media change most, in the same order; w: no step
+    /// may be longer.
+    pub lengths: Vec4,
     /// xyz: scattering albedo; w: Henyey-Greenstein g.
     pub albedo: Vec4,
 
@@ -177,6 +194,7 @@ impl Frame {
             if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
         let planes = planes(settings, light, media);
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
+        let [rates, lengths] = marching(media, settings);
         let frame = Self {
             index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
             domain_min: media.domain().min.as_vec3().extend(match media.plain() {
@@ -189,6 +207,8 @@ impl Frame {
                 let occupancy = media.occupancy();
                 occupancy.origin().as_vec3().extend(occupancy.edge() as f32)
             },
+            rates,
+            lengths,
             albedo: medium.albedo.as_vec3().extend(medium.phase_g as f32),
             light_origin: at(light.origin),
             light_origin_u: along(light.origin_u),
@@ -244,6 +264,18 @@ impl Frame {
         }
     }
 
+    /// From now on takes exactly as many steps along every light ray, none of them joined.
+    pub fn take_light_steps(&mut self, count: u32) {
+        [self.steps[0], self.steps[1]] = [count; 2];
+        (self.lengths.x, self.lengths.y) = (0.0, 0.0);
+    }
+
+    /// From now on takes exactly as many steps along every camera ray, none of them joined.
+    pub fn take_view_steps(&mut self, count: u32) {
+        [self.steps[2], self.steps[3]] = [count; 2];
+        self.lengths.z = 0.0;
+    }
+
     /// All vectors, for checks.
     fn vectors(&self) -> [Vec4; Self::VECTORS] {
         let floats: &[f32] = bytemuck::cast_slice(std::slice::from_ref(self));
@@ -276,6 +308,40 @@ fn methods(settings: &Settings) -> [u32; 4] {
         Lookup::Paper => 1,
     };
     [crossing, lookup, settings.filter.window().0, u32::from(settings.shading == Shading::Paper)]
+}
+
+/// Steps for each voxel length ([`Frame::rates`]) and how long they may be ([`Frame::lengths`]): as the
+/// largest change of extinction asks for, within what always suffices.
+fn marching(media: &Media, settings: &Settings) -> [Vec4; 2] {
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let transform = media.world_from_index();
+    let voxel =
+        axes.map(|axis| transform.transform_vector3(axis).length()).into_iter().fold(0.0, f64::max);
+    let roughness = media.occupancy().roughness();
+    // (most steps for each voxel, bend, samples a step)
+    let passes = [
+        (LIGHT_STEPS_PER_VOXEL, LIGHT_BEND, 1.0),
+        (SLABS_PER_VOXEL, SLAB_BEND * settings.tolerance, 1.0),
+        (VIEW_STEPS_PER_VOXEL, VIEW_BEND, 2.0),
+    ];
+    let (mut rates, mut lengths) = (Vec4::ZERO, Vec4::ZERO);
+    if settings.shading == Shading::Paper {
+        // As many steps as were asked for, all as long as each other.
+        let rates = passes.map(|(most, ..)| most);
+        return [Vec3::from_array(rates).extend(0.0), lengths];
+    }
+    for (i, (most, bend, samples)) in passes.into_iter().enumerate() {
+        let most = f64::from(most);
+        // Nothing is known of the change in media that are not plain: steps stay as they are.
+        let length = match roughness > 0.0 {
+            true => samples * (8.0 * bend * voxel / roughness).sqrt(),
+            false => voxel / most,
+        };
+        let rate = (voxel / length.max(1e-3 * voxel)).clamp(LEAST_PER_VOXEL, most);
+        (rates[i], lengths[i]) = (rate as f32, length as f32);
+    }
+    lengths.w = (0.25 * BATCH_VOXELS * voxel) as f32;
+    [rates, lengths]
 }
 
 /// The ground as a frame holds it, in a frame space whose origin lies at height `center`.

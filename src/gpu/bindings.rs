@@ -133,13 +133,13 @@ pub(super) fn read_write(binding: u32) -> BindGroupLayoutEntry {
 pub(super) fn media(kind: MediaKind) -> Vec<BindGroupLayoutEntry> {
     let sampler = BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     let grid = |binding| texture(binding, wgpu::TextureViewDimension::D3, true);
-    let distances = BindingType::Texture {
+    let codes = BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Uint,
         view_dimension: wgpu::TextureViewDimension::D3,
         multisampled: false,
     };
     let mut entries =
-        vec![layout_entry(at::TRILINEAR, sampler), layout_entry(at::OCCUPANCY, distances)];
+        vec![layout_entry(at::TRILINEAR, sampler), layout_entry(at::OCCUPANCY, codes)];
     match kind {
         MediaKind::Plain => entries.push(grid(at::VOXELS)),
         MediaKind::Mixed => {

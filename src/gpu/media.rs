@@ -16,7 +16,7 @@ use crate::volume::Volume;
 #[derive(Clone, Debug)]
 pub struct GpuMedia {
     content: Content,
-    /// How many bricks away the next one is that holds anything.
+    /// The codes of bricks.
     occupancy: wgpu::TextureView,
 }
 
@@ -86,13 +86,13 @@ impl GpuMedia {
             Some(volume) => Content::Plain(GpuField::upload(device, queue, volume)?),
             None => mixed(device, queue, media)?,
         };
-        let occupancy = distances(device, queue, media.occupancy())?;
+        let occupancy = codes(device, queue, media.occupancy())?;
         Ok(Self { content, occupancy })
     }
 }
 
-/// The distances of bricks as a texture of integers.
-fn distances(
+/// The codes of bricks as a texture of integers.
+fn codes(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     occupancy: &Occupancy,
@@ -117,7 +117,7 @@ fn distances(
     });
     queue.write_texture(
         texture.as_image_copy(),
-        occupancy.distances(),
+        occupancy.codes(),
         wgpu::TexelCopyBufferLayout {
             offset: 0,
             bytes_per_row: Some(width),

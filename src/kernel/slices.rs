@@ -3,7 +3,7 @@
 use super::light::light_ray;
 use super::media::{Sampler, density_along};
 use super::ray::{Ray, intersect_box, step_count};
-use crate::frame::{Frame, SLAB_SAMPLES_PER_VOXEL, SLABS_PER_VOXEL};
+use crate::frame::{Frame, SLAB_SAMPLES_PER_VOXEL};
 
 /// The slabs of a texel's ray: slab `i` lies between depths `start + i step` and `start + (i + 1)
 /// step`, clipped to where the ray is inside the volume.
@@ -41,7 +41,7 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
     if planes == 0 {
         let extent = exit - enter;
         let voxels = extent * ray.direction.length();
-        let count = step_count(voxels, SLABS_PER_VOXEL, frame.steps[0], frame.steps[1]);
+        let count = step_count(voxels, frame.rates.y, frame.steps[0], frame.steps[1]);
         let step = extent / count as f32;
         return Slabs { step, last: count, samples: samples_over(&ray, step), ..none };
     }
@@ -65,8 +65,13 @@ pub fn samples_over(ray: &Ray, step: f32) -> u32 {
 
 /// Depths of the front and the back of slab `i` in the volume; empty if the second is not greater.
 pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
+    joined_bounds(slabs, i, 1)
+}
+
+/// The same of slab `i` and those behind it that are joined to it, `joined` in all.
+pub fn joined_bounds(slabs: &Slabs, i: u32, joined: u32) -> [f32; 2] {
     let front = slabs.start + i as f32 * slabs.step;
-    let back = slabs.start + (i + 1) as f32 * slabs.step;
+    let back = slabs.start + (i + joined).min(slabs.last) as f32 * slabs.step;
     [front.max(slabs.enter), back.min(slabs.exit)]
 }
 

@@ -26,7 +26,7 @@ pub use file::SceneFile;
 pub use light::{Light, LightKind};
 pub use light_view::LightView;
 pub use media::{Body, Emission, Media, Medium};
-pub use occupancy::{FARTHEST, Occupancy};
+pub use occupancy::{EMPTY, Occupancy, ROUGHEST};
 pub use one_or_more::OneOrMore;
 pub use transfer::TransferFunction;
 

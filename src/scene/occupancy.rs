@@ -1,5 +1,5 @@
-//! Where media hold anything, brick by brick, and how far it is to the next brick that does: what rays
-//! jump over empty space with.
+//! Where media hold anything and how fast they change, brick by brick: what rays jump over empty space and
+//! take long steps through even media with.
 
 use glam::{DMat4, DVec3};
 
@@ -7,25 +7,34 @@ use super::{Body, Media, TransferFunction};
 use crate::math::Aabb;
 use crate::volume::{BRICK, Volume};
 
-/// Distances are kept up to this many bricks.
-pub const FARTHEST: u8 = 63;
+/// Codes from here on belong to empty bricks: their distance is the code minus this, plus one.
+pub const EMPTY: u8 = 192;
+/// The code of the bricks that change most, and of all in media that are not plain.
+pub const ROUGHEST: u8 = 8;
+/// How many bricks around a code speaks for as well: steps that begin in one may end there.
+const REACH: usize = 2;
 /// Bricks at most; media that have more get larger ones.
 const MOST_BRICKS: f64 = (1 << 24) as f64;
 /// Cells of a function's table at least (`frame::TABLE_CELLS`).
 const TABLE_CELLS: f64 = 1024.0;
 
-/// A grid of bricks over the media's index space.
+/// A grid of bricks over the media's index space, with a code each.
 ///
-/// The distance of a brick is the largest along any axis (Chebyshev's), in bricks, to the nearest brick
-/// that holds anything: 0 there, and d where the d - 1 bricks around in every direction are empty too.
-/// A ray in such a brick may go on to where it leaves that block (Deakin and Knoll 2019, "Accelerated
-/// volume rendering with Chebyshev distance maps").
+/// An empty brick's code holds its distance, the largest along any axis (Chebyshev's), in bricks, to the
+/// nearest brick that holds anything. Where it is d, the d - 1 bricks around in every direction are empty
+/// too, and a ray may go on to where it leaves that block (Deakin and Knoll 2019, "Accelerated volume
+/// rendering with Chebyshev distance maps").
+///
+/// Another brick's code says how much longer steps may be than where the media change most: by as many
+/// eighths. The error of a step is proportional to how much extinction changes along it and to its length,
+/// so lengths go with one over the root of the change, which a brick's range of densities bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occupancy {
     origin: DVec3,
     edge: f64,
     dims: [usize; 3],
-    distances: Vec<u8>,
+    codes: Vec<u8>,
+    roughness: f64,
 }
 
 impl Occupancy {
@@ -46,12 +55,23 @@ impl Occupancy {
             edge *= 2.0;
         }
         let dims = (extent / edge).ceil().max(DVec3::ONE).to_array().map(|n| n as usize);
-        let mut occupancy =
-            Self { origin, edge, dims, distances: vec![FARTHEST; dims.iter().product()] };
-        let index_from_world = media.world_from_index().inverse();
-        for body in media.bodies() {
-            let same = only.is_some();
-            occupancy.add_body(body, (!same).then_some(&index_from_world));
+        let mut occupancy = Self {
+            origin,
+            edge,
+            dims,
+            codes: vec![u8::MAX; dims.iter().product()],
+            roughness: 0.0,
+        };
+        if let Some(volume) = media.plain()
+            && edge == BRICK as f64
+        {
+            occupancy.grade(volume);
+            occupancy.roughness *= media.first().medium.density_scale;
+        } else {
+            let index_from_world = media.world_from_index().inverse();
+            for body in media.bodies() {
+                occupancy.add_body(body, only.is_none().then_some(&index_from_world));
+            }
         }
         occupancy.spread();
         occupancy
@@ -72,9 +92,40 @@ impl Occupancy {
         self.dims
     }
 
-    /// Distances in bricks, x fastest, at most [`FARTHEST`].
-    pub fn distances(&self) -> &[u8] {
-        &self.distances
+    /// The codes, x fastest.
+    pub fn codes(&self) -> &[u8] {
+        &self.codes
+    }
+
+    /// The largest change of extinction within a brick, 1 / world length; 0 for media that are not plain,
+    /// which nothing is known of.
+    pub fn roughness(&self) -> f64 {
+        self.roughness
+    }
+
+    /// Codes of a plain volume, whose bricks these are, and its largest change of density.
+    fn grade(&mut self, volume: &Volume) {
+        let ranges = volume.bricks().ranges();
+        // Ranges of all bricks within reach, axis by axis.
+        let mut changes = ranges.mapv(|[low, high]| high - low);
+        for axis in (0..3).map(ndarray::Axis) {
+            for mut lane in changes.lanes_mut(axis) {
+                let own: Vec<f32> = lane.iter().copied().collect();
+                for (i, change) in lane.iter_mut().enumerate() {
+                    let near = i.saturating_sub(REACH)..(i + REACH + 1).min(own.len());
+                    *change = own[near].iter().copied().fold(0.0, f32::max);
+                }
+            }
+        }
+        let largest = changes.iter().copied().fold(0.0, f32::max);
+        self.roughness = f64::from(largest);
+        let graded = self.codes.iter_mut().zip(ranges).zip(&changes);
+        for ((code, &[_, high]), &change) in graded {
+            if high > 0.0 {
+                let longer = f32::from(ROUGHEST) * (largest / change.max(f32::MIN_POSITIVE)).sqrt();
+                *code = longer.clamp(f32::from(ROUGHEST), f32::from(EMPTY - 1)) as u8;
+            }
+        }
     }
 
     fn add_body(&mut self, body: &Body, index_from_world: Option<&DMat4>) {
@@ -142,13 +193,13 @@ impl Occupancy {
         for z in span(2) {
             for y in span(1) {
                 for x in span(0) {
-                    self.distances[(z * ny + y) * nx + x] = 0;
+                    self.codes[(z * ny + y) * nx + x] = ROUGHEST;
                 }
             }
         }
     }
 
-    /// From bricks of distance 0 to all others: each takes one more than the least of its neighbours, once
+    /// From bricks that hold anything to all others: each takes one more than the least of its neighbours, once
     /// in order and once in reverse (Rosenfeld and Pfaltz 1968).
     fn spread(&mut self) {
         let [nx, ny, nz] = self.dims.map(|n| n as isize);
@@ -156,19 +207,19 @@ impl Occupancy {
             (0..13_isize).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]).collect();
         let mut visit = |x: isize, y: isize, z: isize, sign: isize| {
             let at = |x: isize, y: isize, z: isize| ((z * ny + y) * nx + x) as usize;
-            let own = self.distances[at(x, y, z)];
-            if own <= 1 {
+            let mut least = self.codes[at(x, y, z)];
+            if least <= EMPTY {
                 return;
             }
-            let mut least = own;
             for [dx, dy, dz] in &before {
                 let (x, y, z) = (x + sign * dx, y + sign * dy, z + sign * dz);
                 let inside = (0..nx).contains(&x) && (0..ny).contains(&y) && (0..nz).contains(&z);
                 if inside {
-                    least = least.min(self.distances[at(x, y, z)] + 1);
+                    let next = self.codes[at(x, y, z)].saturating_add(1).max(EMPTY);
+                    least = least.min(next);
                 }
             }
-            self.distances[at(x, y, z)] = least;
+            self.codes[at(x, y, z)] = least;
         };
         for z in 0..nz {
             for y in 0..ny {
@@ -204,6 +255,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn codes_grow_with_one_over_the_root_of_the_change() {
+        // Along x: a jump of 4, a plain, a jump of 1.
+        let density =
+            |x: usize| f32::from(u8::from(x < 20)) * 4.0 + f32::from(u8::from(x > 60)) + 1.0;
+        let values = Array3::from_shape_fn((4, 4, 96), |(_, _, x)| density(x));
+        let volume = Volume::new("jumps", values, DMat4::IDENTITY).unwrap();
+        let media = Media::from(volume);
+        let occupancy = media.occupancy();
+        assert_eq!(occupancy.roughness(), 4.0);
+        let code = |voxel: usize| occupancy.codes()[voxel / 4];
+        assert_eq!((code(18), code(28)), (ROUGHEST, ROUGHEST));
+        assert_eq!((code(61), code(70), code(80)), (2 * ROUGHEST, 2 * ROUGHEST, EMPTY - 1));
+        assert_eq!(code(40), EMPTY - 1);
+    }
+
+    #[test]
     fn distances_are_the_largest_along_any_axis() {
         let mut values = Array3::zeros((24, 32, 40));
         values[[2, 14, 18]] = 1.0;
@@ -211,12 +278,13 @@ mod tests {
         let volume = Volume::new("dots", values, DMat4::IDENTITY).unwrap();
         let occupancy = Media::from(volume).occupancy().clone();
         assert_eq!((occupancy.dims(), occupancy.edge()), ([10, 8, 6], 4.0));
-        for (i, &distance) in occupancy.distances().iter().enumerate() {
+        for (i, &code) in occupancy.codes().iter().enumerate() {
             let brick = [i % 10, i / 10 % 8, i / 80].map(|c| c as i32);
             // Both lie within a brick, away from its sides.
             let to = |dot: [i32; 3]| (0..3).map(|a| (brick[a] - dot[a]).abs()).max().unwrap();
             let expected = to([4, 3, 0]).min(to([0, 0, 5]));
-            assert_eq!(i32::from(distance), expected, "{brick:?}");
+            let distance = if code < EMPTY { 0 } else { i32::from(code - EMPTY) + 1 };
+            assert_eq!(distance, expected, "{brick:?}");
         }
     }
 }
