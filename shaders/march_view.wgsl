@@ -30,57 +30,53 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
     return Steps(index_ray, inside.x, extent / f32(count), count);
 }
 
-// Two steps of equal length of a ray in index space.
-struct Pair {
+// Four steps of equal length of a ray in index space, with two samples each.
+struct Batch {
     ray: Ray,
     begin: f32,
     step: f32,
-    // How many of the two there are.
+    // How many of the four there are.
     count: u32,
 }
 
-// Optical depths of their four samples.
-fn four_samples(pair: Pair) -> vec4<f32> {
-    let extinction_half = frame.domain_min.w * (0.5 * pair.step);
-    let at = four_distances(pair);
-    let quarter = 0.25 * pair.step;
-    let first = vec2<f32>(
-        density_along(pair.ray, at.x, quarter),
-        density_along(pair.ray, at.y, quarter),
-    );
-    let second = vec2<f32>(
-        density_along(pair.ray, at.z, quarter),
-        density_along(pair.ray, at.w, quarter),
-    );
-    return extinction_half
-        * vec4<f32>(
-            select(vec2<f32>(0.0), first, pair.count > 0u),
-            select(vec2<f32>(0.0), second, pair.count > 1u),
-        );
+// Distance of sample k, 0 to 7; also of those between them.
+fn sample_distance(batch: Batch, k: f32) -> f32 {
+    return batch.begin + (0.25 + 0.5 * k) * batch.step;
 }
 
-fn four_distances(pair: Pair) -> vec4<f32> {
-    return pair.begin + vec4<f32>(0.25, 0.75, 1.25, 1.75) * pair.step;
+// Optical depths of samples `first` to `first` + 3.
+fn four_samples(batch: Batch, first: u32) -> vec4<f32> {
+    let quarter = 0.25 * batch.step;
+    let k = f32(first);
+    let densities = vec4<f32>(
+        density_along(batch.ray, sample_distance(batch, k), quarter),
+        density_along(batch.ray, sample_distance(batch, k + 1.0), quarter),
+        density_along(batch.ray, sample_distance(batch, k + 2.0), quarter),
+        density_along(batch.ray, sample_distance(batch, k + 3.0), quarter),
+    );
+    let there = vec4<u32>(first) + vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(2u * batch.count);
+    let extinction_half = frame.domain_min.w * (0.5 * batch.step);
+    return select(vec4<f32>(0.0), densities, there) * extinction_half;
 }
 
-// Radiance that reaches the camera of what four samples emit, each behind half of itself; `through` is
+// Radiance that reaches the camera of what the samples emit, each behind half of itself; `before` is
 // the transmittance in front of the first.
-fn emitted(pair: Pair, taus: vec4<f32>, through: f32) -> vec3<f32> {
-    let at = four_distances(pair);
-    let reach = 0.25 * pair.step;
+fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3<f32> {
+    let reach = 0.25 * batch.step;
     var sum = vec3<f32>(0.0);
-    var before = through;
-    for (var k: u32 = 0u; k < 2u * pair.count; k++) {
-        let seen = before * exp(-0.5 * taus[k]) * 2.0 * reach;
-        sum += emission_along(pair.ray, at[k], reach) * seen;
-        before *= exp(-taus[k]);
+    var through = before;
+    for (var k: u32 = 0u; k < 2u * batch.count; k++) {
+        let tau = select(early[k & 3u], late[k & 3u], k > 3u);
+        let seen = through * exp(-0.5 * tau) * 2.0 * reach;
+        sum += emission_along(batch.ray, sample_distance(batch, f32(k)), reach) * seen;
+        through *= exp(-tau);
     }
     return sum;
 }
 
 // Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes two
-// samples of density; a step, or two that add little, take one of the light, in the middle of what they
-// hold. Eight samples of density are under way at once.
+// samples of density; a step, or several that add little, take one of the light, in the middle of what
+// they hold. Eight samples of density are under way at once.
 fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     let parallel = frame.light_position.w == 0.0;
     let emits = frame.counts.w == 1u;
@@ -89,52 +85,40 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     var through: f32 = 1.0;
     var walk = walk_of(steps.index_ray, steps.enter, steps.step, frame.lengths.z);
     var next: u32 = 0u;
-    loop {
+    while (through >= OPAQUE_TRANSMITTANCE) {
         let i = next_step(&walk, next, steps.count);
         if (i >= steps.count) {
-            break;
+            return vec4<f32>(light, through);
         }
         let left = steps.count - i;
         let joined = max(min(walk.joined, left / BATCH), 1u);
         next = i + BATCH * joined;
         let begin = steps.enter + f32(i) * steps.step;
-        let step = f32(joined) * steps.step;
-        let near = Pair(steps.index_ray, begin, step, min(left, 2u));
-        let far = Pair(steps.index_ray, begin + 2.0 * step, step, min(max(left, 2u) - 2u, 2u));
-        let early = four_samples(near);
-        let late = four_samples(far);
-        for (var j: u32 = 0u; j < 2u; j++) {
-            let taus = select(early, late, j == 1u);
-            var pair = near;
-            if (j == 1u) {
-                pair = far;
+        let batch = Batch(steps.index_ray, begin, f32(joined) * steps.step, min(left, BATCH));
+        let early = four_samples(batch, 0u);
+        let late = four_samples(batch, 4u);
+        let first = sample_distance(batch, 0.0);
+        let added = scattered(through, early, late, first, 0.5 * batch.step);
+        for (var k: u32 = 0u; k < BATCH; k++) {
+            let weight = added.weights[k];
+            if (weight <= 0.0) {
+                continue;
             }
-            let added = scattered(through, taus, four_distances(pair));
-            for (var k: u32 = 0u; k < 2u; k++) {
-                let weight = select(added.weights.x, added.weights.y, k == 1u);
-                if (weight <= 0.0) {
-                    continue;
-                }
-                let at = select(added.places.x, added.places.y, k == 1u);
-                let point = ray_at(ray, at);
-                if (!parallel) {
-                    arrives = arriving(ray, point);
-                }
-                let transmittance = shadow_lookup(light_coordinates(point));
-                let reach = select(step, 0.5 * step, added.weights.y > 0.0);
-                light += weight
-                    * source_along(steps.index_ray, at, reach, arrives, transmittance);
+            let at = added.places[k];
+            let point = ray_at(ray, at);
+            if (!parallel) {
+                arrives = arriving(ray, point);
             }
-            if (MIXED && emits) {
-                light += emitted(pair, taus, through);
-            }
-            through = added.through;
-            if (through < OPAQUE_TRANSMITTANCE) {
-                return vec4<f32>(light, 0.0);
-            }
+            let transmittance = shadow_lookup(light_coordinates(point));
+            let reach = 0.5 * batch.step * f32(shared_steps(added.weights, k));
+            light += weight * source_along(steps.index_ray, at, reach, arrives, transmittance);
         }
+        if (MIXED && emits) {
+            light += emitted(batch, early, late, through);
+        }
+        through = added.through;
     }
-    return vec4<f32>(light, through);
+    return vec4<f32>(light, 0.0);
 }
 
 // The paper's shading: unshadowed accumulation of the sampled value, darkened by the plain average

@@ -55,16 +55,18 @@ fn march(steps: LightSteps, lane: u32) -> f32 {
     for (var k: u32 = 0u; k < CHECKPOINTS; k++) {
         let last = min((k + 1u) * stride, steps.count);
         // Whatever was before: the same steps as when they are marched again.
-        walk.end = -3e38;
-        next = k * stride;
-        while (tau < LARGEST_OPTICAL_DEPTH) {
+        if (next < last) {
+            walk.end = -3e38;
+            next = max(next, k * stride);
+        }
+        while (next < last && tau < LARGEST_OPTICAL_DEPTH) {
             next = next_step(&walk, next, last);
             if (next >= last) {
                 break;
             }
             let taus = four_steps(steps, next, walk.joined, last);
             tau = (((tau + taus.x) + taus.y) + taus.z) + taus.w;
-            next += BATCH * walk.joined;
+            next = min(next + BATCH * walk.joined, last);
         }
         checkpoints[k][lane] = tau;
     }

@@ -32,30 +32,64 @@ fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     return sum / shares;
 }
 
-// What two steps of a ray add to a picture: where to sample the light for each of them, or for both
-// at once, which then weighs nothing in the second place.
+// What four steps of a ray add to a picture: where to sample the light for each of them, or for several at
+// once, which then stand in the first one's place and leave the others without weight.
 struct Scattered {
     // Share of the ray's light.
-    weights: vec2<f32>,
+    weights: vec4<f32>,
     // Distances along the ray: what the samples hold, on average.
-    places: vec2<f32>,
-    // Transmittance from the camera to the end of the two steps.
+    places: vec4<f32>,
+    // Transmittance from the camera to the end of the four steps.
     through: f32,
 }
 
-// Two steps with two samples each: optical depths and distances in order, and the transmittance from the
-// camera in front of them.
-fn scattered(through: f32, taus: vec4<f32>, distances: vec4<f32>) -> Scattered {
+// Four steps with two samples each: optical depths in order, the distance of the first sample and the distance
+// between samples, and the transmittance from the camera in front of them.
+fn scattered(
+    through: f32,
+    early: vec4<f32>,
+    late: vec4<f32>,
+    first: f32,
+    spacing: f32,
+) -> Scattered {
+    let near = left_behind(through, early);
+    let far = left_behind(near.w, late);
+    let taken_near = vec4<f32>(through, near.xyz) - near;
+    let taken_far = vec4<f32>(near.w, far.xyz) - far;
+    let along = first + spacing * vec4<f32>(0.0, 1.0, 2.0, 3.0);
+    let held_near = taken_near * along;
+    let held_far = taken_far * (along + 4.0 * spacing);
+    var weights = vec4<f32>(taken_near.xz + taken_near.yw, taken_far.xz + taken_far.yw);
+    var moments = vec4<f32>(held_near.xz + held_near.yw, held_far.xz + held_far.yw);
+    let sums = weights.xz + weights.yw;
+    if (sums.x + sums.y <= LOOKUP_WEIGHT) {
+        weights = vec4<f32>(sums.x + sums.y, 0.0, 0.0, 0.0);
+        moments.x += moments.y + moments.z + moments.w;
+    } else {
+        if (sums.x <= LOOKUP_WEIGHT) {
+            weights = vec4<f32>(sums.x, 0.0, weights.zw);
+            moments.x += moments.y;
+        }
+        if (sums.y <= LOOKUP_WEIGHT) {
+            weights = vec4<f32>(weights.xy, sums.y, 0.0);
+            moments.z += moments.w;
+        }
+    }
+    return Scattered(weights, moments / max(weights, vec4<f32>(SMALLEST_WEIGHT)), far.w);
+}
+
+// How many steps the place of step k stands for.
+fn shared_steps(weights: vec4<f32>, k: u32) -> u32 {
+    if (weights.y + weights.z + weights.w <= 0.0) {
+        return 4u;
+    }
+    let partner = select(weights.y, weights.w, k > 1u);
+    return select(1u, 2u, partner <= 0.0);
+}
+
+// Transmittance behind each of four samples.
+fn left_behind(through: f32, taus: vec4<f32>) -> vec4<f32> {
     let kept = exp(-taus);
     let half = kept.x * kept.y;
-    let behind = through * vec4<f32>(kept.x, half, half * kept.z, half * kept.z * kept.w);
-    let taken = vec4<f32>(through, behind.xyz) - behind;
-    let held = taken * distances;
-    var weights = taken.xz + taken.yw;
-    var moments = held.xz + held.yw;
-    if (weights.x + weights.y <= LOOKUP_WEIGHT) {
-        weights = vec2<f32>(weights.x + weights.y, 0.0);
-        moments.x += moments.y;
-    }
-    return Scattered(weights, moments / max(weights, vec2<f32>(SMALLEST_WEIGHT)), behind.w);
+    return through * vec4<f32>(kept.x, half, half * kept.z, half * kept.z * kept.w);
 }

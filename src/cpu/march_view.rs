@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
-use crate::kernel::media::{Piece, Sampler, arriving, density_along, emission_along, source_along};
+use crate::kernel::media::{
+    Arriving, Piece, Sampler, arriving, density_along, emission_along, source_along,
+};
 use crate::kernel::medium::{scattered, step_opacity};
 use crate::kernel::occupancy::{BATCH, Walk};
 use crate::kernel::ray::{Ray, intersect_box, step_count};
@@ -60,17 +62,23 @@ pub(super) struct Steps {
     index_ray: Ray,
 }
 
-/// Two steps of equal length.
-struct Pair<'a> {
+/// As many as four steps of equal length, with two samples each.
+struct Batch<'a> {
     /// In index space.
     ray: &'a Ray,
     begin: f32,
     step: f32,
-    /// How many of the two there are.
-    count: u32,
+    count: usize,
 }
 
-/// What a step, or two, add to a picture.
+impl Batch<'_> {
+    /// Distance of sample `k`.
+    fn sample(&self, k: usize) -> f32 {
+        self.begin + (0.25 + 0.5 * k as f32) * self.step
+    }
+}
+
+/// What a step, or several, add to a picture.
 pub(super) struct Added {
     /// Distances where it begins and ends.
     pub(super) part: [f32; 2],
@@ -137,19 +145,16 @@ impl View<'_> {
         (light, through)
     }
 
-    /// Calls `visit` for what steps add, in order. A step takes two samples of density; a step, or two
+    /// Calls `visit` for what steps add, in order. A step takes two samples of density; a step, or several
     /// that add little, take one of the light. The transmittance of the whole ray.
     pub(super) fn scatter(&self, ray: &Ray, steps: &Steps, mut visit: impl FnMut(Added)) -> f32 {
         let frame = self.frame;
-        let mut walk = Walk::new(
-            self.sampler.occupancy,
-            frame,
-            &steps.index_ray,
-            [steps.enter, steps.step],
-            frame.lengths.z,
-        );
+        let light = arriving(frame, ray, ray.origin);
+        let spacing = [steps.enter, steps.step];
+        let length = frame.lengths.z;
+        let mut walk = Walk::new(self.sampler.occupancy, frame, &steps.index_ray, spacing, length);
         let (mut next, mut through) = (0, 1.0);
-        loop {
+        while through >= OPAQUE_TRANSMITTANCE {
             let (i, joined) = walk.next_step(next, steps.count);
             if i >= steps.count {
                 return through;
@@ -157,81 +162,88 @@ impl View<'_> {
             let left = steps.count - i;
             let joined = joined.min(left / BATCH).max(1);
             next = i + BATCH * joined;
-            let step = joined as f32 * steps.step;
-            for (first, count) in [(0.0, left.min(2)), (2.0, left.saturating_sub(2).min(2))] {
-                let begin = steps.enter + i as f32 * steps.step + first * step;
-                through = self.pair(
-                    ray,
-                    &Pair { ray: &steps.index_ray, begin, step, count },
-                    through,
-                    &mut visit,
-                );
-                if through < OPAQUE_TRANSMITTANCE {
-                    return 0.0;
-                }
-            }
+            let batch = Batch {
+                ray: &steps.index_ray,
+                begin: steps.enter + i as f32 * steps.step,
+                step: joined as f32 * steps.step,
+                count: left.min(BATCH) as usize,
+            };
+            through = self.batch((ray, &light), &batch, through, &mut visit);
         }
+        0.0
     }
 
-    /// Calls `visit` for what two steps add; the transmittance behind them.
-    fn pair(&self, ray: &Ray, pair: &Pair<'_>, through: f32, visit: &mut impl FnMut(Added)) -> f32 {
+    /// Calls `visit` for what a batch of steps adds; the transmittance behind it. `light` is what arrives
+    /// anywhere if it is parallel.
+    fn batch(
+        &self,
+        (ray, light): (&Ray, &Arriving),
+        batch: &Batch<'_>,
+        through: f32,
+        visit: &mut impl FnMut(Added),
+    ) -> f32 {
         let frame = self.frame;
-        let at = |place: f32| pair.begin + place * pair.step;
-        let distances = Vec4::new(at(0.25), at(0.75), at(1.25), at(1.75));
-        let quarter = 0.25 * pair.step;
-        let sample = |t: f32| density_along(&self.sampler, pair.ray, t, quarter);
-        let mut taus = Vec4::ZERO;
-        if pair.count > 0 {
-            (taus.x, taus.y) = (sample(distances.x), sample(distances.y));
-        }
-        if pair.count > 1 {
-            (taus.z, taus.w) = (sample(distances.z), sample(distances.w));
+        let (mut taus, quarter) = ([0.0; 8], 0.25 * batch.step);
+        for (k, tau) in taus.iter_mut().enumerate().take(2 * batch.count) {
+            *tau = density_along(&self.sampler, batch.ray, batch.sample(k), quarter);
         }
         let emits = frame.counts[3] == 1;
-        if taus == Vec4::ZERO && !emits {
+        if taus == [0.0; 8] && !emits {
             return through;
         }
-        taus *= frame.domain_min.w * (0.5 * pair.step);
-        let added = scattered(through, taus, distances);
-        let ends = if added.weights.y > 0.0 { [at(1.0), at(2.0)] } else { [at(2.0); 2] };
-        let parts = [([at(0.0), ends[0]], added.weights.x), (ends, added.weights.y)];
-        let mut before = through;
-        for ((part, weight), place) in parts.into_iter().zip(added.places.to_array()) {
+        let per_density = frame.domain_min.w * (0.5 * batch.step);
+        let taus = [0, 4].map(|k| per_density * Vec4::from_slice(&taus[k..]));
+        let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step);
+        let (mut before, mut front) = (through, 0);
+        for k in 0..BATCH as usize {
+            let weight = added.weights[k];
             if weight <= 0.0 {
                 continue;
             }
-            let half = 0.5 * (part[1] - part[0]);
-            let radiance = weight * self.source(ray, pair.ray, [place, half]);
+            let steps = added.shared_steps(k);
+            let half = 0.5 * batch.step * steps as f32;
+            let radiance = weight * self.source((ray, light), batch.ray, [added.places[k], half]);
+            let behind = k + steps as usize;
+            let part = [front, behind].map(|step| batch.begin + step as f32 * batch.step);
             visit(Added { part, weight, through: before, radiance });
             before -= weight;
+            front = behind;
         }
         if emits {
-            let radiance = self.emitted(pair, through, [taus, distances]);
-            visit(Added { part: [at(0.0), at(2.0)], weight: 0.0, through, radiance });
+            let radiance = self.emitted(batch, through, taus);
+            let part = [batch.begin, batch.begin + batch.count as f32 * batch.step];
+            visit(Added { part, weight: 0.0, through, radiance });
         }
         added.through
     }
 
     /// Light that a piece of a ray, around a place and of half a length, sends to the camera per unit of
     /// opacity.
-    fn source(&self, ray: &Ray, index_ray: &Ray, [at, half]: [f32; 2]) -> Vec3 {
+    fn source(
+        &self,
+        (ray, light): (&Ray, &Arriving),
+        index_ray: &Ray,
+        [at, half]: [f32; 2],
+    ) -> Vec3 {
         let point = ray.at(at);
-        let light = arriving(self.frame, ray, point);
+        let parallel = self.frame.light_position.w == 0.0;
+        let light = if parallel { *light } else { arriving(self.frame, ray, point) };
         let transmittance = self.transmittance(point);
         let piece = Piece { ray: index_ray, at, half };
         source_along(&self.sampler, self.frame, &piece, &light, transmittance)
     }
 
-    /// Radiance that reaches the camera of what four samples emit, each behind half of itself; `through`
-    /// is the transmittance in front of the first.
-    fn emitted(&self, pair: &Pair<'_>, through: f32, [taus, distances]: [Vec4; 2]) -> Vec3 {
-        let half = 0.25 * pair.step;
-        let (mut sum, mut before) = (Vec3::ZERO, through);
-        for k in 0..2 * pair.count as usize {
-            let piece = Piece { ray: pair.ray, at: distances[k], half };
-            sum += emission_along(&self.sampler, &piece)
-                * (before * (-0.5 * taus[k]).exp() * 2.0 * half);
-            before *= (-taus[k]).exp();
+    /// Radiance that reaches the camera of what samples emit, each behind half of itself; `before` is the
+    /// transmittance in front of the first.
+    fn emitted(&self, batch: &Batch<'_>, before: f32, taus: [Vec4; 2]) -> Vec3 {
+        let half = 0.25 * batch.step;
+        let (mut sum, mut through) = (Vec3::ZERO, before);
+        for k in 0..2 * batch.count {
+            let (piece, tau) =
+                (Piece { ray: batch.ray, at: batch.sample(k), half }, taus[k / 4][k % 4]);
+            sum +=
+                emission_along(&self.sampler, &piece) * (through * (-0.5 * tau).exp() * 2.0 * half);
+            through *= (-tau).exp();
         }
         sum
     }

@@ -59,21 +59,23 @@ fn trace_texel(
     let extinction_step = frame.domain_min.w * step;
 
     reached.clear();
-    let mut tau = 0.0;
+    let (mut tau, mut next) = (0.0, 0);
     let mut walk = Walk::new(sampler.occupancy, frame, &index_ray, [enter, step], frame.lengths.x);
     // The steps that a GPU takes between its checkpoints.
     let stride = count.div_ceil(CHECKPOINTS);
     for k in 0..CHECKPOINTS {
         let last = ((k + 1) * stride).min(count);
-        walk.restart();
-        let mut next = k * stride;
-        while tau < LARGEST_OPTICAL_DEPTH {
+        if next < last {
+            walk.restart();
+        }
+        while next < last && tau < LARGEST_OPTICAL_DEPTH {
             let (i, joined) = walk.next_step(next, last);
+            next = i;
             if i >= last {
                 break;
             }
-            next = i + BATCH * joined;
-            for begin in (i..next.min(last)).step_by(joined as usize) {
+            next = (i + BATCH * joined).min(last);
+            for begin in (i..next).step_by(joined as usize) {
                 let steps = joined.min(last - begin) as f32;
                 let t = enter + (begin as f32 + 0.5 * steps) * step;
                 let density = density_along(sampler, &index_ray, t, 0.5 * steps * step);

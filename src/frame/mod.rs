@@ -22,21 +22,21 @@ pub const LIGHT_STEPS_LEAST: u32 = 64;
 /// Steps along a camera ray for each voxel length that it crosses at most. (A step takes two samples of
 /// density and at most one of the light.)
 pub const VIEW_STEPS_PER_VOXEL: f32 = 0.8;
-/// Two steps of a camera ray share one sample of the light if they add no more than this share of the
-/// pixel's light.
+/// Four steps of a camera ray, or two, share one sample of the light if they add no more than this share of
+/// the pixel's light.
 pub const LOOKUP_WEIGHT: f32 = 1.0 / 16.0;
 /// Slabs along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all. More
 /// than steps of a threshold map: between slabs optical depth is taken to be linear.
 pub const SLABS_PER_VOXEL: f32 = 8.0;
 /// Steps for each voxel length at least, of any kind.
 const LEAST_PER_VOXEL: f64 = 0.125;
-/// How far optical depth may bend within a step of a threshold map's light ray: the change of extinction
+/// How far optical depth may bend within a step of a threshold map's light ray: the slope of extinction
 /// times an eighth of the length squared.
 const LIGHT_BEND: f64 = 0.002;
 /// The same within a slab, as a share of the tolerance.
-const SLAB_BEND: f64 = 0.1;
+const SLAB_BEND: f64 = 0.2;
 /// The same between two samples of a camera ray.
-const VIEW_BEND: f64 = 0.012;
+const VIEW_BEND: f64 = 0.006;
 /// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
 const BATCH_VOXELS: f64 = 9.0;
 /// Samples in a slab for each voxel length of it, at least one.

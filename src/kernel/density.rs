@@ -1,6 +1,6 @@
 //! Density between voxels: trilinear, clamped at the border.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use crate::volume::Volume;
 
@@ -34,8 +34,11 @@ pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
     let dz = if z + 1 < nz { nx * ny } else { 0 };
     let base = (z * ny + y) * nx + x;
     let Some(cell) = density.values.get(base..=base + dz + dy + dx) else { return 0.0 };
-    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-    let row = |offset: usize| mix(cell[offset], cell[offset + dx], f.x);
-    let plane = |offset: usize| mix(row(offset), row(offset + dy), f.y);
-    mix(plane(0), plane(dz), f.z)
+    // Four rows along x at once, then two along y.
+    let low = Vec4::new(cell[0], cell[dz], cell[dy], cell[dy + dz]);
+    let high = Vec4::new(cell[dx], cell[dz + dx], cell[dy + dx], cell[dy + dz + dx]);
+    let rows = low + (high - low) * f.x;
+    let (low, high) = (rows.xy(), rows.zw());
+    let planes = low + (high - low) * f.y;
+    planes.x + (planes.y - planes.x) * f.z
 }

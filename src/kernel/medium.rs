@@ -1,6 +1,6 @@
 //! What steps through the medium do to light.
 
-use glam::{Vec2, Vec4};
+use glam::Vec4;
 
 use crate::frame::LOOKUP_WEIGHT;
 
@@ -40,32 +40,63 @@ pub fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     sum / shares
 }
 
-/// What two steps of a ray add to a picture: where to sample the light for each of them, or for both at
-/// once, which then weighs nothing in the second place.
+/// What four steps of a ray add to a picture: where to sample the light for each of them, or for several
+/// at once, which then stand in the first one's place and leave the others without weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Scattered {
     /// Share of the ray's light.
-    pub weights: Vec2,
+    pub weights: Vec4,
     /// Distances along the ray: what the samples hold, on average.
-    pub places: Vec2,
-    /// Transmittance from the camera to the end of the two steps.
+    pub places: Vec4,
+    /// Transmittance from the camera to the end of the four steps.
     pub through: f32,
 }
 
-/// Two steps with two samples each: optical depths and distances in order, and the transmittance from
-/// the camera in front of them. They share a place if they add at most [`LOOKUP_WEIGHT`] together.
-pub fn scattered(through: f32, taus: Vec4, distances: Vec4) -> Scattered {
+/// Four steps with two samples each: optical depths in order, the distance of the first sample and the
+/// distance between samples, and the transmittance from the camera in front of them. Steps share a place
+/// if they add at most [`LOOKUP_WEIGHT`] together: all four, else the first or the last two.
+pub fn scattered(through: f32, [early, late]: [Vec4; 2], first: f32, spacing: f32) -> Scattered {
+    let (first_half, middle) = taken(through, early);
+    let (last_half, behind) = taken(middle, late);
+    let along = first + spacing * Vec4::new(0.0, 1.0, 2.0, 3.0);
+    let (held, held_late) = (first_half * along, last_half * (along + 4.0 * spacing));
+    let pairs = |a: Vec4, b: Vec4| Vec4::new(a.x + a.y, a.z + a.w, b.x + b.y, b.z + b.w);
+    let mut weights = pairs(first_half, last_half);
+    let mut moments = pairs(held, held_late);
+    let sums = [weights.x + weights.y, weights.z + weights.w];
+    if sums[0] + sums[1] <= LOOKUP_WEIGHT {
+        weights = Vec4::new(sums[0] + sums[1], 0.0, 0.0, 0.0);
+        moments.x += moments.y + moments.z + moments.w;
+    } else {
+        if sums[0] <= LOOKUP_WEIGHT {
+            (weights.x, weights.y) = (sums[0], 0.0);
+            moments.x += moments.y;
+        }
+        if sums[1] <= LOOKUP_WEIGHT {
+            (weights.z, weights.w) = (sums[1], 0.0);
+            moments.z += moments.w;
+        }
+    }
+    let places = moments / weights.max(Vec4::splat(SMALLEST_WEIGHT));
+    Scattered { weights, places, through: behind }
+}
+
+impl Scattered {
+    /// How many steps the place of step `k` stands for.
+    pub fn shared_steps(&self, k: usize) -> u32 {
+        let weights = self.weights;
+        if weights.y + weights.z + weights.w <= 0.0 {
+            return 4;
+        }
+        let partner = if k > 1 { weights.w } else { weights.y };
+        if partner <= 0.0 { 2 } else { 1 }
+    }
+}
+
+/// What four samples take of the light, and what is left behind them.
+fn taken(through: f32, taus: Vec4) -> (Vec4, f32) {
     let kept = (-taus).exp();
     let half = kept.x * kept.y;
     let behind = through * Vec4::new(kept.x, half, half * kept.z, half * kept.z * kept.w);
-    let taken = Vec4::new(through, behind.x, behind.y, behind.z) - behind;
-    let held = taken * distances;
-    let mut weights = Vec2::new(taken.x + taken.y, taken.z + taken.w);
-    let mut moments = Vec2::new(held.x + held.y, held.z + held.w);
-    if weights.x + weights.y <= LOOKUP_WEIGHT {
-        weights = Vec2::new(weights.x + weights.y, 0.0);
-        moments.x += moments.y;
-    }
-    let places = moments / weights.max(Vec2::splat(SMALLEST_WEIGHT));
-    Scattered { weights, places, through: behind.w }
+    (Vec4::new(through, behind.x, behind.y, behind.z) - behind, behind.w)
 }

@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3};
 
 use super::{Body, Media, TransferFunction};
 use crate::math::Aabb;
-use crate::volume::{BRICK, Volume};
+use crate::volume::{BRICK, Range, Volume};
 
 /// Codes from here on belong to empty bricks: their distance is the code minus this, plus one.
 pub const EMPTY: u8 = 192;
@@ -26,8 +26,8 @@ const TABLE_CELLS: f64 = 1024.0;
 /// rendering with Chebyshev distance maps").
 ///
 /// Another brick's code says how much longer steps may be than where the media change most: by as many
-/// eighths. The error of a step is proportional to how much extinction changes along it and to its length,
-/// so lengths go with one over the root of the change, which a brick's range of densities bounds.
+/// eighths. The error of a step is proportional to the slope of extinction and to the square of its length,
+/// so lengths go with one over the root of the slope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occupancy {
     origin: DVec3,
@@ -97,7 +97,7 @@ impl Occupancy {
         &self.codes
     }
 
-    /// The largest change of extinction within a brick, 1 / world length; 0 for media that are not plain,
+    /// The largest change of extinction over a voxel, 1 / world length; 0 for media that are not plain,
     /// which nothing is known of.
     pub fn roughness(&self) -> f64 {
         self.roughness
@@ -106,8 +106,8 @@ impl Occupancy {
     /// Codes of a plain volume, whose bricks these are, and its largest change of density.
     fn grade(&mut self, volume: &Volume) {
         let ranges = volume.bricks().ranges();
-        // Ranges of all bricks within reach, axis by axis.
-        let mut changes = ranges.mapv(|[low, high]| high - low);
+        // Slopes of all bricks within reach, axis by axis.
+        let mut changes = ranges.mapv(|range| range.slope);
         for axis in (0..3).map(ndarray::Axis) {
             for mut lane in changes.lanes_mut(axis) {
                 let own: Vec<f32> = lane.iter().copied().collect();
@@ -120,8 +120,8 @@ impl Occupancy {
         let largest = changes.iter().copied().fold(0.0, f32::max);
         self.roughness = f64::from(largest);
         let graded = self.codes.iter_mut().zip(ranges).zip(&changes);
-        for ((code, &[_, high]), &change) in graded {
-            if high > 0.0 {
+        for ((code, range), &change) in graded {
+            if range.high > 0.0 {
                 let longer = f32::from(ROUGHEST) * (largest / change.max(f32::MIN_POSITIVE)).sqrt();
                 *code = longer.clamp(f32::from(ROUGHEST), f32::from(EMPTY - 1)) as u8;
             }
@@ -130,9 +130,9 @@ impl Occupancy {
 
     fn add_body(&mut self, body: &Body, index_from_world: Option<&DMat4>) {
         let medium = &body.medium;
-        let extinguishes = |[low, high]: [f32; 2]| match &medium.transfer {
-            Some(function) => shows(function, [low, high]),
-            None => high > 0.0,
+        let extinguishes = |range: Range| match &medium.transfer {
+            Some(function) => shows(function, range),
+            None => range.high > 0.0,
         };
         let own = medium.emission.as_ref().filter(|emission| emission.field.is_none());
         let occupied =
@@ -156,7 +156,7 @@ impl Occupancy {
         &mut self,
         volume: &Volume,
         index_from_world: Option<&DMat4>,
-        occupied: impl Fn([f32; 2]) -> bool,
+        occupied: impl Fn(Range) -> bool,
     ) {
         let bricks = volume.bricks();
         let change = index_from_world.map(|transform| *transform * *volume.world_from_index());
@@ -239,11 +239,11 @@ impl Occupancy {
 }
 
 /// Whether a function's opacity is above 0 anywhere in a range.
-fn shows(function: &TransferFunction, [low, high]: [f32; 2]) -> bool {
+fn shows(function: &TransferFunction, range: Range) -> bool {
     // Passes read functions from tables of as many cells, which smear a jump over one.
     let [first, last] = function.range();
     let cell = (last - first) / TABLE_CELLS;
-    let [low, high] = [f64::from(low) - cell, f64::from(high) + cell];
+    let [low, high] = [f64::from(range.low) - cell, f64::from(range.high) + cell];
     let mut inside = function.points().iter().filter(|point| (low..=high).contains(&point.value));
     function.at(low).1 > 0.0 || function.at(high).1 > 0.0 || inside.any(|point| point.opacity > 0.0)
 }

@@ -6,21 +6,40 @@ use rayon::prelude::*;
 /// Voxels along each edge of a brick.
 pub const BRICK: usize = 4;
 
-/// Smallest and largest density that interpolation reaches in each brick.
+/// What is known of the densities in each brick.
 ///
 /// Brick b covers the index space from `BRICK * b - 0.5` to `BRICK * (b + 1) - 0.5` along each axis; as
-/// densities are trilinear, its range is that of its own voxels and of the next ones on every side.
+/// densities are trilinear, what holds for it is what holds for its own voxels and the next ones on every
+/// side.
 #[derive(Clone, Debug)]
 pub struct Bricks {
-    /// [smallest, largest], shape (z, y, x).
-    ranges: Array3<[f32; 2]>,
+    /// Shape (z, y, x).
+    ranges: Array3<Range>,
 }
 
-/// Smaller and larger than every density.
-const NOTHING: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
+/// How densities vary in a brick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The smallest density.
+    pub low: f32,
+    /// The largest density.
+    pub high: f32,
+    /// The largest change over a voxel: length of the vector of differences to the next voxel along each
+    /// axis.
+    pub slope: f32,
+}
 
-fn joined(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
-    [a[0].min(b[0]), a[1].max(b[1])]
+/// Nothing yet.
+const NOTHING: Range = Range { low: f32::INFINITY, high: f32::NEG_INFINITY, slope: 0.0 };
+
+impl Range {
+    fn joined(self, other: Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+            slope: self.slope.max(other.slope),
+        }
+    }
 }
 
 /// The first of the voxels that brick `b` feels, and one past the last of `count`.
@@ -34,32 +53,47 @@ impl Bricks {
         let (nz, ny, nx) = values.dim();
         let [bz, by, bx] = [nz, ny, nx].map(|n| n.div_ceil(BRICK));
         let values = values.as_slice().unwrap_or_default();
+        let row_of =
+            |z: usize, y: usize| &values[(z.min(nz - 1) * ny + y.min(ny - 1)) * nx..][..nx];
         let mut ranges = Array3::from_elem((bz, by, bx), NOTHING);
         let layers: Vec<_> = ranges.axis_iter_mut(Axis(0)).collect();
         layers.into_par_iter().enumerate().for_each(|(b, mut layer)| {
-            // Rows of the layer's voxels, from above to below, as one.
-            let mut row = vec![NOTHING; nx];
+            // What is known of the layer's rows so far, as one row; slopes squared.
+            let (mut low, mut high, mut slope) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
             for j in 0..by {
-                row.fill(NOTHING);
+                low.fill(f32::INFINITY);
+                high.fill(f32::NEG_INFINITY);
+                slope.fill(0.0);
                 for z in felt(b, nz) {
                     for y in felt(j, ny) {
-                        let own = &values[(z * ny + y) * nx..][..nx];
-                        for (range, &value) in row.iter_mut().zip(own) {
-                            *range = joined(*range, [value, value]);
+                        let (own, above, behind) =
+                            (row_of(z, y), row_of(z, y + 1), row_of(z + 1, y));
+                        let next = own[1..].iter().chain(&own[nx - 1..]);
+                        let around = own.iter().zip(next).zip(above).zip(behind);
+                        let known = low.iter_mut().zip(&mut high).zip(&mut slope);
+                        for (((low, high), slope), (((&a, &x), &y), &z)) in known.zip(around) {
+                            *low = a.min(*low);
+                            *high = a.max(*high);
+                            let (x, y, z) = (x - a, y - a, z - a);
+                            *slope = (x * x + y * y + z * z).max(*slope);
                         }
                     }
                 }
                 for i in 0..bx {
-                    let all = row[felt(i, nx)].iter().copied();
-                    layer[[j, i]] = all.fold(NOTHING, joined);
+                    let all = felt(i, nx).map(|x| Range {
+                        low: low[x],
+                        high: high[x],
+                        slope: slope[x].sqrt(),
+                    });
+                    layer[[j, i]] = all.fold(NOTHING, Range::joined);
                 }
             }
         });
         Self { ranges }
     }
 
-    /// [smallest, largest] density of each brick, shape (z, y, x).
-    pub fn ranges(&self) -> &Array3<[f32; 2]> {
+    /// What is known of each brick, shape (z, y, x).
+    pub fn ranges(&self) -> &Array3<Range> {
         &self.ranges
     }
 }
@@ -76,10 +110,14 @@ mod tests {
         values[[2, 4, 8]] = 3.0;
         let bricks = Bricks::of(&values);
         assert_eq!(bricks.ranges().dim(), (2, 3, 4));
-        for ((z, y, x), &[low, high]) in bricks.ranges().indexed_iter() {
+        for ((z, y, x), range) in bricks.ranges().indexed_iter() {
             // Voxel 4 along y touches bricks 0 and 1, voxel 8 along x bricks 1 and 2.
             let touched = z == 0 && y <= 1 && (1..=2).contains(&x);
-            assert_eq!([low, high], [0.0, if touched { 3.0 } else { 0.0 }], "{z} {y} {x}");
+            assert_eq!(
+                [range.low, range.high],
+                [0.0, if touched { 3.0 } else { 0.0 }],
+                "{z} {y} {x}"
+            );
         }
     }
 }

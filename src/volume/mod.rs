@@ -21,7 +21,7 @@ use ndarray::Array3;
 
 use crate::error::{Error, Result};
 use crate::math::Aabb;
-pub use bricks::{BRICK, Bricks};
+pub use bricks::{BRICK, Bricks, Range};
 pub use placement::{Axis, world_from_index_in_bounds};
 pub use statistics::Statistics;
 
