@@ -193,7 +193,7 @@ impl View<'_> {
         }
         let per_density = frame.domain_min.w * (0.5 * batch.step);
         let taus = [0, 4].map(|k| per_density * Vec4::from_slice(&taus[k..]));
-        let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step);
+        let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step, frame.rates.w);
         let (mut before, mut front) = (through, 0);
         for k in 0..BATCH as usize {
             let weight = added.weights[k];

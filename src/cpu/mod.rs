@@ -1,6 +1,8 @@
 //! The CPU backend: the passes on all cores. It is the default on machines without a GPU and the
 //! referee of the other backends.
 
+#[cfg(test)]
+mod counts;
 mod deep_view;
 mod link_neighbors;
 mod march_view;

@@ -32,11 +32,13 @@ pub const SLABS_PER_VOXEL: f32 = 8.0;
 const LEAST_PER_VOXEL: f64 = 0.125;
 /// How far optical depth may bend within a step of a threshold map's light ray: the slope of extinction
 /// times an eighth of the length squared.
-const LIGHT_BEND: f64 = 0.002;
+const LIGHT_BEND: f64 = 0.0007;
 /// The same within a slab, as a share of the tolerance.
 const SLAB_BEND: f64 = 0.2;
 /// The same between two samples of a camera ray.
-const VIEW_BEND: f64 = 0.006;
+const VIEW_BEND: f64 = 0.004;
+/// Optical depth of the densest medium over steps that share a lookup.
+const LOOKUP_DEPTH: f64 = 0.3;
 /// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
 const BATCH_VOXELS: f64 = 9.0;
 /// Samples in a slab for each voxel length of it, at least one.
@@ -68,7 +70,7 @@ pub struct Frame {
     /// a brick's edge.
     pub bricks: Vec4,
     /// Steps for each voxel length: along light rays of threshold maps, slabs of fragment maps, along camera
-    /// rays; w unused.
+    /// rays; w: four steps of a camera ray share a lookup if they are no longer together.
     pub rates: Vec4,
     /// World lengths that those steps may have where the media change most, in the same order; w: no step
     /// may be longer.
@@ -315,8 +317,10 @@ fn methods(settings: &Settings) -> [u32; 4] {
 fn marching(media: &Media, settings: &Settings) -> [Vec4; 2] {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let transform = media.world_from_index();
-    let voxel =
-        axes.map(|axis| transform.transform_vector3(axis).length()).into_iter().fold(0.0, f64::max);
+    let voxel = axes
+        .map(|axis| transform.transform_vector3(axis).length())
+        .into_iter()
+        .fold(1e30, f64::min);
     let roughness = media.occupancy().roughness();
     // (most steps for each voxel, bend, samples a step)
     let passes = [
@@ -341,6 +345,9 @@ fn marching(media: &Media, settings: &Settings) -> [Vec4; 2] {
         (rates[i], lengths[i]) = (rate as f32, length as f32);
     }
     lengths.w = (0.25 * BATCH_VOXELS * voxel) as f32;
+    let densest = media.first().medium.density_scale * f64::from(media.largest());
+    let known = roughness > 0.0 && densest > 0.0;
+    rates.w = if known { (LOOKUP_DEPTH / densest) as f32 } else { 0.0 };
     [rates, lengths]
 }
 

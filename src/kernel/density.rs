@@ -25,6 +25,8 @@ impl<'a> Density<'a> {
 /// Density at a voxel index (x, y, z); what lies beyond the outermost voxel centres is clamped.
 #[inline]
 pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
+    #[cfg(test)]
+    counted::SAMPLES.set(counted::SAMPLES.get() + 1);
     let p = index.clamp(Vec3::ZERO, density.last);
     let [nx, ny, nz] = density.dims;
     let (x, y, z) = (p.x as usize, p.y as usize, p.z as usize);
@@ -41,4 +43,14 @@ pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
     let (low, high) = (rows.xy(), rows.zw());
     let planes = low + (high - low) * f.y;
     planes.x + (planes.y - planes.x) * f.z
+}
+
+/// How many samples this thread has taken.
+#[cfg(test)]
+pub(crate) mod counted {
+    use std::cell::Cell;
+
+    std::thread_local! {
+        pub(crate) static SAMPLES: Cell<u64> = const { Cell::new(0) };
+    }
 }

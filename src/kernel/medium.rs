@@ -54,8 +54,15 @@ pub struct Scattered {
 
 /// Four steps with two samples each: optical depths in order, the distance of the first sample and the
 /// distance between samples, and the transmittance from the camera in front of them. Steps share a place
-/// if they add at most [`LOOKUP_WEIGHT`] together: all four, else the first or the last two.
-pub fn scattered(through: f32, [early, late]: [Vec4; 2], first: f32, spacing: f32) -> Scattered {
+/// if they add at most [`LOOKUP_WEIGHT`] together: all four if they are no longer than `shared`, else the
+/// first or the last two.
+pub fn scattered(
+    through: f32,
+    [early, late]: [Vec4; 2],
+    first: f32,
+    spacing: f32,
+    shared: f32,
+) -> Scattered {
     let (first_half, middle) = taken(through, early);
     let (last_half, behind) = taken(middle, late);
     let along = first + spacing * Vec4::new(0.0, 1.0, 2.0, 3.0);
@@ -64,7 +71,7 @@ pub fn scattered(through: f32, [early, late]: [Vec4; 2], first: f32, spacing: f3
     let mut weights = pairs(first_half, last_half);
     let mut moments = pairs(held, held_late);
     let sums = [weights.x + weights.y, weights.z + weights.w];
-    if sums[0] + sums[1] <= LOOKUP_WEIGHT {
+    if sums[0] + sums[1] <= LOOKUP_WEIGHT && 8.0 * spacing <= shared {
         weights = Vec4::new(sums[0] + sums[1], 0.0, 0.0, 0.0);
         moments.x += moments.y + moments.z + moments.w;
     } else {

@@ -1,0 +1,138 @@
+//! The CPU's small functions, each over many calls at places that a march would visit: samples of density,
+//! walks over bricks, fits, lookups.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use deepshadow::backend::Backend;
+use deepshadow::cpu::CpuBackend;
+use deepshadow::frame::Frame;
+use deepshadow::io::load_volume;
+use deepshadow::kernel::density::{Density, sample_density};
+use deepshadow::kernel::fitting::Fitter;
+use deepshadow::kernel::occupancy::{BATCH, Walk};
+use deepshadow::kernel::slices::slabs_of;
+use deepshadow::progress::Silent;
+use deepshadow::scene::automatic::{Surroundings, complete};
+use deepshadow::scene::{Scene, descriptor};
+use deepshadow::settings::{MapKind, Settings};
+use deepshadow::shadow::{Map, ShadowMap};
+use deepshadow::volume::presets::Preset;
+
+/// Rays along each edge of the map that the benches follow.
+const RAYS: u32 = 32;
+/// Samples of density, and lookups, on each.
+const SAMPLES: u32 = 128;
+
+struct Bench {
+    scene: Scene,
+    settings: Settings,
+    frame: Frame,
+}
+
+impl Bench {
+    fn new(preset: Preset) -> Self {
+        let file = descriptor(preset).unwrap();
+        let volume = load_volume(file.volume.first()).unwrap();
+        let (scene, settings, _) =
+            complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
+        let settings = Settings { map_size: 256, ..settings };
+        let frame = Frame::new(&scene, &settings).unwrap();
+        Self { scene, settings, frame }
+    }
+
+    /// Map positions of the rays.
+    fn places() -> impl Iterator<Item = [f32; 2]> {
+        let at = |i: u32| (i as f32 + 0.5) / RAYS as f32;
+        (0..RAYS * RAYS).map(move |i| [at(i % RAYS), at(i / RAYS)])
+    }
+
+    fn map(&self, kind: MapKind) -> Map {
+        let settings = Settings { map: Some(kind), ..self.settings.clone() };
+        CpuBackend.map(&self.scene, &settings, &Silent).unwrap()
+    }
+}
+
+fn kernels(criterion: &mut Criterion) {
+    let bench = Bench::new(Preset::Clouds);
+    let frame = &bench.frame;
+    let mut group = criterion.benchmark_group("kernels");
+    group.throughput(Throughput::Elements(u64::from(RAYS * RAYS * SAMPLES)));
+
+    let volume = bench.scene.media.plain().unwrap();
+    let density = Density::of(volume);
+    group.bench_function("sample_density", |bencher| {
+        bencher.iter(|| {
+            let mut sum = 0.0;
+            for [u, v] in Bench::places() {
+                let slabs = slabs_of(frame, u, v);
+                let step = (slabs.exit - slabs.enter) / SAMPLES as f32;
+                for i in 0..SAMPLES {
+                    sum += sample_density(&density, slabs.ray.at(slabs.enter + i as f32 * step));
+                }
+            }
+            black_box(sum)
+        });
+    });
+
+    for kind in [MapKind::Threshold, MapKind::Fragments] {
+        let map = bench.map(kind);
+        group.bench_function(format!("lookup {kind}"), |bencher| {
+            bencher.iter(|| {
+                let mut sum = 0.0;
+                for [u, v] in Bench::places() {
+                    let slabs = slabs_of(frame, u, v);
+                    let step = (slabs.exit - slabs.enter) / SAMPLES as f32;
+                    for i in 0..SAMPLES {
+                        sum += map.bilinear(u, v, slabs.enter + i as f32 * step);
+                    }
+                }
+                black_box(sum)
+            });
+        });
+    }
+
+    group.bench_function("fit", |bencher| {
+        bencher.iter(|| {
+            let mut nodes = 0;
+            for [u, _] in Bench::places() {
+                let mut fitter = Fitter::new(0.002);
+                for i in 0..SAMPLES {
+                    let front = i as f32 / SAMPLES as f32;
+                    let optical_depth = 0.05 * (1.0 + (20.0 * (u + front)).sin());
+                    let bounds = [front, front + 1.0 / SAMPLES as f32];
+                    fitter.add(bounds, optical_depth, &mut |_| nodes += 1);
+                }
+            }
+            black_box(nodes)
+        });
+    });
+
+    group.throughput(Throughput::Elements(u64::from(RAYS * RAYS)));
+    group.bench_function("walk", |bencher| {
+        bencher.iter(|| {
+            let mut batches = 0;
+            for [u, v] in Bench::places() {
+                let slabs = slabs_of(frame, u, v);
+                let occupancy = bench.scene.media.occupancy();
+                let spacing = [slabs.start, slabs.step];
+                let mut walk = Walk::new(occupancy, frame, &slabs.ray, spacing, frame.lengths.y);
+                let mut next = 0;
+                loop {
+                    let (i, joined) = walk.next_step(next, slabs.last);
+                    if i >= slabs.last {
+                        break;
+                    }
+                    next = i + BATCH * joined;
+                    batches += 1;
+                }
+            }
+            black_box(batches)
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, kernels);
+criterion_main!(benches);

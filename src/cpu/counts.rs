@@ -1,0 +1,57 @@
+//! How many samples of density the passes take: what speed comes down to on any machine. Other backends
+//! take the same steps.
+
+use super::{march_view, trace_slices, trace_threshold};
+use crate::backend::Backend;
+use crate::cpu::CpuBackend;
+use crate::frame::Frame;
+use crate::io::load_volume;
+use crate::kernel::density::counted::SAMPLES;
+use crate::progress::Silent;
+use crate::scene::automatic::{Surroundings, complete};
+use crate::scene::descriptor;
+use crate::settings::Settings;
+use crate::volume::presets::Preset;
+
+/// Samples a ray of (threshold map, fragment map, picture), rays that miss counted too, at 64 x 64.
+const EXPECTED: [(Preset, [f64; 3]); 4] = [
+    (Preset::Box, [0.0, 0.0, 0.0]),
+    (Preset::Bucky, [0.0, 0.0, 0.0]),
+    (Preset::Rods, [0.0, 0.0, 0.0]),
+    (Preset::Clouds, [0.0, 0.0, 0.0]),
+];
+
+/// Samples that some work takes on a thread of its own.
+fn samples(work: impl FnOnce() + Send) -> f64 {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let count = pool.install(|| {
+        SAMPLES.set(0);
+        work();
+        SAMPLES.get()
+    });
+    count as f64 / (64.0 * 64.0)
+}
+
+#[test]
+fn passes_take_no_more_samples_than_they_did() {
+    let mut found = String::new();
+    let mut same = true;
+    for (preset, expected) in EXPECTED {
+        let file = descriptor(preset).unwrap();
+        let volume = load_volume(file.volume.first()).unwrap();
+        let (scene, settings, _) =
+            complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
+        let settings = Settings { map_size: 64, image_size: [64, 64], ..settings };
+        let (media, frame) = (&scene.media, Frame::new(&scene, &settings).unwrap());
+        let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();
+        let counts = [
+            samples(|| drop(trace_threshold::trace_threshold(media, &frame, &Silent))),
+            samples(|| drop(trace_slices::trace_slices(media, &frame, &Silent))),
+            samples(|| drop(march_view::march_view(media, &frame, &map, &Silent))),
+        ];
+        found += &format!("{preset:?} {counts:.1?}\n");
+        // Fewer are news too: the table then holds a bound that guards nothing.
+        same &= counts.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 0.02 * b);
+    }
+    assert!(same, "samples a ray are now\n{found}");
+}
