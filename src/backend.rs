@@ -144,12 +144,14 @@ pub trait Backend {
                 Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)))
             }
             MapKind::Coded(coding) => {
-                let bytes = self.trace_coded(media, &raw(&frame), &*codec(coding), progress)?;
+                let bytes =
+                    self.trace_coded(media, &frame.with_all_slabs(), &*codec(coding), progress)?;
                 Ok(Map::Coded(CodedMap::new(bytes, coding, view, &frame)))
             }
             MapKind::Visibility => {
                 let tolerance = settings.tolerance as f32;
-                let lists = self.trace_visibility(media, &raw(&frame), tolerance, progress)?;
+                let lists =
+                    self.trace_visibility(media, &frame.with_all_slabs(), tolerance, progress)?;
                 Ok(Map::Visibility(VisibilityMap::new(lists, tolerance, view, &frame)))
             }
             MapKind::Grid(count) => {
@@ -215,12 +217,6 @@ pub trait Backend {
         }
         Ok((image, maps))
     }
-}
-
-/// The frame that asks for all nodes of a ray.
-fn raw(frame: &Frame) -> Frame {
-    let slices = glam::Vec4::new(frame.slices.x, frame.slices.y, 0.0, 0.0);
-    Frame { slices, ..*frame }
 }
 
 fn unbuilt(backend: &str) -> Error {

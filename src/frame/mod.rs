@@ -36,9 +36,11 @@ const LIGHT_BEND: f64 = 0.0007;
 /// The same within a slab, as a share of the tolerance.
 const SLAB_BEND: f64 = 0.2;
 /// The same between two samples of a camera ray.
-const VIEW_BEND: f64 = 0.004;
-/// Optical depth of the densest medium over steps that share a lookup.
+const VIEW_BEND: f64 = 0.0025;
+/// Optical depth of the densest medium over four steps that share a lookup.
 const LOOKUP_DEPTH: f64 = 0.3;
+/// The same over a step of a camera ray, whatever the slope: one place speaks for the light of all of it.
+const VIEW_DEPTH: f64 = 0.25;
 /// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
 const BATCH_VOXELS: f64 = 9.0;
 /// Samples in a slab for each voxel length of it, at least one.
@@ -196,7 +198,8 @@ impl Frame {
             if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
         let planes = planes(settings, light, media);
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
-        let [rates, lengths] = marching(media, settings);
+        let tolerance = if exponential { 0.0 } else { settings.tolerance };
+        let [rates, lengths] = marching(media, settings, tolerance);
         let frame = Self {
             index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
             domain_min: media.domain().min.as_vec3().extend(match media.plain() {
@@ -238,7 +241,7 @@ impl Frame {
                 near as f32,
                 far as f32,
                 // Exponential tests are made fragment by fragment: all of them are kept.
-                if exponential { 0.0 } else { settings.tolerance as f32 },
+                tolerance as f32,
                 settings.truncation as f32,
             ),
             filtering: Vec4::new(sharpness as f32, settings.octaves as f32, 0.0, 0.0),
@@ -264,6 +267,14 @@ impl Frame {
         } else {
             Err(Error::value("scene", "a length or a factor of it does not fit f32"))
         }
+    }
+
+    /// The same frame with all slabs kept as they are, none of them joined.
+    #[must_use]
+    pub fn with_all_slabs(mut self) -> Self {
+        (self.slices.z, self.slices.w) = (0.0, 0.0);
+        (self.rates.y, self.lengths.y) = (SLABS_PER_VOXEL, 0.0);
+        self
     }
 
     /// From now on takes exactly as many steps along every light ray, none of them joined.
@@ -314,7 +325,7 @@ fn methods(settings: &Settings) -> [u32; 4] {
 
 /// Steps for each voxel length ([`Frame::rates`]) and how long they may be ([`Frame::lengths`]): as the
 /// largest change of extinction asks for, within what always suffices.
-fn marching(media: &Media, settings: &Settings) -> [Vec4; 2] {
+fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Vec4; 2] {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let transform = media.world_from_index();
     let voxel = axes
@@ -325,7 +336,7 @@ fn marching(media: &Media, settings: &Settings) -> [Vec4; 2] {
     // (most steps for each voxel, bend, samples a step)
     let passes = [
         (LIGHT_STEPS_PER_VOXEL, LIGHT_BEND, 1.0),
-        (SLABS_PER_VOXEL, SLAB_BEND * settings.tolerance, 1.0),
+        (SLABS_PER_VOXEL, SLAB_BEND * tolerance, 1.0),
         (VIEW_STEPS_PER_VOXEL, VIEW_BEND, 2.0),
     ];
     let (mut rates, mut lengths) = (Vec4::ZERO, Vec4::ZERO);
@@ -347,7 +358,16 @@ fn marching(media: &Media, settings: &Settings) -> [Vec4; 2] {
     lengths.w = (0.25 * BATCH_VOXELS * voxel) as f32;
     let densest = media.first().medium.density_scale * f64::from(media.largest());
     let known = roughness > 0.0 && densest > 0.0;
-    rates.w = if known { (LOOKUP_DEPTH / densest) as f32 } else { 0.0 };
+    if known {
+        rates.w = (LOOKUP_DEPTH / densest) as f32;
+    }
+    if densest > 0.0 {
+        lengths.z = lengths.z.min((VIEW_DEPTH / densest) as f32);
+    }
+    if settings.crossing != Crossing::Exact {
+        // Depths are wrong by as much as steps are long.
+        (rates.x, lengths.x) = (LIGHT_STEPS_PER_VOXEL, 0.0);
+    }
     [rates, lengths]
 }
 
