@@ -1,5 +1,6 @@
 //! How many samples of density the passes take: what speed comes down to on any machine. Other backends
 //! take the same steps.
+#![allow(clippy::unwrap_used)]
 
 use super::{march_view, trace_slices, trace_threshold};
 use crate::backend::Backend;
@@ -34,7 +35,7 @@ fn samples(work: impl FnOnce() + Send) -> f64 {
 
 #[test]
 fn passes_take_no_more_samples_than_they_did() {
-    let mut found = String::new();
+    let mut found = Vec::new();
     let mut same = true;
     for (preset, expected) in EXPECTED {
         let file = descriptor(preset).unwrap();
@@ -50,9 +51,9 @@ fn passes_take_no_more_samples_than_they_did() {
             samples(|| drop(trace_slices::trace_slices(media, &frame, &Silent))),
             samples(|| drop(march_view::march_view(media, &frame, &map, &Silent))),
         ];
-        found += &format!("{preset:?} {counts:.1?}\n");
+        found.push(format!("{preset:?} {counts:.1?}"));
         // Fewer are news too: the table then holds a bound that guards nothing.
         same &= counts.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 0.02 * b);
     }
-    assert!(same, "samples a ray are now\n{found}");
+    assert!(same, "samples a ray are now {found:#?}");
 }

@@ -348,9 +348,10 @@ fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Vec4; 2] {
     for (i, (most, bend, samples)) in passes.into_iter().enumerate() {
         let most = f64::from(most);
         // Nothing is known of the change in media that are not plain: steps stay as they are.
-        let length = match roughness > 0.0 {
-            true => samples * (8.0 * bend * voxel / roughness).sqrt(),
-            false => voxel / most,
+        let length = if roughness > 0.0 {
+            samples * (8.0 * bend * voxel / roughness).sqrt()
+        } else {
+            voxel / most
         };
         let rate = (voxel / length.max(1e-3 * voxel)).clamp(LEAST_PER_VOXEL, most);
         (rates[i], lengths[i]) = (rate as f32, length as f32);

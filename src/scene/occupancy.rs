@@ -250,6 +250,8 @@ fn shows(function: &TransferFunction, range: Range) -> bool {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use ndarray::Array3;
 
     use super::*;
