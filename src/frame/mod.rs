@@ -340,14 +340,13 @@ fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Vec4; 2] {
         (VIEW_STEPS_PER_VOXEL, VIEW_BEND, 2.0),
     ];
     let (mut rates, mut lengths) = (Vec4::ZERO, Vec4::ZERO);
-    if settings.shading == Shading::Paper {
-        // As many steps as were asked for, all as long as each other.
+    if settings.shading == Shading::Paper || media.plain().is_none() {
+        // As many steps as were asked for, or nothing is known of the slopes: all as long as each other.
         let rates = passes.map(|(most, ..)| most);
         return [Vec3::from_array(rates).extend(0.0), lengths];
     }
     for (i, (most, bend, samples)) in passes.into_iter().enumerate() {
         let most = f64::from(most);
-        // Nothing is known of the change in media that are not plain: steps stay as they are.
         let length = if roughness > 0.0 {
             samples * (8.0 * bend * voxel / roughness).sqrt()
         } else {
