@@ -20,7 +20,6 @@ struct LightSteps {
 
 // A ray's optical depth behind equal parts of its steps. They tell where a threshold is crossed without
 // marching the whole ray again.
-const CHECKPOINTS: u32 = 16u;
 // Each thread's own, side by side.
 var<workgroup> checkpoints: array<array<f32, 64>, CHECKPOINTS>;
 

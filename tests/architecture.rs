@@ -105,11 +105,11 @@ fn files_stay_small_enough_to_hold_in_the_head() {
     }
 }
 
-/// A pass has one name: its shader, its entry point, its CPU file.
 /// Passes that hosts need not run: a threshold map works its curves out itself.
 #[cfg(feature = "gpu")]
 const GPU_ONLY: [&str; 1] = ["fit_curves"];
 
+/// A pass has one name: its shader, its entry point, its CPU file.
 #[cfg(feature = "gpu")]
 #[test]
 fn every_pass_has_one_name() {

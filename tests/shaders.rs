@@ -198,6 +198,7 @@ fn constants_are_the_same_on_both_sides() {
         ("MIDDLE_SHARE_ABOVE", one(threshold::MIDDLE_SHARE_ABOVE)),
         ("LARGEST_OPTICAL_DEPTH", one(threshold::LARGEST_OPTICAL_DEPTH)),
         ("SMALLEST_OPACITY", one(threshold::SMALLEST_OPACITY)),
+        ("CHECKPOINTS", vec![f64::from(threshold::CHECKPOINTS)]),
     ];
     let lists = [
         ("NO_LINK", vec![f64::from(NO_LINK)]),

@@ -1,5 +1,5 @@
 //! The frame by brute force, and the texture units' own speed, by shaders that share nothing with the
-//! crate's.
+//! crate's but the parameters of a frame.
 
 use deepshadow::frame::Frame;
 use deepshadow::volume::Volume;
@@ -66,13 +66,19 @@ impl BruteForce {
         let output = |view| at(4, BindingResource::TextureView(view));
         let [volume, sampler] = &medium;
         let shared = [parameters, volume.clone(), sampler.clone()];
-        let [frames, fetches] = [include_str!("brute_force.wgsl"), include_str!("fetches.wgsl")]
-            .map(|source| {
-                device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: None,
-                    source: wgpu::ShaderSource::Wgsl(source.into()),
-                })
-            });
+        let [frames, fetches] = [
+            concat!(
+                include_str!("../../shaders/kernel/frame.wgsl"),
+                include_str!("brute_force.wgsl")
+            ),
+            include_str!("fetches.wgsl"),
+        ]
+        .map(|source| {
+            device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: None,
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            })
+        });
         let map_entries = [&shared[..], &[output(&map_view)]].concat();
         let lookup = at(3, BindingResource::TextureView(&map_view));
         let view_entries = [&shared[..], &[lookup, output(&image_view)]].concat();

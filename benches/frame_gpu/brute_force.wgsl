@@ -1,49 +1,8 @@
 // The frame by brute force: a threshold map and a camera march of 512 equal steps on every ray that hits
-// the volume's box, one trilinear fetch a step, nothing skipped and no ray ended early. Stands alone, so
-// that it shares no code with what it is compared with. Parallel light, one ray a pixel, no ground.
-// What does not change along a ray is computed before its loop.
+// the volume's box, one trilinear fetch a step, nothing skipped and no ray ended early. Shares no code with
+// what it is compared with but the uniform `frame`: shaders/kernel/frame.wgsl is put in front of it. Parallel
+// light, one ray a pixel, no ground. What does not change along a ray is computed before its loop.
 
-// The fields of the crate's `Frame`.
-struct Frame {
-    index_from_frame: array<vec4<f32>, 3>,
-    domain_min: vec4<f32>,
-    domain_max: vec4<f32>,
-    voxel_share: vec4<f32>,
-    bricks: vec4<f32>,
-    rates: vec4<f32>,
-    lengths: vec4<f32>,
-    albedo: vec4<f32>,
-    light_origin: vec4<f32>,
-    light_origin_u: vec4<f32>,
-    light_origin_v: vec4<f32>,
-    light_direction: vec4<f32>,
-    light_direction_u: vec4<f32>,
-    light_direction_v: vec4<f32>,
-    light_from_frame: array<vec4<f32>, 4>,
-    light_position: vec4<f32>,
-    light_axis: vec4<f32>,
-    irradiance: vec4<f32>,
-    ambient: vec4<f32>,
-    view_origin: vec4<f32>,
-    view_origin_x: vec4<f32>,
-    view_origin_y: vec4<f32>,
-    view_direction: vec4<f32>,
-    view_direction_x: vec4<f32>,
-    view_direction_y: vec4<f32>,
-    ground: vec4<f32>,
-    world_origin: vec4<f32>,
-    background: vec4<f32>,
-    thresholds: vec4<f32>,
-    threshold_depths: vec4<f32>,
-    slices: vec4<f32>,
-    filtering: vec4<f32>,
-    sizes: vec4<u32>,
-    steps: vec4<u32>,
-    methods: vec4<u32>,
-    counts: vec4<u32>,
-}
-
-@group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var voxels: texture_3d<f32>;
 @group(0) @binding(2) var trilinear: sampler;
 @group(0) @binding(3) var shadow_map: texture_2d<f32>;

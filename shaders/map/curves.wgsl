@@ -1,6 +1,7 @@
 // A threshold map as what shadows are looked up in, by curves that were worked out before.
 #import kernel/light
 #import kernel/threshold
+#import map/texels
 
 @group(0) @binding(3) var threshold_map: texture_2d<f32>;
 
@@ -21,19 +22,4 @@ fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
         return transmittance_paper(textureLoad(threshold_map, texel, 0), depth);
     }
     return exp(-optical_depth_at(curve_of(texel), depth));
-}
-
-// Transmittances of four texels: upper left, upper right, lower left, lower right.
-fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32> {
-    return vec4<f32>(
-        texel_transmittance(low, depth),
-        texel_transmittance(vec2<u32>(high.x, low.y), depth),
-        texel_transmittance(vec2<u32>(low.x, high.y), depth),
-        texel_transmittance(high, depth),
-    );
-}
-
-// Mean transmittance over a window of texels, its ends included.
-fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
-    return brute_force_mean(low, high, depth);
 }

@@ -8,12 +8,9 @@ use crate::kernel::light::light_ray;
 use crate::kernel::media::{Sampler, density_along};
 use crate::kernel::occupancy::{BATCH, Walk};
 use crate::kernel::ray::{intersect_box, step_count};
-use crate::kernel::threshold::{LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
+use crate::kernel::threshold::{CHECKPOINTS, LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
 use crate::progress::Progress;
 use crate::scene::Media;
-
-/// Parts of a ray behind which a GPU keeps the optical depth.
-const CHECKPOINTS: u32 = 16;
 
 /// All texels, row 0 at v = 0: depths of three opacities and the largest opacity.
 pub(super) fn trace_threshold(

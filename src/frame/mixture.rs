@@ -8,6 +8,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Vec4};
 
+pub use crate::scene::transfer::TABLE_CELLS;
 use crate::scene::{Body, Emission, Media, TransferFunction};
 use crate::volume::Volume;
 
@@ -15,8 +16,6 @@ use crate::volume::Volume;
 pub const MOST_FIELDS: usize = 8;
 /// Bodies that shaders know at most.
 pub const MOST_PARTS: usize = 8;
-/// Cells of a table, over the range of its function.
-pub const TABLE_CELLS: u32 = 1024;
 /// Between densities that are closer than as many cells a function is read in their middle: integrals so
 /// close to each other have no digits left for their difference.
 pub const LEAST_CELLS: f32 = 1.0;

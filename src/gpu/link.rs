@@ -11,7 +11,7 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 21] = files![
+const FILES: [(&str, &str); 22] = files![
     "kernel/curves",
     "kernel/density",
     "kernel/fitting",
@@ -30,6 +30,7 @@ const FILES: [(&str, &str); 21] = files![
     "kernel/view",
     "map/curves",
     "map/fragments",
+    "map/texels",
     "map/threshold",
     "media/mixture",
     "media/plain",

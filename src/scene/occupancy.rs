@@ -3,6 +3,7 @@
 
 use glam::{DMat4, DVec3};
 
+use super::transfer::TABLE_CELLS;
 use super::{Body, Media, TransferFunction};
 use crate::math::Aabb;
 use crate::volume::{BRICK, Range, Volume};
@@ -15,8 +16,6 @@ pub const ROUGHEST: u8 = 8;
 const REACH: usize = 2;
 /// Bricks at most; media that have more get larger ones.
 const MOST_BRICKS: f64 = (1 << 24) as f64;
-/// Cells of a function's table at least (`frame::TABLE_CELLS`).
-const TABLE_CELLS: f64 = 1024.0;
 
 /// A grid of bricks over the media's index space, with a code each.
 ///
@@ -242,7 +241,7 @@ impl Occupancy {
 fn shows(function: &TransferFunction, range: Range) -> bool {
     // Passes read functions from tables of as many cells, which smear a jump over one.
     let [first, last] = function.range();
-    let cell = (last - first) / TABLE_CELLS;
+    let cell = (last - first) / f64::from(TABLE_CELLS);
     let [low, high] = [f64::from(range.low) - cell, f64::from(range.high) + cell];
     let mut inside = function.points().iter().filter(|point| (low..=high).contains(&point.value));
     function.at(low).1 > 0.0 || function.at(high).1 > 0.0 || inside.any(|point| point.opacity > 0.0)

@@ -17,6 +17,8 @@ pub use resolve::{Choice, Resolved, gradient, resolve};
 
 /// The most points that a function may have.
 pub const MAX_POINTS: usize = 65_536;
+/// Cells of the table that passes read a function from, over its range.
+pub const TABLE_CELLS: u32 = 1024;
 
 /// Colour and opacity over density, linear between points and constant beyond the outer ones.
 ///
