@@ -106,18 +106,22 @@ mod tests {
 
     #[test]
     fn a_brick_feels_its_voxels_and_the_next_ones() {
-        let mut values = Array3::zeros((5, 9, 13));
-        values[[2, 4, 8]] = 3.0;
-        let bricks = Bricks::of(&values);
-        assert_eq!(bricks.ranges().dim(), (2, 3, 4));
-        for ((z, y, x), range) in bricks.ranges().indexed_iter() {
-            // Voxel 4 along y touches bricks 0 and 1, voxel 8 along x bricks 1 and 2.
-            let touched = z == 0 && y <= 1 && (1..=2).contains(&x);
-            assert_eq!(
-                [range.low, range.high],
-                [0.0, if touched { 3.0 } else { 0.0 }],
-                "{z} {y} {x}"
-            );
+        // Voxels 8 and 4 are the first of a brick, which the one before feels; 3 and 7 are the last of one,
+        // which the one behind feels.
+        for (voxel, touched_x, touched_y) in [([2, 4, 8], 1..=2, 0..=1), ([2, 7, 3], 0..=1, 1..=2)]
+        {
+            let mut values = Array3::zeros((5, 9, 13));
+            values[voxel] = 3.0;
+            let bricks = Bricks::of(&values);
+            assert_eq!(bricks.ranges().dim(), (2, 3, 4));
+            for ((z, y, x), range) in bricks.ranges().indexed_iter() {
+                let touched = z == 0 && touched_y.contains(&y) && touched_x.contains(&x);
+                assert_eq!(
+                    [range.low, range.high],
+                    [0.0, if touched { 3.0 } else { 0.0 }],
+                    "{z} {y} {x}"
+                );
+            }
         }
     }
 }
