@@ -4,7 +4,8 @@
 //!
 //! In practice: [`DenseFile::open`] reads headers only (PVM, VTK and NanoVDB files, whose headers are
 //! wound up with their voxels, as a whole). [`DenseFile::voxels`] gives the voxels in their own type;
-//! [`Voxels::density`] makes them numbers to render.
+//! [`Voxels::density`] makes them numbers to render, and
+//! [`DenseFile::volume`] a volume of those without holding both.
 
 mod den;
 mod grid;
@@ -31,6 +32,7 @@ mod write;
 use std::path::{Path, PathBuf};
 
 use glam::{DMat4, DVec3, IVec3};
+use ndarray::Array3;
 
 use super::format::Format;
 use super::number::{Endian, ValueType};
@@ -42,8 +44,9 @@ use crate::scene::file::VolumeTable;
 use crate::volume::{Axis, Volume};
 pub use grid::DenseGrid;
 use input::Input;
-use payload::{Packing, Payload};
+use payload::{PART, Packing, Payload};
 pub use voxels::Voxels;
+use voxels::{arranged, densities};
 pub use write::{DenseTarget, OutputFile, Written};
 
 /// Bytes that a volume may take, unless the user says otherwise.
@@ -247,15 +250,38 @@ impl DenseFile {
     /// [`ErrorKind::Limit`] if they take more memory than allowed; if they cannot be read or are
     /// fewer than the header says.
     pub fn voxels(&self) -> Result<Voxels> {
-        let needed = self.header.bytes() + self.header.memory_bytes();
-        if needed > u128::from(self.max_bytes.min(isize::MAX as u64)) {
-            let [x, y, z] = self.header.dims;
-            let what = format!("{}: {x} x {y} x {z} voxels", self.path.display());
-            let (needed, limit) = (format!("{needed} bytes"), format!("{} bytes", self.max_bytes));
-            return Err(ErrorKind::Limit { what, needed, limit }.into());
-        }
+        self.check_memory(self.header.bytes() + self.header.memory_bytes())?;
         let bytes = self.payload.read(&self.path, self.header.bytes() as usize)?;
         Ok(Voxels::new(self.header.clone(), bytes))
+    }
+
+    /// The voxels as numbers to render, shape (z, y, x). The file's own are not held beside them.
+    fn density(&self) -> Result<Array3<f32>> {
+        let header = &self.header;
+        self.check_memory(header.memory_bytes())?;
+        let row = header.components * header.value_type.size() * header.dims[0];
+        let rows = (PART / row).max(1) * row;
+        let mut values = Vec::new();
+        self.payload.read_parts(&self.path, header.bytes() as usize, rows, |part| {
+            if values.is_empty() && part.len() == rows {
+                // As many as are due: a first part has come.
+                values.reserve_exact(header.dims.iter().product());
+            }
+            values.extend(densities(header, &part));
+        })?;
+        Ok(arranged(header, values))
+    }
+
+    /// # Errors
+    /// [`ErrorKind::Limit`] if so many bytes are more than allowed.
+    fn check_memory(&self, needed: u128) -> Result<()> {
+        if needed <= u128::from(self.max_bytes.min(isize::MAX as u64)) {
+            return Ok(());
+        }
+        let [x, y, z] = self.header.dims;
+        let what = format!("{}: {x} x {y} x {z} voxels", self.path.display());
+        let (needed, limit) = (format!("{needed} bytes"), format!("{} bytes", self.max_bytes));
+        Err(ErrorKind::Limit { what, needed, limit }.into())
     }
 
     /// The volume to render, with the file's axis `up` (`None`: as the file says, or y) along the
@@ -264,7 +290,7 @@ impl DenseFile {
     /// # Errors
     /// As [`DenseFile::voxels`], and if the window is empty.
     pub fn volume(&self, up: Option<Axis>, window: Option<[f32; 2]>) -> Result<Volume> {
-        let mut values = self.voxels()?.density();
+        let mut values = self.density()?;
         let up = up.or(self.header.up).unwrap_or_default();
         let world_from_file = DMat4::from_mat3(up.world_from_file());
         let placed = world_from_file * self.header.world_from_index;

@@ -10,6 +10,9 @@ use flate2::read::{MultiGzDecoder, ZlibDecoder};
 use crate::error::{Error, Result};
 use crate::io::number::{ValueType, encode_text};
 
+/// Bytes of a file that are worked on at once, where it need not lie in memory as a whole.
+pub(super) const PART: usize = 1 << 25;
+
 /// How the voxels of a file are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Packing {
@@ -33,13 +36,30 @@ pub(super) enum Payload {
 impl Payload {
     /// The first `due` bytes; more may follow in the file, less is an error.
     pub(super) fn read(&self, file: &Path, due: usize) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        if let Self::Stored { packing: Packing::Bare, .. } = self {
+            // Whether the file is as long is looked up before anything is read.
+            return self.read_parts(file, due, due, |part| bytes = part).map(|()| bytes);
+        }
+        self.read_parts(file, due, PART, |part| bytes.extend(part)).map(|()| bytes)
+    }
+
+    /// Gives the first `due` bytes to `take` in order, `part` at a time and the rest at last; more may follow
+    /// in the file, less is an error.
+    pub(super) fn read_parts(
+        &self,
+        file: &Path,
+        due: usize,
+        part: usize,
+        mut take: impl FnMut(Vec<u8>),
+    ) -> Result<()> {
+        let mut take_all = |path: &Path, bytes: &[u8]| {
+            let bytes = bytes.get(..due).ok_or_else(|| short(path, bytes.len(), due))?;
+            bytes.chunks(part.max(1)).for_each(|chunk| take(chunk.to_vec()));
+            Ok(())
+        };
         let (path, offset, packing, skip) = match self {
-            Self::Unpacked(bytes) => {
-                return bytes
-                    .get(..due)
-                    .map(<[u8]>::to_vec)
-                    .ok_or_else(|| short(file, bytes.len(), due));
-            }
+            Self::Unpacked(bytes) => return take_all(file, bytes),
             Self::Stored { path, offset, packing, skip } => (path, *offset, *packing, *skip),
         };
         let failed = |error| Error::file(path, error);
@@ -48,44 +68,61 @@ impl Payload {
         if !metadata.is_file() {
             return Err(Error::contents(path, "the header's voxels are not in a file"));
         }
-        let left = metadata.len().saturating_sub(offset);
+        let left = metadata.len().saturating_sub(offset).saturating_sub(skip);
         let mut stored = File::open(path).map_err(failed)?;
         stored.seek(SeekFrom::Start(offset)).map_err(failed)?;
-        let unpacked = match packing {
-            Packing::Bare if left.saturating_sub(skip) < due as u64 => {
-                return Err(short(path, left.saturating_sub(skip) as usize, due));
+        let parts = [due, part];
+        let found = match packing {
+            Packing::Bare if left < due as u64 => return Err(short(path, left as usize, due)),
+            Packing::Bare => unpack(stored, skip, parts, take).map_err(failed)?,
+            Packing::Gzip => {
+                unpack(MultiGzDecoder::new(stored), skip, parts, take).map_err(broken(path))?
             }
-            Packing::Bare => unpack(stored, skip, due, due),
-            Packing::Gzip => unpack(MultiGzDecoder::new(stored), skip, due, 0),
-            Packing::Zlib => unpack(ZlibDecoder::new(stored), skip, due, 0),
+            Packing::Zlib => {
+                unpack(ZlibDecoder::new(stored), skip, parts, take).map_err(broken(path))?
+            }
             Packing::Text(value_type) => {
                 let mut text = Vec::new();
                 stored.read_to_end(&mut text).map_err(failed)?;
                 let text = text.get(skip as usize..).unwrap_or_default();
-                encode_text(text, value_type, due / value_type.size())
-                    .map_err(|why| Error::contents(path, why))
-                    .map(Ok)?
+                let bytes = encode_text(text, value_type, due / value_type.size())
+                    .map_err(|why| Error::contents(path, why))?;
+                return take_all(path, &bytes);
             }
         };
-        let unpacked = unpacked.map_err(|error| match packing {
-            Packing::Bare => failed(error),
-            _ => Error::contents(path, format!("voxels cannot be unpacked: {error}")),
-        })?;
-        if unpacked.len() < due { Err(short(path, unpacked.len(), due)) } else { Ok(unpacked) }
+        if found < due { Err(short(path, found, due)) } else { Ok(()) }
     }
 }
 
-/// At most `due` bytes behind the first `skip`; memory grows with what comes.
+fn broken(path: &Path) -> impl Fn(std::io::Error) -> Error {
+    move |error| Error::contents(path, format!("voxels cannot be unpacked: {error}"))
+}
+
+/// Gives at most `due` bytes behind the first `skip` to `take`, `part` at a time; memory grows with what
+/// comes. How many there were.
 fn unpack(
     mut stream: impl Read,
     skip: u64,
-    due: usize,
-    capacity: usize,
-) -> Result<Vec<u8>, std::io::Error> {
+    [due, part]: [usize; 2],
+    mut take: impl FnMut(Vec<u8>),
+) -> Result<usize, std::io::Error> {
     std::io::copy(&mut stream.by_ref().take(skip), &mut std::io::sink())?;
-    let mut bytes = Vec::with_capacity(capacity);
-    stream.take(due as u64).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    let mut found = 0;
+    while found < due {
+        let wanted = (due - found).min(part.max(1));
+        let mut bytes = Vec::with_capacity(wanted);
+        stream.by_ref().take(wanted as u64).read_to_end(&mut bytes)?;
+        if bytes.is_empty() {
+            break;
+        }
+        found += bytes.len();
+        let ended = bytes.len() < wanted;
+        take(bytes);
+        if ended {
+            break;
+        }
+    }
+    Ok(found)
 }
 
 fn short(path: &Path, found: usize, due: usize) -> Error {

@@ -6,6 +6,38 @@ use rayon::prelude::*;
 use super::{DenseHeader, Order};
 use crate::io::number::decode;
 
+/// The voxels in some rows along x as numbers to render: the value itself, or the length of a vector.
+pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
+    let [slope, intercept] = header.scale;
+    let (value_type, endian, components) = (header.value_type, header.endian, header.components);
+    if components == 1 && header.scale == [1.0, 0.0] {
+        return decode(rows, value_type, endian, |v| v as f32);
+    }
+    // A row at a time, so that the wide numbers take little memory.
+    let rows = rows.par_chunks_exact(components * value_type.size() * header.dims[0]);
+    rows.flat_map_iter(|row| {
+        let numbers = decode(row, value_type, endian, |v| v * slope + intercept);
+        let magnitude = |vector: &[f64]| match vector {
+            [single] => *single as f32,
+            _ => vector.iter().map(|v| v * v).sum::<f64>().sqrt() as f32,
+        };
+        numbers.chunks_exact(components).map(magnitude).collect::<Vec<_>>()
+    })
+    .collect()
+}
+
+/// Numbers in a file's order as an array of shape (z, y, x).
+pub(super) fn arranged(header: &DenseHeader, values: Vec<f32>) -> Array3<f32> {
+    let [nx, ny, nz] = header.dims;
+    let shape = match header.order {
+        Order::XFastest => (nz, ny, nx).into_shape_with_order(),
+        Order::ZFastest => (nz, ny, nx).f(),
+    };
+    // The count is the shape's: the header's bytes were counted from it.
+    let array = Array3::from_shape_vec(shape, values).unwrap_or_default();
+    if array.is_standard_layout() { array } else { array.as_standard_layout().into_owned() }
+}
+
 /// All voxels of a file.
 pub struct Voxels {
     header: DenseHeader,
@@ -31,33 +63,7 @@ impl Voxels {
 
     /// Numbers to render, shape (z, y, x): the value itself, or the length of a vector.
     pub fn density(&self) -> Array3<f32> {
-        let [nx, ny, nz] = self.header.dims;
-        let [slope, intercept] = self.header.scale;
-        let (value_type, endian) = (self.header.value_type, self.header.endian);
-        let components = self.header.components;
-        let values: Vec<f32> = if components == 1 && self.header.scale == [1.0, 0.0] {
-            decode(&self.bytes, value_type, endian, |v| v as f32)
-        } else {
-            let voxel = components * value_type.size();
-            // A row at a time, so that the wide numbers take little memory.
-            let rows = self.bytes.par_chunks_exact(voxel * nx);
-            rows.flat_map_iter(|row| {
-                let numbers = decode(row, value_type, endian, |v| v * slope + intercept);
-                let magnitude = |vector: &[f64]| match vector {
-                    [single] => *single as f32,
-                    _ => vector.iter().map(|v| v * v).sum::<f64>().sqrt() as f32,
-                };
-                numbers.chunks_exact(components).map(magnitude).collect::<Vec<_>>()
-            })
-            .collect()
-        };
-        let shape = match self.header.order {
-            Order::XFastest => (nz, ny, nx).into_shape_with_order(),
-            Order::ZFastest => (nz, ny, nx).f(),
-        };
-        // The count is the shape's: the header's bytes were counted from it.
-        let array = Array3::from_shape_vec(shape, values).unwrap_or_default();
-        if array.is_standard_layout() { array } else { array.as_standard_layout().into_owned() }
+        arranged(&self.header, densities(&self.header, &self.bytes))
     }
 
     /// Runs `each` on every component of every voxel in the file's order: its value and which
