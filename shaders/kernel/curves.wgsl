@@ -1,11 +1,16 @@
 // Where the curves of a threshold map's texels are written, so that lookups need not work them out again.
 #import kernel/threshold
 
-@group(0) @binding(23) var kept_curves: texture_storage_2d_array<rgba32float, write>;
+// Row by row, and for all texels the first pieces, the second ones, ...: lookups of neighbours lie next to
+// each other.
+@group(0) @binding(23) var<storage, read_write> piece_ends: array<vec4<f32>>;
+@group(0) @binding(24) var<storage, read_write> cubics: array<vec4<f32>>;
 
 fn keep_curve(texel: vec2<u32>, c: Curve) {
-    textureStore(kept_curves, texel, 0u, vec4<f32>(c.z, c.total));
-    textureStore(kept_curves, texel, 1u, vec4<f32>(c.tau, c.onset.x));
-    textureStore(kept_curves, texel, 2u, vec4<f32>(c.slope, c.end.x));
-    textureStore(kept_curves, texel, 3u, vec4<f32>(c.onset.y, c.end.y, 0.0, 0.0));
+    let size = frame.sizes.w;
+    let at = texel.y * size + texel.x;
+    piece_ends[at] = c.ends;
+    for (var k: u32 = 0u; k < 4u; k++) {
+        cubics[k * size * size + at] = c.cubics[k];
+    }
 }

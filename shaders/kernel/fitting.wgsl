@@ -82,14 +82,18 @@ fn fitter_is_dark() -> bool {
     return fitter.tolerance > 0.0 && fitter.last.y > fitter.dark;
 }
 
-// Slopes from the last node kept that pass a point within the tolerance.
-fn fitter_slopes(point: vec2<f32>) -> vec2<f32> {
-    let through = exp(-point.y);
+// Optical depths between which a line may pass a point: within the tolerance of transmittance.
+fn fitter_range(optical_depth: f32) -> vec2<f32> {
+    let through = exp(-optical_depth);
     let room = max(fitter.tolerance - fitter.bend * through, fitter.tolerance * LEAST_ROOM);
     let least = -log(min(through + room, 1.0));
     let lowest = max(max(through - room, through * LOWEST_SHARE), SMALLEST);
-    let share = 1.0 / (point.x - fitter.anchor.x);
-    return (vec2<f32>(least, -log(lowest)) - fitter.anchor.y) * share;
+    return vec2<f32>(least, -log(lowest));
+}
+
+// Slopes from the last node kept that pass between two optical depths at a depth.
+fn fitter_slopes(depth: f32, range: vec2<f32>) -> vec2<f32> {
+    return (range - fitter.anchor.y) * (1.0 / (depth - fitter.anchor.x));
 }
 
 // The line from the last node has to pass near a point.
@@ -100,8 +104,9 @@ fn fitter_point(point: vec2<f32>) {
         keep_node(point);
         return;
     }
+    let range = fitter_range(point.y);
     if (point.x > fitter.anchor.x) {
-        let allowed = fitter_slopes(point);
+        let allowed = fitter_slopes(point.x, range);
         let slopes = vec2<f32>(max(fitter.slopes.x, allowed.x), min(fitter.slopes.y, allowed.y));
         if (slopes.x <= slopes.y) {
             fitter.slopes = slopes;
@@ -111,7 +116,7 @@ fn fitter_point(point: vec2<f32>) {
         fitter_close();
     }
     if (point.x > fitter.anchor.x) {
-        let allowed = fitter_slopes(point);
+        let allowed = fitter_slopes(point.x, range);
         fitter.slopes = vec2<f32>(max(0.0, allowed.x), min(STEEPEST, allowed.y));
     } else {
         // A surface too opaque to be part of a line.

@@ -58,12 +58,17 @@ fn crossing_depth(crossing: u32, z: vec2<f32>, tau: f32, ends: vec2<f32>) -> f32
 
 // Optical depth over depth along a texel's ray: zero, four cubic pieces, total.
 struct Curve {
-    z: vec3<f32>,
-    tau: vec3<f32>,
-    slope: vec3<f32>,
-    onset: vec2<f32>,
-    end: vec2<f32>,
-    total: f32,
+    // Depths where the pieces end.
+    ends: vec4<f32>,
+    // Over the share u of a piece's length, x + u (y + u (z + u w)). The first begins at zero, and holds the
+    // depth where it does in place of x.
+    cubics: array<vec4<f32>, 4>,
+}
+
+// The cubic from p to q with slopes mp and mq per length of its piece.
+fn cubic(p: f32, q: f32, mp: f32, mq: f32) -> vec4<f32> {
+    let rise = q - p;
+    return vec4<f32>(p, mp, 3.0 * rise - 2.0 * mp - mq, mp + mq - 2.0 * rise);
 }
 
 fn sorted(v: vec3<f32>) -> vec3<f32> {
@@ -101,9 +106,8 @@ fn run_out(rest: f32, secant: f32, slope: f32, border: f32) -> vec3<f32> {
 // The curve that a texel's four numbers say; extent is where its ray enters and leaves the volume.
 fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
     let a = texel.w;
-    let none = vec3<f32>(0.0);
     if (a < SMALLEST_OPACITY) {
-        return Curve(none, none, none, vec2<f32>(1.0, 0.0), vec2<f32>(1.0, 0.0), 0.0);
+        return Curve();
     }
     var z = texel.xyz;
     var tau = frame.threshold_depths.xyz;
@@ -118,44 +122,43 @@ fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
     let onset = run_out(tau.x, d1, 0.6 * d1, z.x - extent.x);
     let last = min(max(1.25 * sqrt(d1 * d2), 0.5 * d2), 3.0 * d2);
     let end = run_out(max(total - tau.z, 0.0), d2, last, extent.y - z.z);
+    let lengths = max(vec2<f32>(onset.x, end.x), vec2<f32>(1e-30));
+    let slope = vec3<f32>(onset.y, slope_between(d1, d2), end.y);
+    var first = cubic(0.0, tau.x, onset.z * lengths.x, slope.x * lengths.x);
+    first.x = z.x - lengths.x;
     return Curve(
-        z,
-        tau,
-        vec3<f32>(onset.y, slope_between(d1, d2), end.y),
-        vec2<f32>(max(onset.x, 1e-30), onset.z),
-        vec2<f32>(max(end.x, 1e-30), end.z),
-        total,
+        vec4<f32>(z, z.z + lengths.y),
+        array<vec4<f32>, 4>(
+            first,
+            cubic(tau.x, tau.y, slope.x * h.x, slope.y * h.x),
+            cubic(tau.y, tau.z, slope.y * h.y, slope.z * h.y),
+            cubic(tau.z, max(total, tau.z), slope.z * lengths.y, end.z * lengths.y),
+        ),
     );
 }
 
-// Cubic from (0, p) to (1, q) at u, with slopes mp and mq per unit of u.
-fn hermite(u: f32, p: f32, q: f32, mp: f32, mq: f32) -> f32 {
-    let v = 1.0 - u;
-    return p * (1.0 + 2.0 * u) * v * v + q * u * u * (3.0 - 2.0 * u) + u * v * (mp * v - mq * u);
+// The piece, 0 to 3, that a depth lies in.
+fn piece_of(ends: vec4<f32>, depth: f32) -> u32 {
+    let behind = vec3<f32>(depth) >= ends.xyz;
+    return u32(behind.x) + u32(behind.y) + u32(behind.z);
 }
 
-// Optical depth from the light to a depth: monotone, continuous.
-fn optical_depth_at(c: Curve, depth: f32) -> f32 {
-    let h = gaps(c.z);
-    var begin = vec4<f32>(c.z.z, c.end.x, c.tau.z, c.slope.z);
-    var close = vec2<f32>(max(c.total, c.tau.z), c.end.y);
-    if (depth < c.z.x) {
-        begin = vec4<f32>(c.z.x - c.onset.x, c.onset.x, 0.0, c.onset.y);
-        close = vec2<f32>(c.tau.x, c.slope.x);
-    } else if (depth < c.z.y) {
-        begin = vec4<f32>(c.z.x, h.x, c.tau.x, c.slope.x);
-        close = vec2<f32>(c.tau.y, c.slope.y);
-    } else if (depth < c.z.z) {
-        begin = vec4<f32>(c.z.y, h.y, c.tau.y, c.slope.y);
-        close = vec2<f32>(c.tau.z, c.slope.z);
-    }
-    let u = clamp((depth - begin.x) / begin.y, 0.0, 1.0);
-    return hermite(u, begin.z, close.x, begin.w * begin.y, close.y * begin.y);
+// Optical depth from the light to a depth in piece k, whose cubic is given.
+fn optical_depth_in(ends: vec4<f32>, k: u32, cubic: vec4<f32>, depth: f32) -> f32 {
+    let first = k == 0u;
+    let front = select(select(ends.x, ends.y, k > 1u), ends.z, k > 2u);
+    let begin = select(front, cubic.x, first);
+    let back = select(select(ends.y, ends.z, k > 1u), ends.w, k > 2u);
+    let length = max(select(back, ends.x, first) - begin, 1e-6 * abs(ends.z) + 1e-30);
+    let u = clamp((depth - begin) / length, 0.0, 1.0);
+    return select(cubic.x, 0.0, first) + u * (cubic.y + u * (cubic.z + u * cubic.w));
 }
 
 // Transmittance at a depth by the default reconstruction of a texel's four numbers.
 fn transmittance_default(texel: vec4<f32>, extent: vec2<f32>, depth: f32) -> f32 {
-    return exp(-optical_depth_at(curve(texel, extent), depth));
+    var c = curve(texel, extent);
+    let k = piece_of(c.ends, depth);
+    return exp(-optical_depth_in(c.ends, k, c.cubics[k], depth));
 }
 
 // The paper's lookup; see src/kernel/threshold.rs for what it leaves open.

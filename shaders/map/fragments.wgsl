@@ -115,11 +115,28 @@ fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     return place_transmittance(list, place_at(list, nodes_before(list, depth)), depth);
 }
 
+// How many nodes of each of four lists lie at or in front of a depth. The four are searched side by side, so
+// that their nodes come at once and not one after the other.
+fn four_searches(a: List, b: List, c: List, d: List, depth: f32) -> vec4<u32> {
+    let firsts = vec4<u32>(a.first, b.first, c.first, d.first);
+    let counts = vec4<u32>(a.count, b.count, c.count, d.count);
+    let strides = vec4<u32>(a.stride, b.stride, c.stride, d.stride);
+    let most = max(max(counts.x, counts.y), max(counts.z, counts.w));
+    var before = vec4<u32>(0u);
+    // The largest power of two that is not more than `most`, then its half, ...
+    for (var step = (1u << (firstLeadingBit(most) + 1u)) >> 1u; step > 0u; step >>= 1u) {
+        let next = before + step;
+        let at = firsts + (max(min(next, counts), vec4<u32>(1u)) - 1u) * strides;
+        let depths = vec4<f32>(nodes[at.x].x, nodes[at.y].x, nodes[at.z].x, nodes[at.w].x);
+        before = select(before, next, (next <= counts) & (depths <= vec4<f32>(depth)));
+    }
+    return before;
+}
+
 // Where the last lookup of this invocation ended: a ray's next lookup is not far from there.
 var<private> last_places: vec4<u32>;
 
-// Transmittances of four texels: upper left, upper right, lower left, lower right. The four lists are
-// read side by side: their nodes come at once and not one after the other.
+// Transmittances of four texels: upper left, upper right, lower left, lower right.
 fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32> {
     let list_0 = list_of(low);
     let list_1 = list_of(vec2<u32>(high.x, low.y));
@@ -129,25 +146,16 @@ fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32>
     var place_1 = place_at(list_1, min(last_places.y, list_1.count));
     var place_2 = place_at(list_2, min(last_places.z, list_2.count));
     var place_3 = place_at(list_3, min(last_places.w, list_3.count));
-    var found = false;
-    for (var i: u32 = 0u; i < MOST_WALKED; i++) {
-        found = is_in(place_0, depth)
-            && is_in(place_1, depth)
-            && is_in(place_2, depth)
-            && is_in(place_3, depth);
-        if (found) {
-            break;
-        }
-        place_0 = place_towards(list_0, place_0, depth);
-        place_1 = place_towards(list_1, place_1, depth);
-        place_2 = place_towards(list_2, place_2, depth);
-        place_3 = place_towards(list_3, place_3, depth);
-    }
+    let found = is_in(place_0, depth)
+        && is_in(place_1, depth)
+        && is_in(place_2, depth)
+        && is_in(place_3, depth);
     if (!found) {
-        place_0 = place_searched(list_0, place_0, depth);
-        place_1 = place_searched(list_1, place_1, depth);
-        place_2 = place_searched(list_2, place_2, depth);
-        place_3 = place_searched(list_3, place_3, depth);
+        let before = four_searches(list_0, list_1, list_2, list_3, depth);
+        place_0 = place_at(list_0, before.x);
+        place_1 = place_at(list_1, before.y);
+        place_2 = place_at(list_2, before.z);
+        place_3 = place_at(list_3, before.w);
     }
     last_places = vec4<u32>(place_0.before, place_1.before, place_2.before, place_3.before);
     return vec4<f32>(

@@ -32,8 +32,8 @@ pub(super) mod at {
     /// The first of [`crate::frame::MOST_FIELDS`].
     pub(crate) const FIELDS: u32 = 14;
     pub(crate) const OCCUPANCY: u32 = 22;
-    pub(crate) const KEPT_CURVES: u32 = 23;
-    pub(crate) const CURVES: u32 = 24;
+    pub(crate) const PIECE_ENDS: u32 = 23;
+    pub(crate) const CUBICS: u32 = 24;
 }
 
 /// The shaders' constant that leaves all but the usual settings out.
@@ -164,23 +164,16 @@ fn texture(
     layout_entry(binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
-pub(super) fn curves() -> BindGroupLayoutEntry {
-    texture(at::CURVES, wgpu::TextureViewDimension::D2Array, false)
-}
-
-pub(super) fn kept_curves() -> BindGroupLayoutEntry {
-    storage_texture(at::KEPT_CURVES, wgpu::TextureViewDimension::D2Array)
+/// The curves of a threshold map, bound by `access` ([`read`] or [`read_write`]).
+pub(super) fn curves(access: fn(u32) -> BindGroupLayoutEntry) -> [BindGroupLayoutEntry; 2] {
+    [at::PIECE_ENDS, at::CUBICS].map(access)
 }
 
 pub(super) fn output() -> BindGroupLayoutEntry {
-    storage_texture(at::OUTPUT, wgpu::TextureViewDimension::D2)
-}
-
-fn storage_texture(
-    binding: u32,
-    view_dimension: wgpu::TextureViewDimension,
-) -> BindGroupLayoutEntry {
-    let access = wgpu::StorageTextureAccess::WriteOnly;
-    let ty = BindingType::StorageTexture { access, format: FORMAT, view_dimension };
-    layout_entry(binding, ty)
+    let ty = BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::WriteOnly,
+        format: FORMAT,
+        view_dimension: wgpu::TextureViewDimension::D2,
+    };
+    layout_entry(at::OUTPUT, ty)
 }

@@ -36,12 +36,14 @@ impl MediaPasses {
         let [runs, nodes, heads, elements, counters] =
             [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
         let lists = [read(at::RUNS), read(at::NODES), read(at::LINKS)];
+        let [kept_ends, kept_cubics] = bindings::curves(read_write);
+        let [ends, cubics] = bindings::curves(read);
         let drawn = sampled(&[tile, heads, elements, counters]);
         Ok(Self {
             trace_threshold: compute(
                 "trace_threshold",
                 MapKind::Threshold,
-                &[output, bindings::kept_curves()],
+                &[output, kept_ends, kept_cubics],
             )?,
             trace_slices: compute(
                 "trace_slices",
@@ -51,7 +53,7 @@ impl MediaPasses {
             raster_slices: lists::raster_pipeline(device, pass("raster_slices")?, media, drawn)?,
             march_view: march(
                 MapKind::Threshold,
-                &[bindings::threshold_map(), bindings::curves(), output],
+                &[bindings::threshold_map(), output, ends, cubics],
             )?,
             march_view_fragments: march(
                 MapKind::Fragments,
@@ -78,11 +80,9 @@ impl MapPasses {
         let [runs, nodes, heads, elements, counters] =
             [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
         let links = read_write(at::LINKS);
+        let [ends, cubics] = bindings::curves(read_write);
         Ok(Self {
-            fit_curves: compute(
-                "fit_curves",
-                &[frame, bindings::threshold_map(), bindings::kept_curves()],
-            )?,
+            fit_curves: compute("fit_curves", &[frame, bindings::threshold_map(), ends, cubics])?,
             sort_fragments: compute(
                 "sort_fragments",
                 &[frame, runs, nodes, tile, heads, elements, counters],

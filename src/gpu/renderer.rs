@@ -18,8 +18,6 @@ use crate::scene::Media;
 
 /// Threads along each edge of a workgroup, as in the shaders.
 const WORKGROUP: u32 = 8;
-/// Layers of four f32 that a curve takes.
-const CURVE_LAYERS: u32 = 4;
 /// Bytes of a map's texel or a picture's pixel.
 pub(super) const TEXEL_BYTES: u32 = 16;
 
@@ -61,8 +59,8 @@ macro_rules! texture {
 pub struct GpuMap {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    /// Four layers, `shaders/kernel/curves`.
-    curves: wgpu::TextureView,
+    /// Ends and cubics of each texel's curve, `shaders/kernel/curves`.
+    curves: [wgpu::Buffer; 2],
 }
 
 /// A picture on a device: premultiplied linear radiance and opacity.
@@ -70,6 +68,16 @@ pub struct GpuMap {
 pub struct GpuImage {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
+}
+
+impl GpuMap {
+    fn curve_entries(&self) -> [BindGroupEntry<'_>; 2] {
+        let [ends, cubics] = &self.curves;
+        [
+            entry(at::PIECE_ENDS, ends.as_entire_binding()),
+            entry(at::CUBICS, cubics.as_entire_binding()),
+        ]
+    }
 }
 
 texture!(GpuMap);
@@ -207,10 +215,16 @@ impl Renderer {
     /// An empty map of `size` squared texels.
     ///
     /// # Errors
-    /// If the device's textures cannot be as large.
+    /// If the device's textures or buffers cannot be as large.
     pub fn map(&self, size: u32) -> Result<GpuMap> {
-        let (texture, view) = self.texture("threshold map", [size, size, 1])?;
-        let (_, curves) = self.texture("curves", [size, size, CURVE_LAYERS])?;
+        let (texture, view) = self.texture("threshold map", [size; 2])?;
+        let bytes = u64::from(size) * u64::from(size) * u64::from(TEXEL_BYTES);
+        if 4 * bytes > self.largest_binding() {
+            let (what, needed) = ("threshold map".to_owned(), format!("{size}x{size} texels"));
+            let limit = format!("{} bytes in a buffer", self.largest_binding());
+            return Err(ErrorKind::Limit { what, needed, limit }.into());
+        }
+        let curves = [self.storage("piece ends", bytes), self.storage("cubics", 4 * bytes)];
         Ok(GpuMap { texture, view, curves })
     }
 
@@ -219,7 +233,7 @@ impl Renderer {
     /// # Errors
     /// If the device's textures cannot be as large.
     pub fn image(&self, width: u32, height: u32) -> Result<GpuImage> {
-        let (texture, view) = self.texture("picture", [width, height, 1])?;
+        let (texture, view) = self.texture("picture", [width, height])?;
         Ok(GpuImage { texture, view })
     }
 
@@ -250,18 +264,18 @@ impl Renderer {
         let mut entries = self.media_entries(media);
         entries.push(entry(at::FRAME, frame.buffer.as_entire_binding()));
         entries.push(entry(at::OUTPUT, BindingResource::TextureView(&map.view)));
-        entries.push(entry(at::KEPT_CURVES, BindingResource::TextureView(&map.curves)));
+        entries.extend(map.curve_entries());
         let size = map.texture.width();
         self.record(encoder, &self.passes(media).trace_threshold, &entries, [size, size]);
     }
 
     /// Records pass `fit_curves`: makes a map that was filled from the host ready to be looked up.
     pub fn fit_curves(&self, encoder: &mut wgpu::CommandEncoder, frame: &GpuFrame, map: &GpuMap) {
-        let entries = [
+        let mut entries = vec![
             entry(at::FRAME, frame.buffer.as_entire_binding()),
             entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)),
-            entry(at::KEPT_CURVES, BindingResource::TextureView(&map.curves)),
         ];
+        entries.extend(map.curve_entries());
         let size = map.texture.width();
         self.record(encoder, &self.map_passes.fit_curves, &entries, [size, size]);
     }
@@ -281,7 +295,7 @@ impl Renderer {
         let [usual, general] = match shadow {
             GpuShadow::Threshold(map) => {
                 entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)));
-                entries.push(entry(at::CURVES, BindingResource::TextureView(&map.curves)));
+                entries.extend(map.curve_entries());
                 &self.passes(media).march_view
             }
             GpuShadow::Fragments(map) => {
@@ -299,7 +313,7 @@ impl Renderer {
     fn texture(
         &self,
         label: &str,
-        [width, height, layers]: [u32; 3],
+        [width, height]: [u32; 2],
     ) -> Result<(wgpu::Texture, wgpu::TextureView)> {
         let limit = self.device.limits().max_texture_dimension_2d;
         if width.max(height) > limit {
@@ -310,7 +324,7 @@ impl Renderer {
         }
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -321,14 +335,7 @@ impl Renderer {
                 | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });
-        let dimension = match layers {
-            1 => wgpu::TextureViewDimension::D2,
-            _ => wgpu::TextureViewDimension::D2Array,
-        };
-        let view = texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(dimension),
-            ..Default::default()
-        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         Ok((texture, view))
     }
 

@@ -15,7 +15,7 @@
 //! first and a quadratic end behind the last. The onset's length comes from the slope between the
 //! first two points and not from where the ray enters the volume, so empty space stays unshadowed.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 /// Shares of A whose depths unset channels hold.
 pub const UNSET_SHARES: Vec3 = Vec3::new(0.1, 0.5, 0.85);
@@ -87,33 +87,19 @@ pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
 ///                  __--o z.z                      piece 2: from the second to the third
 ///              _-o z.y                            piece 3: end, behind the third
 ///   ______--o z.x
-///        |<>| onset.x                |<- end.x ->| from z.z
+///        |<>| onset                  |<-  end  ->| from z.z
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curve {
-    /// Depths of the three points, rising.
-    pub z: Vec3,
-    /// Optical depths at them, rising.
-    pub tau: Vec3,
-    /// Slopes at them, optical depth per world length.
-    pub slope: Vec3,
-    /// Length of the onset; slope where it begins.
-    pub onset: Vec2,
-    /// Length of the end; slope where it ends.
-    pub end: Vec2,
-    /// Optical depth behind the volume; 0 marks an empty texel.
-    pub total: f32,
+    /// Depths where the pieces end; the first three are z.
+    pub ends: Vec4,
+    /// Of each piece x + u (y + u (z + u w)) over the share u of its length. The first begins at zero, and
+    /// holds the depth where it does in place of x.
+    pub cubics: [Vec4; 4],
 }
 
 /// The curve of an empty texel.
-pub const EMPTY: Curve = Curve {
-    z: Vec3::ZERO,
-    tau: Vec3::ZERO,
-    slope: Vec3::ZERO,
-    onset: Vec2::X,
-    end: Vec2::X,
-    total: 0.0,
-};
+pub const EMPTY: Curve = Curve { ends: Vec4::ZERO, cubics: [Vec4::ZERO; 4] };
 
 /// The curve that a texel's four numbers say; `enter` and `exit` are the depths where its ray enters
 /// and leaves the volume.
@@ -140,14 +126,25 @@ pub fn curve(
     let onset = run_out(tau.x, d1, 0.6 * d1, z.x - enter);
     let last = (1.25 * (d1 * d2).sqrt()).max(0.5 * d2).min(3.0 * d2);
     let end = run_out((total - tau.z).max(0.0), d2, last, exit - z.z);
+    let lengths = [onset.x, end.x].map(|length| length.max(1e-30));
+    let slope = Vec3::new(onset.y, slope_between(d1, d2), end.y);
+    let mut first = cubic([0.0, tau.x], [onset.z * lengths[0], slope.x * lengths[0]]);
+    first.x = z.x - lengths[0];
     Curve {
-        z,
-        tau,
-        slope: Vec3::new(onset.y, slope_between(d1, d2), end.y),
-        onset: Vec2::new(onset.x.max(1e-30), onset.z),
-        end: Vec2::new(end.x.max(1e-30), end.z),
-        total,
+        ends: z.extend(z.z + lengths[1]),
+        cubics: [
+            first,
+            cubic([tau.x, tau.y], [slope.x * h1, slope.y * h1]),
+            cubic([tau.y, tau.z], [slope.y * h2, slope.z * h2]),
+            cubic([tau.z, total.max(tau.z)], [slope.z * lengths[1], end.z * lengths[1]]),
+        ],
     }
+}
+
+/// The cubic from `p` to `q` with slopes `mp` and `mq` per length of its piece.
+fn cubic([p, q]: [f32; 2], [mp, mq]: [f32; 2]) -> Vec4 {
+    let rise = q - p;
+    Vec4::new(p, mp, 3.0 * rise - 2.0 * mp - mq, mp + mq - 2.0 * rise)
 }
 
 fn sorted(v: Vec3) -> Vec3 {
@@ -196,21 +193,21 @@ pub(crate) fn hermite(u: f32, [p, q]: [f32; 2], [mp, mq]: [f32; 2]) -> f32 {
 /// Optical depth from the light to `depth`: monotone, continuous, 0 far in front of the points,
 /// `total` far behind.
 pub fn optical_depth_at(curve: &Curve, depth: f32) -> f32 {
-    let (z, tau, slope) = (curve.z, curve.tau, curve.slope);
-    let [h1, h2] = gaps(z);
-    let (from, length, values, slopes) = if depth < z.x {
-        let onset = curve.onset;
-        (z.x - onset.x, onset.x, [0.0, tau.x], [onset.y, slope.x])
-    } else if depth < z.y {
-        (z.x, h1, [tau.x, tau.y], [slope.x, slope.y])
-    } else if depth < z.z {
-        (z.y, h2, [tau.y, tau.z], [slope.y, slope.z])
+    let [a, b, c, d] = curve.ends.to_array();
+    let [onset, first, second, end] = &curve.cubics;
+    let (begin, back, cubic) = if depth < a {
+        // It holds where it begins, and begins at zero.
+        (onset.x, a, onset.with_x(0.0))
+    } else if depth < b {
+        (a, b, *first)
+    } else if depth < c {
+        (b, c, *second)
     } else {
-        let end = curve.end;
-        (z.z, end.x, [tau.z, curve.total.max(tau.z)], [slope.z, end.y])
+        (c, d, *end)
     };
-    let u = ((depth - from) / length).clamp(0.0, 1.0);
-    hermite(u, values, slopes.map(|slope| slope * length))
+    let length = (back - begin).max(1e-6 * c.abs() + 1e-30);
+    let u = ((depth - begin) / length).clamp(0.0, 1.0);
+    cubic.x + u * (cubic.y + u * (cubic.z + u * cubic.w))
 }
 
 /// Transmittance at `depth` by the paper's lookup: opacity 0 in front of the first reached
