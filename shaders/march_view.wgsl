@@ -91,7 +91,7 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
             return vec4<f32>(light, through);
         }
         let left = steps.count - i;
-        let joined = max(min(walk.joined, left / BATCH), 1u);
+        let joined = max(min(joined_steps(walk, 1.0), left / BATCH), 1u);
         next = i + BATCH * joined;
         let begin = steps.enter + f32(i) * steps.step;
         let batch = Batch(steps.index_ray, begin, f32(joined) * steps.step, min(left, BATCH));
@@ -99,19 +99,33 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         let late = four_samples(batch, 4u);
         let first = sample_distance(batch, 0.0);
         let added = scattered(through, early, late, first, 0.5 * batch.step);
-        for (var k: u32 = 0u; k < BATCH; k++) {
-            let weight = added.weights[k];
-            if (weight <= 0.0) {
+        // Two lookups are under way at once; of steps that share one, the second adds nothing.
+        for (var k: u32 = 0u; k < 2u; k++) {
+            let weights = select(added.weights.xz, added.weights.yw, k == 1u);
+            if (weights.x + weights.y <= 0.0) {
                 continue;
             }
-            let at = added.places[k];
-            let point = ray_at(ray, at);
+            let places = select(added.places.xz, added.places.yw, k == 1u);
+            let near = ray_at(ray, places.x);
+            let far = ray_at(ray, places.y);
+            let transmittances = vec2<f32>(
+                shadow_lookup(light_coordinates(near)),
+                shadow_lookup(light_coordinates(far)),
+            );
+            let reaches = 0.5 * batch.step * vec2<f32>(
+                f32(shared_steps(added.weights, k)),
+                f32(shared_steps(added.weights, k + 2u)),
+            );
             if (!parallel) {
-                arrives = arriving(ray, point);
+                arrives = arriving(ray, near);
             }
-            let transmittance = shadow_lookup(light_coordinates(point));
-            let reach = 0.5 * batch.step * f32(shared_steps(added.weights, k));
-            light += weight * source_along(steps.index_ray, at, reach, arrives, transmittance);
+            light += weights.x
+                * source_along(steps.index_ray, places.x, reaches.x, arrives, transmittances.x);
+            if (!parallel) {
+                arrives = arriving(ray, far);
+            }
+            light += weights.y
+                * source_along(steps.index_ray, places.y, reaches.y, arrives, transmittances.y);
         }
         if (MIXED && emits) {
             light += emitted(batch, early, late, through);

@@ -23,9 +23,10 @@ struct LightSteps {
 // Each thread's own, side by side.
 var<workgroup> checkpoints: array<array<f32, 64>, CHECKPOINTS>;
 
-// Steps between two checkpoints.
+// Steps between two checkpoints: whole batches.
 fn stride_of(steps: LightSteps) -> u32 {
-    return (steps.count + CHECKPOINTS - 1u) / CHECKPOINTS;
+    let most = BATCH * CHECKPOINTS;
+    return BATCH * ((steps.count + most - 1u) / most);
 }
 
 // Optical depths of four steps from i on, each of `joined` ones, that end at `last`: four samples are under
@@ -63,9 +64,10 @@ fn march(steps: LightSteps, lane: u32) -> f32 {
             if (next >= last) {
                 break;
             }
-            let taus = four_steps(steps, next, walk.joined, last);
+            let joined = joined_steps(walk, exp(-tau));
+            let taus = four_steps(steps, next, joined, last);
             tau = (((tau + taus.x) + taus.y) + taus.z) + taus.w;
-            next = min(next + BATCH * walk.joined, last);
+            next = min(next + BATCH * joined, last);
         }
         checkpoints[k][lane] = tau;
     }
@@ -94,7 +96,7 @@ fn depth_of(steps: LightSteps, lane: u32, wanted: f32) -> f32 {
         if (i >= last) {
             break;
         }
-        let joined = walk.joined;
+        let joined = joined_steps(walk, exp(-before));
         let taus = four_steps(steps, i, joined, last);
         let a = before + taus.x;
         let b = a + taus.y;

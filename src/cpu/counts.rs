@@ -16,10 +16,10 @@ use crate::volume::presets::Preset;
 
 /// Samples a ray of (threshold map, fragment map, picture), rays that miss counted too, at 64 x 64.
 const EXPECTED: [(Preset, [f64; 3]); 4] = [
-    (Preset::Box, [45.0, 105.7, 13.1]),
-    (Preset::Bucky, [129.3, 129.4, 46.6]),
-    (Preset::Rods, [35.2, 43.9, 30.6]),
-    (Preset::Clouds, [103.3, 136.3, 18.6]),
+    (Preset::Box, [55.7, 89.3, 13.1]),
+    (Preset::Bucky, [96.4, 125.0, 46.8]),
+    (Preset::Rods, [25.6, 42.8, 31.1]),
+    (Preset::Clouds, [70.5, 117.0, 18.9]),
 ];
 
 /// Samples that some work takes on a thread of its own.

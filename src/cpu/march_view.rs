@@ -8,7 +8,7 @@ use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
 use crate::kernel::media::{
-    Arriving, Piece, Sampler, arriving, density_along, emission_along, source_along,
+    Arriving, Piece, Sampler, arriving, density_along, emission_along, four_along, source_along,
 };
 use crate::kernel::medium::{scattered, step_opacity};
 use crate::kernel::occupancy::{BATCH, Walk};
@@ -155,7 +155,7 @@ impl View<'_> {
         let mut walk = Walk::new(self.sampler.occupancy, frame, &steps.index_ray, spacing, length);
         let (mut next, mut through) = (0, 1.0);
         while through >= OPAQUE_TRANSMITTANCE {
-            let (i, joined) = walk.next_step(next, steps.count);
+            let (i, joined) = walk.next_step(next, steps.count, 1.0);
             if i >= steps.count {
                 return through;
             }
@@ -183,16 +183,19 @@ impl View<'_> {
         visit: &mut impl FnMut(Added),
     ) -> f32 {
         let frame = self.frame;
-        let (mut taus, quarter) = ([0.0; 8], 0.25 * batch.step);
-        for (k, tau) in taus.iter_mut().enumerate().take(2 * batch.count) {
-            *tau = density_along(&self.sampler, batch.ray, batch.sample(k), quarter);
-        }
+        let four = |first: usize| {
+            let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
+            let there = [0, 1, 2, 3].map(|k| f32::from(u8::from(first + k < 2 * batch.count)));
+            let half = Vec4::splat(0.25 * batch.step);
+            four_along(&self.sampler, batch.ray, at, half) * Vec4::from_array(there)
+        };
+        let densities = [four(0), four(4)];
         let emits = frame.counts[3] == 1;
-        if taus == [0.0; 8] && !emits {
+        if densities == [Vec4::ZERO; 2] && !emits {
             return through;
         }
         let per_density = frame.domain_min.w * (0.5 * batch.step);
-        let taus = [0, 4].map(|k| per_density * Vec4::from_slice(&taus[k..]));
+        let taus = densities.map(|four| per_density * four);
         let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step, frame.rates.w);
         let (mut before, mut front) = (through, 0);
         for k in 0..BATCH as usize {

@@ -8,7 +8,7 @@ use crate::kernel::fitting::Fitter;
 use crate::kernel::fragments::Node;
 use crate::kernel::media::Sampler;
 use crate::kernel::occupancy::{BATCH, Walk};
-use crate::kernel::slices::{joined_bounds, ray_optical_depth, slabs_of};
+use crate::kernel::slices::{four_optical_depths, joined_bounds, slabs_of};
 use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Runs, truncate};
@@ -67,16 +67,16 @@ pub(super) fn trace_texel(
         Walk::new(sampler.occupancy, frame, &slabs.ray, [slabs.start, slabs.step], frame.lengths.y);
     let mut next = slabs.first;
     'ray: loop {
-        let (i, joined) = walk.next_step(next, slabs.last);
+        let (i, joined) = walk.next_step(next, slabs.last, fitter.transmittance());
         if i >= slabs.last {
             break;
         }
         next = i + BATCH * joined;
-        for begin in (i..next.min(slabs.last)).step_by(joined as usize) {
-            let bounds = joined_bounds(&slabs, begin, joined);
-            let optical_depth =
-                ray_optical_depth(sampler, frame, &slabs.ray, bounds, slabs.samples);
-            if optical_depth > 0.0 {
+        let optical_depths = four_optical_depths(sampler, frame, &slabs, i, joined).to_array();
+        for (k, optical_depth) in (0..).zip(optical_depths) {
+            let begin = i + k * joined;
+            if begin < slabs.last && optical_depth > 0.0 {
+                let bounds = joined_bounds(&slabs, begin, joined);
                 fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
                 if fitter.is_dark() {
                     break 'ray;

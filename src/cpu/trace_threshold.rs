@@ -1,11 +1,11 @@
 //! Pass `trace_threshold`: from the light through every texel of the map.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::frame::Frame;
 use crate::kernel::light::light_ray;
-use crate::kernel::media::{Sampler, density_along};
+use crate::kernel::media::{Sampler, four_along};
 use crate::kernel::occupancy::{BATCH, Walk};
 use crate::kernel::ray::{intersect_box, step_count};
 use crate::kernel::threshold::{CHECKPOINTS, LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
@@ -56,30 +56,33 @@ fn trace_texel(
     let extinction_step = frame.domain_min.w * step;
 
     reached.clear();
-    let (mut tau, mut next) = (0.0, 0);
+    let (mut tau, mut next) = (0.0_f32, 0);
     let mut walk = Walk::new(sampler.occupancy, frame, &index_ray, [enter, step], frame.lengths.x);
     // The steps that a GPU takes between its checkpoints.
-    let stride = count.div_ceil(CHECKPOINTS);
+    let stride = BATCH * count.div_ceil(BATCH * CHECKPOINTS);
     for k in 0..CHECKPOINTS {
         let last = ((k + 1) * stride).min(count);
         if next < last {
             walk.restart();
         }
         while next < last && tau < LARGEST_OPTICAL_DEPTH {
-            let (i, joined) = walk.next_step(next, last);
+            let (i, joined) = walk.next_step(next, last, (-tau).exp());
             next = i;
             if i >= last {
                 break;
             }
             next = (i + BATCH * joined).min(last);
-            for begin in (i..next).step_by(joined as usize) {
-                let steps = joined.min(last - begin) as f32;
-                let t = enter + (begin as f32 + 0.5 * steps) * step;
-                let density = density_along(sampler, &index_ray, t, 0.5 * steps * step);
-                if density > 0.0 {
-                    let ends = [begin as f32, begin as f32 + steps].map(|i| enter + i * step);
+            let steps = joined as f32 * Vec4::new(0.0, 1.0, 2.0, 3.0) + i as f32;
+            let begin = steps.min(Vec4::splat(last as f32));
+            let end = (steps + joined as f32).min(Vec4::splat(last as f32));
+            let [at, half] = [0.5 * (begin + end) * step + enter, 0.5 * (end - begin) * step];
+            let densities = four_along(sampler, &index_ray, at, half);
+            let taus = densities * (end - begin) * extinction_step;
+            for k in 0..BATCH as usize {
+                if taus[k] > 0.0 {
+                    let ends = [begin[k], end[k]].map(|i| enter + i * step);
                     let before = tau;
-                    tau += density * steps * extinction_step;
+                    tau += taus[k];
                     reached.push((ends, [before, tau]));
                 }
             }

@@ -32,7 +32,7 @@ pub const SLABS_PER_VOXEL: f32 = 8.0;
 const LEAST_PER_VOXEL: f64 = 0.125;
 /// How far optical depth may bend within a step of a threshold map's light ray: the slope of extinction
 /// times an eighth of the length squared.
-const LIGHT_BEND: f64 = 0.0007;
+const LIGHT_BEND: f64 = 0.0014;
 /// The same within a slab, as a share of the tolerance.
 const SLAB_BEND: f64 = 0.2;
 /// The same between two samples of a camera ray.

@@ -2,6 +2,7 @@
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
+use super::ray::Ray;
 use crate::volume::Volume;
 
 /// A volume's voxels, ready to be sampled.
@@ -10,6 +11,8 @@ pub struct Density<'a> {
     values: &'a [f32],
     dims: [usize; 3],
     last: Vec3,
+    /// From a voxel to its neighbours along x, y, z; to itself along axes of one voxel.
+    next: [usize; 3],
 }
 
 impl<'a> Density<'a> {
@@ -18,8 +21,32 @@ impl<'a> Density<'a> {
         let dims = volume.dims();
         // Volumes are made in standard layout; an empty slice would only ever be sampled as 0.
         let values = volume.values().as_slice().unwrap_or_default();
-        Self { values, dims, last: Vec3::from_array(dims.map(|n| (n - 1) as f32)) }
+        let mut next = [1, dims[0], dims[0] * dims[1]];
+        for (next, n) in next.iter_mut().zip(dims) {
+            *next *= usize::from(n > 1);
+        }
+        Self { values, dims, last: Vec3::from_array(dims.map(|n| (n - 1) as f32)), next }
     }
+
+    /// The values from voxel (x, y, z) to the opposite corner of the cell that begins there.
+    #[inline]
+    fn cell(&self, [x, y, z]: [usize; 3]) -> Option<&'a [f32]> {
+        let [nx, ny, _] = self.dims;
+        let base = (z * ny + y) * nx + x;
+        let [dx, dy, dz] = self.next;
+        self.values.get(base..=base + dx + dy + dz)
+    }
+}
+
+/// 1.5 times 2^23: an f32 of this size has no fraction, so that what is added to it is rounded to the nearest
+/// integer and stands in its lowest bits. (Conversions of floats to integers saturate, which takes longer than
+/// all else here.)
+const INTEGERS: f32 = 12_582_912.0;
+
+/// The integer that was added to [`INTEGERS`].
+#[inline]
+fn integer(shifted: f32) -> usize {
+    shifted.to_bits().wrapping_sub(INTEGERS.to_bits()) as usize
 }
 
 /// Density at a voxel index (x, y, z); what lies beyond the outermost voxel centres is clamped.
@@ -27,15 +54,12 @@ impl<'a> Density<'a> {
 pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
     #[cfg(test)]
     counted::SAMPLES.set(counted::SAMPLES.get() + 1);
-    let p = index.clamp(Vec3::ZERO, density.last);
-    let [nx, ny, nz] = density.dims;
-    let (x, y, z) = (p.x as usize, p.y as usize, p.z as usize);
-    let f = p - Vec3::new(x as f32, y as f32, z as f32);
-    let dx = usize::from(x + 1 < nx);
-    let dy = if y + 1 < ny { nx } else { 0 };
-    let dz = if z + 1 < nz { nx * ny } else { 0 };
-    let base = (z * ny + y) * nx + x;
-    let Some(cell) = density.values.get(base..=base + dz + dy + dx) else { return 0.0 };
+    let index = index.clamp(Vec3::ZERO, density.last);
+    let lowest = (index - 0.5).min((density.last - 1.0).max(Vec3::ZERO));
+    let shifted = lowest + INTEGERS;
+    let Some(cell) = density.cell(shifted.to_array().map(integer)) else { return 0.0 };
+    let f = index - (shifted - INTEGERS);
+    let [dx, dy, dz] = density.next;
     // Four rows along x at once, then two along y.
     let low = Vec4::new(cell[0], cell[dz], cell[dy], cell[dy + dz]);
     let high = Vec4::new(cell[dx], cell[dz + dx], cell[dy + dx], cell[dy + dz + dx]);
@@ -43,6 +67,40 @@ pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
     let (low, high) = (rows.xy(), rows.zw());
     let planes = low + (high - low) * f.y;
     planes.x + (planes.y - planes.x) * f.z
+}
+
+/// Densities at four distances along a ray in index space, as [`sample_density`].
+#[inline]
+pub fn four_densities(density: &Density<'_>, ray: &Ray, at: Vec4) -> Vec4 {
+    #[cfg(test)]
+    counted::SAMPLES.set(counted::SAMPLES.get() + 4);
+    let (x, fx) = cells_along(ray.origin.x, ray.direction.x, density.last.x, at);
+    let (y, fy) = cells_along(ray.origin.y, ray.direction.y, density.last.y, at);
+    let (z, fz) = cells_along(ray.origin.z, ray.direction.z, density.last.z, at);
+    let cell = |i: usize| density.cell([x[i], y[i], z[i]]);
+    let (Some(a), Some(b), Some(c), Some(d)) = (cell(0), cell(1), cell(2), cell(3)) else {
+        return Vec4::ZERO;
+    };
+    let corner = |offset: usize| Vec4::new(a[offset], b[offset], c[offset], d[offset]);
+    let [dx, dy, dz] = density.next;
+    let [near, right] = [corner(0), corner(dx)];
+    let [up, up_right] = [corner(dy), corner(dy + dx)];
+    let [far, far_right] = [corner(dz), corner(dz + dx)];
+    let [far_up, far_up_right] = [corner(dz + dy), corner(dz + dy + dx)];
+    // Rows along x, then along y.
+    let (low, high) = (near + (right - near) * fx, up + (up_right - up) * fx);
+    let (far_low, far_high) = (far + (far_right - far) * fx, far_up + (far_up_right - far_up) * fx);
+    let (plane, far_plane) = (low + (high - low) * fy, far_low + (far_high - far_low) * fy);
+    plane + (far_plane - plane) * fz
+}
+
+/// The cells along an axis that hold four places of a ray, and where in them; `last` is the last voxel.
+#[inline]
+fn cells_along(origin: f32, direction: f32, last: f32, at: Vec4) -> ([usize; 4], Vec4) {
+    let place = (origin + at * direction).clamp(Vec4::ZERO, Vec4::splat(last));
+    let lowest = (place - 0.5).min(Vec4::splat((last - 1.0).max(0.0)));
+    let shifted = lowest + INTEGERS;
+    (shifted.to_array().map(integer), place - (shifted - INTEGERS))
 }
 
 /// How many samples this thread has taken.

@@ -1,9 +1,9 @@
 //! What a ray meets, sampled along it: a plain volume, or a mixture. On the GPU each has a file of its own
 //! in `shaders/media/` with functions of these names.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
-use super::density::{Density, sample_density};
+use super::density::{Density, four_densities, sample_density};
 use super::light::{irradiance_at, light_direction_at};
 use super::medium::{octaves, phase};
 use super::mixture::{MixedMedia, mixture_density, mixture_emission, mixture_source};
@@ -55,6 +55,18 @@ pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f3
     match &sampler.content {
         Content::Plain(density) => sample_density(density, ray.at(at)),
         Content::Mixed(media) => mixture_density(media, &Piece { ray, at, half }),
+    }
+}
+
+/// The same over four pieces of a ray.
+#[inline]
+pub fn four_along(sampler: &Sampler<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
+    match &sampler.content {
+        Content::Plain(density) => four_densities(density, ray, at),
+        Content::Mixed(media) => {
+            let piece = |i: usize| Piece { ray, at: at[i], half: half[i] };
+            Vec4::from_array([0, 1, 2, 3].map(|i| mixture_density(media, &piece(i))))
+        }
     }
 }
 

@@ -28,7 +28,8 @@ pub struct Walk<'a> {
     most: f32,
     /// Up to here along the ray nothing changes.
     end: f32,
-    joined: u32,
+    /// How many steps may be joined there.
+    longer: f32,
 }
 
 impl<'a> Walk<'a> {
@@ -56,14 +57,16 @@ impl<'a> Walk<'a> {
             least: length / step,
             most: frame.lengths.w / step,
             end: f32::NEG_INFINITY,
-            joined: 1,
+            longer: 1.0,
         }
     }
 
-    /// The first step from `i` on that may hold anything, and how many may be joined to one there; `count`
-    /// or more if none before does. A pass may take [`BATCH`] such steps before it asks again.
+    /// The first step from `i` on that may hold anything, and how many may be joined to one there behind a
+    /// transmittance; `count` or more if none before does. A pass may take [`BATCH`] such steps before it
+    /// asks again. The darker it is, the less counts what a step errs, which grows with the square of its
+    /// length.
     #[inline]
-    pub fn next_step(&mut self, mut i: u32, count: u32) -> (u32, u32) {
+    pub fn next_step(&mut self, mut i: u32, count: u32, through: f32) -> (u32, u32) {
         while i < count {
             let t = self.enter + i as f32 * self.step;
             if t < self.end {
@@ -76,7 +79,14 @@ impl<'a> Walk<'a> {
             }
             i = next;
         }
-        (i, self.joined)
+        let ease = if through < 0.0625 {
+            4.0
+        } else if through < 0.25 {
+            2.0
+        } else {
+            1.0
+        };
+        (i, (ease * self.longer).min(self.most).max(1.0) as u32)
     }
 
     /// Forgets where it was: what follows depends on the next step alone.
@@ -88,9 +98,11 @@ impl<'a> Walk<'a> {
     /// block around it.
     fn look(&mut self, t: f32) -> bool {
         let place = (self.ray.at(t) - self.origin) / self.edge;
-        let brick = place.floor().clamp(Vec3::ZERO, self.last);
+        // Not below zero: cut off is rounded down, and to i32 that takes the least time.
+        let cell = place.clamp(Vec3::ZERO, self.last).to_array().map(|c| c as i32);
+        let brick = Vec3::from_array(cell.map(|c| c as f32));
         let [nx, ny, _] = self.occupancy.dims();
-        let [x, y, z] = brick.to_array().map(|c| c as usize);
+        let [x, y, z] = cell.map(|c| c as usize);
         let code = self.occupancy.codes()[(z * ny + y) * nx + x];
         let around = f32::from(code.max(EMPTY) - EMPTY);
         let forward = self.inverse.cmpgt(Vec3::ZERO);
@@ -99,7 +111,7 @@ impl<'a> Walk<'a> {
         self.end = t + left.max(0.0);
         let empty = code >= EMPTY;
         let longer = f32::from(if empty { ROUGHEST } else { code }) / f32::from(ROUGHEST);
-        self.joined = (longer * self.least).min(self.most).max(1.0) as u32;
+        self.longer = longer * self.least;
         empty
     }
 }

@@ -1,7 +1,9 @@
 //! A light ray cut into slabs, and the optical depth of each.
 
 use super::light::light_ray;
-use super::media::{Sampler, density_along};
+use glam::Vec4;
+
+use super::media::{Sampler, density_along, four_along};
 use super::ray::{Ray, intersect_box, step_count};
 use crate::frame::{Frame, SLAB_SAMPLES_PER_VOXEL};
 
@@ -94,4 +96,23 @@ pub fn ray_optical_depth(
         sum += density_along(sampler, ray, front + (s as f32 + 0.5) * step, 0.5 * step);
     }
     sum * step * frame.domain_min.w
+}
+
+/// Optical depths of four slabs from `i` on, each of `joined` ones; 0 behind the last.
+pub fn four_optical_depths(
+    sampler: &Sampler<'_>,
+    frame: &Frame,
+    slabs: &Slabs,
+    i: u32,
+    joined: u32,
+) -> Vec4 {
+    let bounds = [0, 1, 2, 3].map(|k| joined_bounds(slabs, i + k * joined, joined));
+    let fronts = Vec4::from_array(bounds.map(|[front, _]| front));
+    let backs = Vec4::from_array(bounds.map(|[_, back]| back));
+    let steps = (backs - fronts).max(Vec4::ZERO) / slabs.samples as f32;
+    let mut sums = Vec4::ZERO;
+    for s in 0..slabs.samples {
+        sums += four_along(sampler, &slabs.ray, fronts + (s as f32 + 0.5) * steps, 0.5 * steps);
+    }
+    sums * steps * frame.domain_min.w
 }
