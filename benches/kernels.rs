@@ -120,7 +120,7 @@ fn kernels(criterion: &mut Criterion) {
                 let mut walk = Walk::new(occupancy, frame, &slabs.ray, spacing, frame.lengths.y);
                 let mut next = 0;
                 loop {
-                    let (i, joined) = walk.next_step(next, slabs.last, 1.0);
+                    let (i, joined) = walk.next_step(next, slabs.last);
                     if i >= slabs.last {
                         break;
                     }

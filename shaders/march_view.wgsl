@@ -91,7 +91,7 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
             return vec4<f32>(light, through);
         }
         let left = steps.count - i;
-        let joined = max(min(joined_steps(walk, 1.0), left / BATCH), 1u);
+        let joined = max(min(walk.joined, left / BATCH), 1u);
         next = i + BATCH * joined;
         let begin = steps.enter + f32(i) * steps.step;
         let batch = Batch(steps.index_ray, begin, f32(joined) * steps.step, min(left, BATCH));

@@ -54,7 +54,7 @@ fn trace_slices(
         if (i >= slabs.last) {
             break;
         }
-        let joined = joined_steps(walk, exp(-fitter.last.y));
+        let joined = walk.joined;
         next = i + BATCH * joined;
         let optical_depths = four_optical_depths(slabs, i, joined);
         // Written out: reading a vector at a place that is not constant costs a fifth of the pass.

@@ -64,7 +64,7 @@ fn march(steps: LightSteps, lane: u32) -> f32 {
             if (next >= last) {
                 break;
             }
-            let joined = joined_steps(walk, exp(-tau));
+            let joined = walk.joined;
             let taus = four_steps(steps, next, joined, last);
             tau = (((tau + taus.x) + taus.y) + taus.z) + taus.w;
             next = min(next + BATCH * joined, last);
@@ -96,7 +96,7 @@ fn depth_of(steps: LightSteps, lane: u32, wanted: f32) -> f32 {
         if (i >= last) {
             break;
         }
-        let joined = joined_steps(walk, exp(-before));
+        let joined = walk.joined;
         let taus = four_steps(steps, i, joined, last);
         let a = before + taus.x;
         let b = a + taus.y;

@@ -24,8 +24,7 @@ struct Walk {
     least: f32,
     // Up to here along the ray nothing changes.
     end: f32,
-    // How many steps may be joined there.
-    longer: f32,
+    joined: u32,
 }
 
 // Where the media change most, steps may be as long as `length`.
@@ -33,7 +32,7 @@ fn walk_of(ray: Ray, enter: f32, step: f32, length: f32) -> Walk {
     let direction = ray.direction / frame.bricks.w;
     let tiny = vec3<f32>(1e-30);
     let inverse = 1.0 / select(direction, tiny, abs(direction) < tiny);
-    return Walk(ray, inverse, enter, step, length / step, -3e38, 1.0);
+    return Walk(ray, inverse, enter, step, length / step, -3e38, 1u);
 }
 
 // Whether the brick at distance t is empty; the walk's end becomes where the ray leaves it, or the empty
@@ -48,20 +47,14 @@ fn look(walk: ptr<function, Walk>, t: f32) -> bool {
     let left = (border - place) * (*walk).inverse;
     (*walk).end = t + max(min(left.x, min(left.y, left.z)), 0.0);
     let empty = code >= EMPTY;
-    (*walk).longer = f32(select(code, ROUGHEST, empty)) / f32(ROUGHEST) * (*walk).least;
+    let longer = f32(select(code, ROUGHEST, empty)) / f32(ROUGHEST);
+    let most = frame.lengths.w / (*walk).step;
+    (*walk).joined = u32(max(min(longer * (*walk).least, most), 1.0));
     return empty;
 }
 
-// How many steps to join to one where the walk is, behind a transmittance: the darker it is, the less counts
-// what a step errs, which grows with the square of its length.
-fn joined_steps(walk: Walk, through: f32) -> u32 {
-    let ease = select(1.0, 2.0, through < 0.25) * select(1.0, 2.0, through < 0.0625);
-    let most = frame.lengths.w / walk.step;
-    return u32(max(min(ease * walk.longer, most), 1.0));
-}
-
-// The first step from `first` on that may hold anything; `count` or more if none before does. BATCH steps, or
-// joined ones, may be taken from there before the next look.
+// The first step from `first` on that may hold anything; `count` or more if none before does. As many as the
+// walk says may be joined to one there, and BATCH of those taken before the next look.
 fn next_step(walk: ptr<function, Walk>, first: u32, count: u32) -> u32 {
     var i = first;
     while (i < count) {

@@ -155,7 +155,7 @@ impl View<'_> {
         let mut walk = Walk::new(self.sampler.occupancy, frame, &steps.index_ray, spacing, length);
         let (mut next, mut through) = (0, 1.0);
         while through >= OPAQUE_TRANSMITTANCE {
-            let (i, joined) = walk.next_step(next, steps.count, 1.0);
+            let (i, joined) = walk.next_step(next, steps.count);
             if i >= steps.count {
                 return through;
             }

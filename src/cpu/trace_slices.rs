@@ -67,7 +67,7 @@ pub(super) fn trace_texel(
         Walk::new(sampler.occupancy, frame, &slabs.ray, [slabs.start, slabs.step], frame.lengths.y);
     let mut next = slabs.first;
     'ray: loop {
-        let (i, joined) = walk.next_step(next, slabs.last, fitter.transmittance());
+        let (i, joined) = walk.next_step(next, slabs.last);
         if i >= slabs.last {
             break;
         }

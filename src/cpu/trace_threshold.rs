@@ -66,7 +66,7 @@ fn trace_texel(
             walk.restart();
         }
         while next < last && tau < LARGEST_OPTICAL_DEPTH {
-            let (i, joined) = walk.next_step(next, last, (-tau).exp());
+            let (i, joined) = walk.next_step(next, last);
             next = i;
             if i >= last {
                 break;

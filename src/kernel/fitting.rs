@@ -113,11 +113,6 @@ impl Fitter {
         }
     }
 
-    /// Transmittance behind the last fragment.
-    pub fn transmittance(&self) -> f32 {
-        (-self.last.optical_depth).exp()
-    }
-
     /// Whether what follows is too dark to matter to a fit.
     pub fn is_dark(&self) -> bool {
         self.tolerance > 0.0 && self.last.optical_depth > self.dark

@@ -28,8 +28,7 @@ pub struct Walk<'a> {
     most: f32,
     /// Up to here along the ray nothing changes.
     end: f32,
-    /// How many steps may be joined there.
-    longer: f32,
+    joined: u32,
 }
 
 impl<'a> Walk<'a> {
@@ -57,16 +56,14 @@ impl<'a> Walk<'a> {
             least: length / step,
             most: frame.lengths.w / step,
             end: f32::NEG_INFINITY,
-            longer: 1.0,
+            joined: 1,
         }
     }
 
-    /// The first step from `i` on that may hold anything, and how many may be joined to one there behind a
-    /// transmittance; `count` or more if none before does. A pass may take [`BATCH`] such steps before it
-    /// asks again. The darker it is, the less counts what a step errs, which grows with the square of its
-    /// length.
+    /// The first step from `i` on that may hold anything, and how many may be joined to one there; `count`
+    /// or more if none before does. A pass may take [`BATCH`] such steps before it asks again.
     #[inline]
-    pub fn next_step(&mut self, mut i: u32, count: u32, through: f32) -> (u32, u32) {
+    pub fn next_step(&mut self, mut i: u32, count: u32) -> (u32, u32) {
         while i < count {
             let t = self.enter + i as f32 * self.step;
             if t < self.end {
@@ -79,14 +76,7 @@ impl<'a> Walk<'a> {
             }
             i = next;
         }
-        let ease = if through < 0.0625 {
-            4.0
-        } else if through < 0.25 {
-            2.0
-        } else {
-            1.0
-        };
-        (i, (ease * self.longer).min(self.most).max(1.0) as u32)
+        (i, self.joined)
     }
 
     /// Forgets where it was: what follows depends on the next step alone.
@@ -111,7 +101,7 @@ impl<'a> Walk<'a> {
         self.end = t + left.max(0.0);
         let empty = code >= EMPTY;
         let longer = f32::from(if empty { ROUGHEST } else { code }) / f32::from(ROUGHEST);
-        self.longer = longer * self.least;
+        self.joined = (longer * self.least).min(self.most).max(1.0) as u32;
         empty
     }
 }
