@@ -45,6 +45,6 @@ struct Frame {
 // the compiler leaves the rest out, and with fewer registers taken more threads run at once.
 override USUAL: bool = false;
 
-const SLAB_SAMPLES_PER_VOXEL: f32 = 2.0;
+const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
 const LOOKUP_WEIGHT: f32 = 0.0625;
 const OPAQUE_TRANSMITTANCE: f32 = 0.0009765625;

@@ -44,7 +44,7 @@ const VIEW_DEPTH: f64 = 0.25;
 /// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
 const BATCH_VOXELS: f64 = 9.0;
 /// Samples in a slab for each voxel length of it, at least one.
-pub const SLAB_SAMPLES_PER_VOXEL: f32 = 2.0;
+pub const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
 /// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
 /// the most that floats bear, which sets how close to a surface they are right).
 const EXPONENTIAL_SHARPNESS: f64 = 80.0;
