@@ -99,13 +99,14 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         let late = four_samples(batch, 4u);
         let first = sample_distance(batch, 0.0);
         let added = scattered(through, early, late, first, 0.5 * batch.step);
-        // Two lookups are under way at once; of steps that share one, the second adds nothing.
+        // Two lookups are under way at once. A step without weight has no place: it looks where the other does.
         for (var k: u32 = 0u; k < 2u; k++) {
             let weights = select(added.weights.xz, added.weights.yw, k == 1u);
             if (weights.x + weights.y <= 0.0) {
                 continue;
             }
-            let places = select(added.places.xz, added.places.yw, k == 1u);
+            let held = select(added.places.xz, added.places.yw, k == 1u);
+            let places = select(held.yx, held, weights > vec2<f32>(0.0));
             let near = ray_at(ray, places.x);
             let far = ray_at(ray, places.y);
             let transmittances = vec2<f32>(

@@ -131,6 +131,8 @@ fn scenes() -> Vec<(&'static str, Scene, Settings)> {
     let mut point = anchor_scene(Preset::Box, 5.0, 32);
     point.lights[0].kind = LightKind::Point { position: DVec3::new(0.9, 1.6, 0.7) };
     point.ground = Some(ground);
+    let mut headlight = point.clone();
+    headlight.lights[0].kind = LightKind::Point { position: point.camera.position };
     let mut spot = point.clone();
     spot.lights[0].kind = LightKind::Spot {
         position: DVec3::new(-0.9, 1.6, 0.7),
@@ -174,6 +176,7 @@ fn scenes() -> Vec<(&'static str, Scene, Settings)> {
         ("mixture, two lights", mixed, base.clone()),
         ("bucky, fragments", lit.clone(), fragments.clone()),
         ("box, point light, fragments", point.clone(), fragments.clone()),
+        ("box, light at the camera, fragments", headlight, fragments.clone()),
         ("rods, raw fragments", endless.clone(), Settings { tolerance: 0.0, ..fragments }),
         ("bucky, drawn planes, pcf", lit.clone(), planes.clone()),
         ("box, point light, drawn planes", point.clone(), planes),

@@ -107,7 +107,7 @@ fn run_out(rest: f32, secant: f32, slope: f32, border: f32) -> vec3<f32> {
 fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
     let a = texel.w;
     if (a < SMALLEST_OPACITY) {
-        return Curve();
+        return Curve(vec4<f32>(0.0, 0.0, 0.0, 1.0), array<vec4<f32>, 4>());
     }
     var z = texel.xyz;
     var tau = frame.threshold_depths.xyz;
@@ -139,8 +139,8 @@ fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
 
 // The piece, 0 to 3, that a depth lies in.
 fn piece_of(ends: vec4<f32>, depth: f32) -> u32 {
-    let behind = vec3<f32>(depth) >= ends.xyz;
-    return u32(behind.x) + u32(behind.y) + u32(behind.z);
+    let in_front = vec3<f32>(depth) < ends.xyz;
+    return select(select(select(3u, 2u, in_front.z), 1u, in_front.y), 0u, in_front.x);
 }
 
 // Optical depth from the light to a depth in piece k, whose cubic is given.

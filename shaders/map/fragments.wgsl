@@ -133,7 +133,7 @@ fn four_searches(a: List, b: List, c: List, d: List, depth: f32) -> vec4<u32> {
     return before;
 }
 
-// Where the last lookup of this invocation ended: a ray's next lookup is not far from there.
+// Where the last lookup of this invocation ended: a next one often ends there too.
 var<private> last_places: vec4<u32>;
 
 // Transmittances of four texels: upper left, upper right, lower left, lower right.

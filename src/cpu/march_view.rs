@@ -1,7 +1,7 @@
 //! Pass `march_view`: from the camera through the volume, each step lit through the shadow map, and
 //! on to the ground or the background.
 
-use glam::{Vec3, Vec4};
+use glam::{BVec4A, Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
@@ -185,9 +185,10 @@ impl View<'_> {
         let frame = self.frame;
         let four = |first: usize| {
             let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
-            let there = [0, 1, 2, 3].map(|k| f32::from(u8::from(first + k < 2 * batch.count)));
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| first + k < 2 * batch.count);
             let half = Vec4::splat(0.25 * batch.step);
-            four_along(&self.sampler, batch.ray, at, half) * Vec4::from_array(there)
+            let four = four_along(&self.sampler, batch.ray, at, half);
+            Vec4::select(BVec4A::new(a, b, c, d), four, Vec4::ZERO)
         };
         let densities = [four(0), four(4)];
         let emits = frame.counts[3] == 1;

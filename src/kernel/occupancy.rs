@@ -88,7 +88,7 @@ impl<'a> Walk<'a> {
     /// block around it.
     fn look(&mut self, t: f32) -> bool {
         let place = (self.ray.at(t) - self.origin) / self.edge;
-        // Not below zero: cut off is rounded down, and to i32 that takes the least time.
+        // Rounded down, as it is not below zero; conversion to i32 is the fastest.
         let cell = place.clamp(Vec3::ZERO, self.last).to_array().map(|c| c as i32);
         let brick = Vec3::from_array(cell.map(|c| c as f32));
         let [nx, ny, _] = self.occupancy.dims();

@@ -1,8 +1,8 @@
 //! A light ray cut into slabs, and the optical depth of each.
 
-use super::light::light_ray;
 use glam::Vec4;
 
+use super::light::light_ray;
 use super::media::{Sampler, density_along, four_along};
 use super::ray::{Ray, intersect_box, step_count};
 use crate::frame::{Frame, SLAB_SAMPLES_PER_VOXEL};

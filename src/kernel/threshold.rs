@@ -99,7 +99,7 @@ pub struct Curve {
 }
 
 /// The curve of an empty texel.
-pub const EMPTY: Curve = Curve { ends: Vec4::ZERO, cubics: [Vec4::ZERO; 4] };
+pub const EMPTY: Curve = Curve { ends: Vec4::W, cubics: [Vec4::ZERO; 4] };
 
 /// The curve that a texel's four numbers say; `enter` and `exit` are the depths where its ray enters
 /// and leaves the volume.

@@ -5,7 +5,7 @@
 //! In practice: [`DenseFile::open`] reads headers only (PVM, VTK and NanoVDB files, whose headers are
 //! wound up with their voxels, as a whole). [`DenseFile::voxels`] gives the voxels in their own type;
 //! [`Voxels::density`] makes them numbers to render, and
-//! [`DenseFile::volume`] a volume of those without holding both.
+//! [`DenseFile::volume`] a volume of those, where it can without holding both.
 
 mod den;
 mod grid;
@@ -255,10 +255,19 @@ impl DenseFile {
         Ok(Voxels::new(self.header.clone(), bytes))
     }
 
-    /// The voxels as numbers to render, shape (z, y, x). The file's own are not held beside them.
+    /// The voxels as numbers to render, shape (z, y, x). The file's own are not held beside them, unless it
+    /// is text or was unpacked with its header.
     fn density(&self) -> Result<Array3<f32>> {
         let header = &self.header;
-        self.check_memory(header.memory_bytes())?;
+        let mut needed = header.memory_bytes();
+        if !self.payload.comes_in_parts() || header.bytes() > isize::MAX as u128 {
+            needed += header.bytes();
+        }
+        if header.order == Order::ZFastest {
+            // They are turned from one array into another.
+            needed += header.memory_bytes();
+        }
+        self.check_memory(needed)?;
         let row = header.components * header.value_type.size() * header.dims[0];
         let rows = (PART / row).max(1) * row;
         let mut values = Vec::new();

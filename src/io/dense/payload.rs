@@ -37,11 +37,17 @@ impl Payload {
     /// The first `due` bytes; more may follow in the file, less is an error.
     pub(super) fn read(&self, file: &Path, due: usize) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        if let Self::Stored { packing: Packing::Bare, .. } = self {
-            // Whether the file is as long is looked up before anything is read.
-            return self.read_parts(file, due, due, |part| bytes = part).map(|()| bytes);
+        if let Self::Stored { packing: Packing::Gzip | Packing::Zlib, .. } = self {
+            // Nobody knows whether as much will come.
+            return self.read_parts(file, due, PART, |part| bytes.extend(part)).map(|()| bytes);
         }
-        self.read_parts(file, due, PART, |part| bytes.extend(part)).map(|()| bytes)
+        self.read_parts(file, due, due, |part| bytes = part).map(|()| bytes)
+    }
+
+    /// Whether [`Payload::read_parts`] never holds more than a part.
+    pub(super) fn comes_in_parts(&self) -> bool {
+        use Packing::{Bare, Gzip, Zlib};
+        matches!(self, Self::Stored { packing: Bare | Gzip | Zlib, .. })
     }
 
     /// Gives the first `due` bytes to `take` in order, `part` at a time and the rest at last; more may follow
