@@ -72,7 +72,8 @@ fn pixel(image: &Image, [x, z]: [f64; 2]) -> [f32; 4] {
 
 fn largest_difference(a: &Image, b: &Image) -> f32 {
     let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
-    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    let differences = pairs.map(|(a, b)| (a - b).abs());
+    differences.map(|d| if d.is_nan() { f32::INFINITY } else { d }).fold(0.0, f32::max)
 }
 
 #[test]

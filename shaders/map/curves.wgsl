@@ -1,6 +1,7 @@
 // A threshold map as what shadows are looked up in, by curves that were worked out before.
 #import kernel/light
 #import kernel/threshold
+#import map/texels
 
 @group(0) @binding(3) var threshold_map: texture_2d<f32>;
 
@@ -19,5 +20,3 @@ fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     let k = piece_of(ends, depth);
     return exp(-optical_depth_in(ends, k, cubics[k * size * size + at], depth));
 }
-
-#import map/texels

@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use super::ShadowMap;
 use crate::frame::Frame;
 use crate::kernel::light::light_extent;
-use crate::kernel::threshold::{Curve, EMPTY, curve, optical_depth_at, transmittance_paper};
+use crate::kernel::threshold::{Curve, curve, optical_depth_at, transmittance_paper};
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
 
@@ -89,10 +89,7 @@ impl ShadowMap for ThresholdMap {
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
         let i = y as usize * self.size as usize + x as usize;
         match self.lookup {
-            Lookup::Default => {
-                let curve = self.curves().get(i).unwrap_or(&EMPTY);
-                (-optical_depth_at(curve, depth)).exp()
-            }
+            Lookup::Default => (-optical_depth_at(&self.curves()[i], depth)).exp(),
             Lookup::Paper => {
                 let thresholds = Vec3::from_array(self.thresholds.map(|t| t as f32));
                 transmittance_paper(Vec4::from(self.texels[i]), thresholds, depth)
