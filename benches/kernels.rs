@@ -116,15 +116,11 @@ fn kernels(criterion: &mut Criterion) {
             for [u, v] in Bench::places() {
                 let slabs = slabs_of(frame, u, v);
                 let occupancy = bench.scene.media.occupancy();
-                let spacing = [slabs.start, slabs.step];
-                let mut walk = Walk::new(occupancy, frame, &slabs.ray, spacing, frame.lengths.y);
-                let mut next = 0;
-                loop {
-                    let (i, joined) = walk.next_step(next, slabs.last);
-                    if i >= slabs.last {
-                        break;
-                    }
-                    next = i + BATCH * joined;
+                let lengths = [slabs.step, frame.lengths.y, frame.longest.y];
+                let mut walk = Walk::new(occupancy, frame, &slabs.ray, slabs.exit, lengths);
+                let mut t = walk.next_place(slabs.enter);
+                while t < slabs.exit {
+                    t = walk.next_place(t + BATCH as f32 * walk.step_from(t));
                     batches += 1;
                 }
             }

@@ -12,31 +12,32 @@
 
 // The part of a camera ray in the volume, cut into steps.
 struct Steps {
-    index_ray: Ray,
+    // The ray in the space that media are sampled in.
+    ray: Ray,
     enter: f32,
-    step: f32,
+    exit: f32,
+    // As many as it takes where steps are shortest.
     count: u32,
 }
 
 fn steps_of(ray: Ray, farthest: f32) -> Steps {
     let index_ray = index_ray_of(ray);
+    let media_ray = media_ray_of(index_ray);
     let inside = intersect_box(index_ray, frame.domain_min.xyz, frame.domain_max.xyz);
     let extent = min(inside.y, farthest) - inside.x;
     if (extent <= 0.0) {
-        return Steps(index_ray, inside.x, 0.0, 0u);
+        return Steps(media_ray, inside.x, inside.x, 1u);
     }
     let voxel_lengths = extent * length(index_ray.direction);
     let count = step_count(voxel_lengths, frame.rates.z, frame.steps.z, frame.steps.w);
-    return Steps(index_ray, inside.x, extent / f32(count), count);
+    return Steps(media_ray, inside.x, inside.x + extent, count);
 }
 
-// Four steps of equal length of a ray in index space, with two samples each.
+// Four steps of equal length of a ray in the space that media are sampled in, with two samples each.
 struct Batch {
     ray: Ray,
     begin: f32,
     step: f32,
-    // How many of the four there are.
-    count: u32,
 }
 
 // Distance of sample k, 0 to 7; also of those between them.
@@ -45,18 +46,15 @@ fn sample_distance(batch: Batch, k: f32) -> f32 {
 }
 
 // Optical depths of samples `first` to `first` + 3.
-fn four_samples(batch: Batch, first: u32) -> vec4<f32> {
+fn four_samples(batch: Batch, first: f32) -> vec4<f32> {
     let quarter = 0.25 * batch.step;
-    let k = f32(first);
     let densities = vec4<f32>(
-        density_along(batch.ray, sample_distance(batch, k), quarter),
-        density_along(batch.ray, sample_distance(batch, k + 1.0), quarter),
-        density_along(batch.ray, sample_distance(batch, k + 2.0), quarter),
-        density_along(batch.ray, sample_distance(batch, k + 3.0), quarter),
+        density_along(batch.ray, sample_distance(batch, first), quarter),
+        density_along(batch.ray, sample_distance(batch, first + 1.0), quarter),
+        density_along(batch.ray, sample_distance(batch, first + 2.0), quarter),
+        density_along(batch.ray, sample_distance(batch, first + 3.0), quarter),
     );
-    let there = vec4<u32>(first) + vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(2u * batch.count);
-    let extinction_half = frame.domain_min.w * (0.5 * batch.step);
-    return select(vec4<f32>(0.0), densities, there) * extinction_half;
+    return densities * (frame.domain_min.w * (0.5 * batch.step));
 }
 
 // Radiance that reaches the camera of what the samples emit, each behind half of itself; `before` is
@@ -65,7 +63,7 @@ fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3
     let reach = 0.25 * batch.step;
     var sum = vec3<f32>(0.0);
     var through = before;
-    for (var k: u32 = 0u; k < 2u * batch.count; k++) {
+    for (var k: u32 = 0u; k < 8u; k++) {
         let tau = select(early[k & 3u], late[k & 3u], k > 3u);
         let seen = through * exp(-0.5 * tau) * 2.0 * reach;
         sum += emission_along(batch.ray, sample_distance(batch, f32(k)), reach) * seen;
@@ -74,29 +72,48 @@ fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3
     return sum;
 }
 
+// Where points of a ray lie in the map, if light is parallel: a ray as well.
+fn light_coordinates_of(ray: Ray) -> Ray {
+    let d = vec4<f32>(ray.direction, 0.0);
+    let rows = frame.light_from_frame;
+    return Ray(light_coordinates(ray.origin), vec3<f32>(dot(rows[0], d), dot(rows[1], d), dot(rows[2], d)));
+}
+
+// (u, v, depth) in the map of a point of a ray, whose points lie on `lookups` there if light is parallel.
+fn light_place(ray: Ray, lookups: Ray, at: f32) -> vec3<f32> {
+    if (USUAL) {
+        return ray_at(lookups, at);
+    }
+    return light_coordinates(ray_at(ray, at));
+}
+
+// What arrives at a point of a ray; `anywhere` if light is parallel.
+fn arriving_at(ray: Ray, anywhere: Arriving, at: f32) -> Arriving {
+    if (USUAL || frame.light_position.w == 0.0) {
+        return anywhere;
+    }
+    return arriving(ray, ray_at(ray, at));
+}
+
 // Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes two
 // samples of density; a step, or several that add little, take one of the light, in the middle of what
 // they hold. Eight samples of density are under way at once.
 fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
-    let parallel = frame.light_position.w == 0.0;
     let emits = frame.counts.w == 1u;
-    var arrives = arriving(ray, ray.origin);
+    let arrives = arriving(ray, ray.origin);
+    let lookups = light_coordinates_of(ray);
     var light = vec3<f32>(0.0);
+    // The same as a share of what is scattered where no shadow falls: one number in place of three.
+    var lit: f32 = 0.0;
     var through: f32 = 1.0;
-    var walk = walk_of(steps.index_ray, steps.enter, steps.step, frame.lengths.z);
-    var next: u32 = 0u;
-    while (through >= OPAQUE_TRANSMITTANCE) {
-        let i = next_step(&walk, next, steps.count);
-        if (i >= steps.count) {
-            return vec4<f32>(light, through);
-        }
-        let left = steps.count - i;
-        let joined = max(min(walk.joined, left / BATCH), 1u);
-        next = i + BATCH * joined;
-        let begin = steps.enter + f32(i) * steps.step;
-        let batch = Batch(steps.index_ray, begin, f32(joined) * steps.step, min(left, BATCH));
-        let early = four_samples(batch, 0u);
-        let late = four_samples(batch, 4u);
+    let shortest = (steps.exit - steps.enter) / f32(steps.count);
+    let lengths = vec3<f32>(shortest, frame.lengths.z, frame.longest.z);
+    var walk = walk_of(steps.ray, steps.exit, lengths);
+    var t = next_place(&walk, steps.enter);
+    while (t < steps.exit && through >= OPAQUE_TRANSMITTANCE) {
+        let batch = Batch(steps.ray, t, step_from(walk, t));
+        let early = four_samples(batch, 0.0);
+        let late = four_samples(batch, 4.0);
         let first = sample_distance(batch, 0.0);
         let added = scattered(through, early, late, first, 0.5 * batch.step);
         // Two lookups are under way at once. A step without weight has no place: it looks where the other does.
@@ -107,54 +124,55 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
             }
             let held = select(added.places.xz, added.places.yw, k == 1u);
             let places = select(held.yx, held, weights > vec2<f32>(0.0));
-            let near = ray_at(ray, places.x);
-            let far = ray_at(ray, places.y);
             let transmittances = vec2<f32>(
-                shadow_lookup(light_coordinates(near)),
-                shadow_lookup(light_coordinates(far)),
+                shadow_lookup(light_place(ray, lookups, places.x)),
+                shadow_lookup(light_place(ray, lookups, places.y)),
             );
+            if (USUAL && !MIXED) {
+                lit += dot(weights, transmittances);
+                continue;
+            }
             let reaches = 0.5 * batch.step * vec2<f32>(
                 f32(shared_steps(added.weights, k)),
                 f32(shared_steps(added.weights, k + 2u)),
             );
-            if (!parallel) {
-                arrives = arriving(ray, near);
-            }
-            light += weights.x
-                * source_along(steps.index_ray, places.x, reaches.x, arrives, transmittances.x);
-            if (!parallel) {
-                arrives = arriving(ray, far);
-            }
-            light += weights.y
-                * source_along(steps.index_ray, places.y, reaches.y, arrives, transmittances.y);
+            let near = arriving_at(ray, arrives, places.x);
+            light += weights.x * source_along(steps.ray, places.x, reaches.x, near, transmittances.x);
+            let far = arriving_at(ray, arrives, places.y);
+            light += weights.y * source_along(steps.ray, places.y, reaches.y, far, transmittances.y);
         }
         if (MIXED && emits) {
             light += emitted(batch, early, late, through);
         }
         through = added.through;
+        t = next_place(&walk, t + BATCH * batch.step);
     }
-    return vec4<f32>(light, 0.0);
+    if (USUAL && !MIXED) {
+        light = frame.albedo.xyz * (arrives.scattered * lit + frame.ambient.xyz * (1.0 - through));
+    }
+    return vec4<f32>(light, select(0.0, through, through >= OPAQUE_TRANSMITTANCE));
 }
 
 // The paper's shading: unshadowed accumulation of the sampled value, darkened by the plain average
 // of the opacities looked up at equal distances along the ray.
 fn paper_shading(ray: Ray, steps: Steps) -> vec4<f32> {
-    let extinction_step = frame.domain_min.w * steps.step;
+    let extent = steps.exit - steps.enter;
+    if (extent <= 0.0) {
+        return vec4<f32>(0.0, 0.0, 0.0, 1.0);
+    }
+    let step = extent / f32(steps.count);
+    let extinction_step = frame.domain_min.w * step;
     let brightest = max(frame.domain_max.w, 1e-30);
     var colour: f32 = 0.0;
     var through: f32 = 1.0;
     for (var i: u32 = 0u; i < steps.count; i++) {
-        let t = steps.enter + (f32(i) + 0.5) * steps.step;
-        let density = density_along(steps.index_ray, t, 0.5 * steps.step);
+        let t = steps.enter + (f32(i) + 0.5) * step;
+        let density = density_along(steps.ray, t, 0.5 * step);
         let opacity = step_opacity(density * extinction_step);
         colour += through * opacity * (density / brightest);
         through *= 1.0 - opacity;
     }
-    if (steps.count == 0u) {
-        return vec4<f32>(0.0, 0.0, 0.0, 1.0);
-    }
     let lookups = frame.counts.x;
-    let extent = steps.step * f32(steps.count);
     var shadow: f32 = 0.0;
     for (var i: u32 = 0u; i < lookups; i++) {
         let t = steps.enter + (f32(i) + 0.5) / f32(lookups) * extent;

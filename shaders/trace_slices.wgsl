@@ -24,9 +24,9 @@ fn kept_node(k: u32) -> vec2<f32> {
     return nodes[list.first + k * list.stride];
 }
 
-fn add_slab(slabs: Slabs, i: u32, joined: u32, optical_depth: f32) {
-    if (i < slabs.last && optical_depth > 0.0 && !fitter_is_dark()) {
-        fitter_add(joined_bounds(slabs, i, joined), optical_depth);
+fn add_slab(front: f32, back: f32, optical_depth: f32) {
+    if (optical_depth > 0.0 && !fitter_is_dark()) {
+        fitter_add(vec2<f32>(front, back), optical_depth);
     }
 }
 
@@ -47,21 +47,20 @@ fn trace_slices(
     let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.sizes.w);
     let slabs = slabs_of(at.x, at.y);
     fitter_start(frame.slices.z);
-    var walk = walk_of(slabs.ray, slabs.start, slabs.step, frame.lengths.y);
-    var next = slabs.first;
-    while (!fitter_is_dark()) {
-        let i = next_step(&walk, next, slabs.last);
-        if (i >= slabs.last) {
-            break;
-        }
-        let joined = walk.joined;
-        next = i + BATCH * joined;
-        let optical_depths = four_optical_depths(slabs, i, joined);
+    let lengths = vec3<f32>(slabs.step, frame.lengths.y, frame.longest.y);
+    // The last slab between planes may be as thin as rounding allows.
+    let thin = select(0.0, 2.0 * LEAST_SHARE, frame.counts.y > 0u);
+    var walk = walk_of(slabs.ray, slabs.exit * (1.0 + thin), lengths);
+    var t = next_place(&walk, slabs.enter);
+    while (t < slabs.exit && !fitter_is_dark()) {
+        let batch = batch_of(slabs, t, step_from(walk, t));
+        let optical_depths = four_optical_depths(slabs, batch);
         // Written out: reading a vector at a place that is not constant costs a fifth of the pass.
-        add_slab(slabs, i, joined, optical_depths.x);
-        add_slab(slabs, i + joined, joined, optical_depths.y);
-        add_slab(slabs, i + 2u * joined, joined, optical_depths.z);
-        add_slab(slabs, i + 3u * joined, joined, optical_depths.w);
+        add_slab(batch.fronts.x, batch.backs.x, optical_depths.x);
+        add_slab(batch.fronts.y, batch.backs.y, optical_depths.y);
+        add_slab(batch.fronts.z, batch.backs.z, optical_depths.z);
+        add_slab(batch.fronts.w, batch.backs.w, optical_depths.w);
+        t = next_place(&walk, max(batch.end, t + LEAST_SHARE * slabs.exit));
     }
     fitter_finish();
 

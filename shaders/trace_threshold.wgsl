@@ -9,95 +9,126 @@
 
 @group(0) @binding(4) var output: texture_storage_2d<rgba32float, write>;
 
-// A light ray cut into steps.
-struct LightSteps {
+// A light ray in the space that media are sampled in.
+struct LightRay {
     ray: Ray,
     enter: f32,
     exit: f32,
-    step: f32,
-    count: u32,
+    // World lengths of its steps: at least, where the media change most, at most.
+    lengths: vec3<f32>,
 }
 
-// A ray's optical depth behind equal parts of its steps. They tell where a threshold is crossed without
-// marching the whole ray again.
-// Each thread's own, side by side.
-var<workgroup> checkpoints: array<array<f32, 64>, CHECKPOINTS>;
+// Where some batches of the ray end, and the optical depth there: they tell where a threshold is crossed
+// without marching the whole ray again. They wait where the texel's curve will be written, two in each cubic
+// and the last one in the ends. (Workgroup memory is taken from what caches the volume, which costs more.)
+const CHECKPOINTS: u32 = 8u;
 
-// Steps between two checkpoints: whole batches.
-fn stride_of(steps: LightSteps) -> u32 {
-    let most = BATCH * CHECKPOINTS;
-    return BATCH * ((steps.count + most - 1u) / most);
-}
-
-// Optical depths of four steps from i on, each of `joined` ones, that end at `last`: four samples are under
-// way at once.
-fn four_steps(steps: LightSteps, i: u32, joined: u32, last: u32) -> vec4<f32> {
-    let first = vec4<u32>(i) + joined * vec4<u32>(0u, 1u, 2u, 3u);
-    let begin = vec4<f32>(min(first, vec4<u32>(last)));
-    let end = vec4<f32>(min(first + joined, vec4<u32>(last)));
-    let at = steps.enter + 0.5 * (begin + end) * steps.step;
-    let half = 0.5 * (end - begin) * steps.step;
-    let densities = vec4<f32>(
-        density_along(steps.ray, at.x, half.x),
-        density_along(steps.ray, at.y, half.y),
-        density_along(steps.ray, at.z, half.z),
-        density_along(steps.ray, at.w, half.w),
-    );
-    return densities * (end - begin) * (frame.domain_min.w * steps.step);
-}
-
-// Optical depth of the whole ray; fills the checkpoints.
-fn march(steps: LightSteps, lane: u32) -> f32 {
-    let stride = stride_of(steps);
-    var walk = walk_of(steps.ray, steps.enter, steps.step, frame.lengths.x);
-    var tau: f32 = 0.0;
-    var next: u32 = 0u;
-    for (var k: u32 = 0u; k < CHECKPOINTS; k++) {
-        let last = min((k + 1u) * stride, steps.count);
-        // Whatever was before: the same steps as when they are marched again.
-        if (next < last) {
-            walk.end = -3e38;
-            next = max(next, k * stride);
-        }
-        while (next < last && tau < LARGEST_OPTICAL_DEPTH) {
-            next = next_step(&walk, next, last);
-            if (next >= last) {
-                break;
-            }
-            let joined = walk.joined;
-            let taus = four_steps(steps, next, joined, last);
-            tau = (((tau + taus.x) + taus.y) + taus.z) + taus.w;
-            next = min(next + BATCH * joined, last);
-        }
-        checkpoints[k][lane] = tau;
+fn checkpoint(texel: u32, k: u32) -> vec2<f32> {
+    if (k == CHECKPOINTS) {
+        return piece_ends[texel].xy;
     }
-    return tau;
+    let pair = cubics[k / 2u * frame.sizes.w * frame.sizes.w + texel];
+    return select(pair.xy, pair.zw, k % 2u == 1u);
+}
+
+fn set_checkpoint(texel: u32, k: u32, reached: vec2<f32>) {
+    if (k == CHECKPOINTS) {
+        piece_ends[texel] = vec4<f32>(reached, 0.0, 0.0);
+        return;
+    }
+    let at = k / 2u * frame.sizes.w * frame.sizes.w + texel;
+    if (k % 2u == 0u) {
+        cubics[at] = vec4<f32>(reached, 0.0, 0.0);
+    } else {
+        cubics[at].z = reached.x;
+        cubics[at].w = reached.y;
+    }
+}
+
+// Optical depths of four steps from t on: four samples are under way at once.
+fn four_steps(ray: Ray, t: f32, step: f32) -> vec4<f32> {
+    let at = t + 0.5 * step;
+    let densities = vec4<f32>(
+        density_along(ray, at, 0.5 * step),
+        density_along(ray, at + step, 0.5 * step),
+        density_along(ray, at + 2.0 * step, 0.5 * step),
+        density_along(ray, at + 3.0 * step, 0.5 * step),
+    );
+    return densities * (frame.domain_min.w * step);
+}
+
+// Fills the checkpoints, the last of which is the end of all steps. Returns how many there are.
+fn march(light: LightRay, texel: u32) -> u32 {
+    var walk = walk_of(light.ray, light.exit, light.lengths);
+    var t = next_place(&walk, light.enter);
+    var tau: f32 = 0.0;
+    var end = t;
+    var count: u32 = 0u;
+    // Batches between two checkpoints, and those since the last one.
+    var stride: u32 = 1u;
+    var since: u32 = 0u;
+    while (t < light.exit && tau < LARGEST_OPTICAL_DEPTH) {
+        let step = step_from(walk, t);
+        let taus = four_steps(light.ray, t, step);
+        tau = (((tau + taus.x) + taus.y) + taus.z) + taus.w;
+        end = t + BATCH * step;
+        since++;
+        if (since == stride && count == CHECKPOINTS) {
+            // Every other one makes room.
+            count = CHECKPOINTS / 2u;
+            stride *= 2u;
+            for (var k: u32 = 0u; k < CHECKPOINTS / 2u; k++) {
+                set_checkpoint(texel, k, checkpoint(texel, 2u * k + 1u));
+            }
+        }
+        if (since == stride) {
+            since = 0u;
+            set_checkpoint(texel, count, vec2<f32>(end, tau));
+            count++;
+        }
+        t = next_place(&walk, end);
+    }
+    if (since > 0u) {
+        set_checkpoint(texel, count, vec2<f32>(end, tau));
+        count++;
+    }
+    return count;
+}
+
+// How many of the first checkpoints lie in front of an optical depth. All are read at once.
+fn checkpoints_before(texel: u32, count: u32, wanted: f32) -> u32 {
+    let row = frame.sizes.w * frame.sizes.w;
+    let a = cubics[texel];
+    let b = cubics[row + texel];
+    let c = cubics[2u * row + texel];
+    let d = cubics[3u * row + texel];
+    let last = piece_ends[texel];
+    let near = (vec4<f32>(a.yw, b.yw) < vec4<f32>(wanted)) & (vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(count));
+    let far = (vec4<f32>(c.yw, d.yw) < vec4<f32>(wanted)) & (vec4<u32>(4u, 5u, 6u, 7u) < vec4<u32>(count));
+    let sums = select(vec4<u32>(0u), vec4<u32>(1u), near) + select(vec4<u32>(0u), vec4<u32>(1u), far);
+    let beyond = count > CHECKPOINTS && last.y < wanted;
+    return sums.x + sums.y + sums.z + sums.w + select(0u, 1u, beyond);
 }
 
 // Depth where an optical depth is reached; the ray's exit where it is not.
-fn depth_of(steps: LightSteps, lane: u32, wanted: f32) -> f32 {
-    var k: u32 = 0u;
-    while (k < CHECKPOINTS && checkpoints[k][lane] < wanted) {
-        k++;
+fn depth_of(light: LightRay, texel: u32, count: u32, wanted: f32) -> f32 {
+    let k = checkpoints_before(texel, count, wanted);
+    if (k == count) {
+        return light.exit;
     }
-    if (k == CHECKPOINTS) {
-        return steps.exit;
-    }
-    let stride = stride_of(steps);
-    let last = min((k + 1u) * stride, steps.count);
-    var walk = walk_of(steps.ray, steps.enter, steps.step, frame.lengths.x);
+    let last = checkpoint(texel, k).x;
+    var t = light.enter;
     var before: f32 = 0.0;
     if (k > 0u) {
-        before = checkpoints[k - 1u][lane];
+        let reached = checkpoint(texel, k - 1u);
+        t = reached.x;
+        before = reached.y;
     }
-    var i = k * stride;
-    loop {
-        i = next_step(&walk, i, last);
-        if (i >= last) {
-            break;
-        }
-        let joined = walk.joined;
-        let taus = four_steps(steps, i, joined, last);
+    var walk = walk_of(light.ray, light.exit, light.lengths);
+    while (t < last) {
+        t = next_place(&walk, t);
+        let step = step_from(walk, t);
+        let taus = four_steps(light.ray, t, step);
         let a = before + taus.x;
         let b = a + taus.y;
         let c = b + taus.z;
@@ -111,18 +142,17 @@ fn depth_of(steps: LightSteps, lane: u32, wanted: f32) -> f32 {
             } else if (wanted > a) {
                 found = vec3<f32>(1.0, a, b);
             }
-            let ends = f32(i) + f32(joined) * vec2<f32>(found.x, found.x + 1.0);
-            let z = steps.enter + min(ends, vec2<f32>(f32(last))) * steps.step;
-            return crossing_depth(frame.methods.x, z, wanted, found.yz);
+            let ends = t + vec2<f32>(found.x, found.x + 1.0) * step;
+            return crossing_depth(frame.methods.x, ends, wanted, found.yz);
         }
         before = d;
-        i += BATCH * joined;
+        t += BATCH * step;
     }
     // Rounding alone kept the sum below it.
-    return steps.enter + f32(last) * steps.step;
+    return last;
 }
 
-fn trace_texel(u: f32, v: f32, lane: u32) -> vec4<f32> {
+fn trace_texel(u: f32, v: f32, texel: u32) -> vec4<f32> {
     let ray = index_ray_of(light_ray(u, v));
     let inside = intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
     if (inside.y <= inside.x) {
@@ -131,9 +161,15 @@ fn trace_texel(u: f32, v: f32, lane: u32) -> vec4<f32> {
     let extent = inside.y - inside.x;
     let voxel_lengths = extent * length(ray.direction);
     let count = step_count(voxel_lengths, frame.rates.x, frame.steps.x, frame.steps.y);
-    let steps = LightSteps(ray, inside.x, inside.y, extent / f32(count), count);
+    let lengths = vec3<f32>(extent / f32(count), frame.lengths.x, frame.longest.x);
+    let light = LightRay(media_ray_of(ray), inside.x, inside.y, lengths);
 
-    let largest = 1.0 - exp(-march(steps, lane));
+    let kept = march(light, texel);
+    var total: f32 = 0.0;
+    if (kept > 0u) {
+        total = checkpoint(texel, kept - 1u).y;
+    }
+    let largest = 1.0 - exp(-total);
     if (largest <= 0.0) {
         return vec4<f32>(vec3<f32>(inside.y), largest);
     }
@@ -143,24 +179,21 @@ fn trace_texel(u: f32, v: f32, lane: u32) -> vec4<f32> {
         wanted = -log(1.0 - levels(largest, frame.thresholds.xyz));
     }
     return vec4<f32>(
-        depth_of(steps, lane, wanted.x),
-        depth_of(steps, lane, wanted.y),
-        depth_of(steps, lane, wanted.z),
+        depth_of(light, texel, kept, wanted.x),
+        depth_of(light, texel, kept, wanted.y),
+        depth_of(light, texel, kept, wanted.z),
         largest,
     );
 }
 
 @compute @workgroup_size(8, 8)
-fn trace_threshold(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn trace_threshold(@builtin(global_invocation_id) id: vec3<u32>) {
     let size = frame.sizes.w;
     if (id.x >= size || id.y >= size) {
         return;
     }
     let at = (vec2<f32>(id.xy) + 0.5) / f32(size);
-    let texel = trace_texel(at.x, at.y, lane);
+    let texel = trace_texel(at.x, at.y, id.y * size + id.x);
     textureStore(output, id.xy, texel);
     keep_curve(id.xy, curve(texel, light_extent(at.x, at.y)));
 }

@@ -72,8 +72,11 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         domain_max,
         voxel_share,
         bricks,
+        brick_scale,
+        brick_offset,
         rates,
         lengths,
+        longest,
         albedo,
         light_origin,
         light_origin_u,
@@ -180,6 +183,8 @@ fn constants_are_the_same_on_both_sides() {
         ("EMPTY", vec![f64::from(EMPTY)]),
         ("ROUGHEST", vec![f64::from(ROUGHEST)]),
         ("BATCH", vec![f64::from(occupancy::BATCH)]),
+        ("LEAP", one(occupancy::LEAP)),
+        ("LEAST_SHARE", one(occupancy::LEAST_SHARE)),
         ("FAR", one(view::FAR)),
         ("POINT_SPACING", one(fitting::POINT_SPACING)),
         ("FIT_SHARE", one(fitting::FIT_SHARE)),
@@ -198,7 +203,6 @@ fn constants_are_the_same_on_both_sides() {
         ("MIDDLE_SHARE_ABOVE", one(threshold::MIDDLE_SHARE_ABOVE)),
         ("LARGEST_OPTICAL_DEPTH", one(threshold::LARGEST_OPTICAL_DEPTH)),
         ("SMALLEST_OPACITY", one(threshold::SMALLEST_OPACITY)),
-        ("CHECKPOINTS", vec![f64::from(threshold::CHECKPOINTS)]),
     ];
     let lists = [
         ("NO_LINK", vec![f64::from(NO_LINK)]),

@@ -6,8 +6,11 @@ struct Frame {
     domain_max: vec4<f32>,
     voxel_share: vec4<f32>,
     bricks: vec4<f32>,
+    brick_scale: vec4<f32>,
+    brick_offset: vec4<f32>,
     rates: vec4<f32>,
     lengths: vec4<f32>,
+    longest: vec4<f32>,
     albedo: vec4<f32>,
     light_origin: vec4<f32>,
     light_origin_u: vec4<f32>,
@@ -41,8 +44,8 @@ struct Frame {
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// True in pipelines for the usual settings alone (bilinear filter, exact shadow tests, physical shading):
-// the compiler leaves the rest out, and with fewer registers taken more threads run at once.
+// True in pipelines for the usual settings alone (parallel light, bilinear filter, exact shadow tests,
+// physical shading): the compiler leaves the rest out, and with fewer registers taken more threads run at once.
 override USUAL: bool = false;
 
 const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;

@@ -62,7 +62,7 @@ fn scattered(
     var weights = vec4<f32>(taken_near.xz + taken_near.yw, taken_far.xz + taken_far.yw);
     var moments = vec4<f32>(held_near.xz + held_near.yw, held_far.xz + held_far.yw);
     let sums = weights.xz + weights.yw;
-    if (sums.x + sums.y <= LOOKUP_WEIGHT && 8.0 * spacing <= frame.rates.w) {
+    if (sums.x + sums.y <= LOOKUP_WEIGHT && 8.0 * spacing <= frame.longest.w) {
         weights = vec4<f32>(sums.x + sums.y, 0.0, 0.0, 0.0);
         moments.x += moments.y + moments.z + moments.w;
     } else {

@@ -1,5 +1,5 @@
-// Steps of a ray that need not be taken, because they lie in empty bricks, and steps that may be joined,
-// because the media hardly change.
+// Places of a ray that need not be sampled, because they lie in empty bricks, and how long steps may be
+// elsewhere, as media change more or less.
 #import kernel/frame
 #import kernel/ray
 
@@ -10,35 +10,39 @@
 const EMPTY: u32 = 192u;
 const ROUGHEST: u32 = 8u;
 // Steps that a pass takes after each look, one after the other and all as long as each other.
-const BATCH: u32 = 4u;
+const BATCH: f32 = 4.0;
+// How far beyond an empty brick a ray goes on, in shortest steps: rounding must not leave it inside.
+const LEAP: f32 = 0.1;
+// Steps at least, as a share of the ray's end: what rounding still tells apart.
+const LEAST_SHARE: f32 = 2e-6;
 
-// A ray in index space cut into equal steps, of which those in empty bricks are jumped over and others are
-// joined.
+// A ray in the space that media are sampled in, on its way through the bricks.
 struct Walk {
     ray: Ray,
-    // One over its direction, bricks and not voxels.
+    // One over its direction in bricks.
     inverse: vec3<f32>,
-    enter: f32,
-    step: f32,
-    // How many steps may be joined where the media change most; less than 1 where they are too long.
-    least: f32,
+    // Where the ray ends.
+    exit: f32,
+    // World lengths of a step: at least, where the media change most, at most.
+    lengths: vec3<f32>,
     // Up to here along the ray nothing changes.
     end: f32,
-    joined: u32,
+    // Length of a step there.
+    step: f32,
 }
 
-// Where the media change most, steps may be as long as `length`.
-fn walk_of(ray: Ray, enter: f32, step: f32, length: f32) -> Walk {
-    let direction = ray.direction / frame.bricks.w;
+fn walk_of(ray: Ray, exit: f32, lengths: vec3<f32>) -> Walk {
+    let direction = ray.direction * frame.brick_scale.xyz;
     let tiny = vec3<f32>(1e-30);
     let inverse = 1.0 / select(direction, tiny, abs(direction) < tiny);
-    return Walk(ray, inverse, enter, step, length / step, -3e38, 1u);
+    let least = max(lengths.x, LEAST_SHARE * exit);
+    return Walk(ray, inverse, exit, vec3<f32>(least, lengths.yz), -3e38, least);
 }
 
 // Whether the brick at distance t is empty; the walk's end becomes where the ray leaves it, or the empty
 // block around it.
 fn look(walk: ptr<function, Walk>, t: f32) -> bool {
-    let place = (ray_at((*walk).ray, t) - frame.bricks.xyz) / frame.bricks.w;
+    let place = ray_at((*walk).ray, t) * frame.brick_scale.xyz + frame.brick_offset.xyz;
     let last = vec3<f32>(textureDimensions(codes) - 1u);
     let brick = clamp(floor(place), vec3<f32>(0.0), last);
     let code = textureLoad(codes, vec3<u32>(brick), 0).x;
@@ -46,28 +50,27 @@ fn look(walk: ptr<function, Walk>, t: f32) -> bool {
     let border = select(brick - around, brick + (1.0 + around), (*walk).inverse > vec3<f32>(0.0));
     let left = (border - place) * (*walk).inverse;
     (*walk).end = t + max(min(left.x, min(left.y, left.z)), 0.0);
-    let empty = code >= EMPTY;
-    let longer = f32(select(code, ROUGHEST, empty)) / f32(ROUGHEST);
-    let most = frame.lengths.w / (*walk).step;
-    (*walk).joined = u32(max(min(longer * (*walk).least, most), 1.0));
-    return empty;
+    let longer = f32(code) / f32(ROUGHEST);
+    let lengths = (*walk).lengths;
+    (*walk).step = max(min(longer * lengths.y, lengths.z), lengths.x);
+    return code >= EMPTY;
 }
 
-// The first step from `first` on that may hold anything; `count` or more if none before does. As many as the
-// walk says may be joined to one there, and BATCH of those taken before the next look.
-fn next_step(walk: ptr<function, Walk>, first: u32, count: u32) -> u32 {
-    var i = first;
-    while (i < count) {
-        let t = (*walk).enter + f32(i) * (*walk).step;
-        if (t < (*walk).end) {
-            return i;
+// The first place from `start` on that may hold anything; the ray's end or more if none before does.
+fn next_place(walk: ptr<function, Walk>, start: f32) -> f32 {
+    let leap = LEAP * (*walk).lengths.x;
+    var t = start;
+    while (t < (*walk).exit * (1.0 - LEAST_SHARE)) {
+        if (t < (*walk).end || !look(walk, t)) {
+            return max(t - leap, start);
         }
-        let empty = look(walk, t);
-        let next = u32(max(((*walk).end - (*walk).enter) / (*walk).step, 0.0));
-        if (!empty || next <= i) {
-            return i;
-        }
-        i = next;
+        t = max((*walk).end, t) + leap;
     }
-    return i;
+    return max((*walk).exit, start);
+}
+
+// How long the steps of a batch from t on are. The last one ends where the ray does, rounding or not.
+fn step_from(walk: Walk, t: f32) -> f32 {
+    let left = (walk.exit - t) / BATCH;
+    return select(walk.step, left, left < 1.001 * walk.step);
 }

@@ -4,6 +4,7 @@
 
 // Slab i lies between depths start + i step and start + (i + 1) step, clipped to enter..exit.
 struct Slabs {
+    // In the space that media are sampled in.
     ray: Ray,
     enter: f32,
     exit: f32,
@@ -20,16 +21,17 @@ struct Slabs {
 fn slabs_of(u: f32, v: f32) -> Slabs {
     let ray = index_ray_of(light_ray(u, v));
     let inside = intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
+    let sampled = media_ray_of(ray);
     let extent = inside.y - inside.x;
     if (extent <= 0.0) {
-        return Slabs(ray, inside.x, inside.y, inside.x, 0.0, 0u, 0u, 1u);
+        return Slabs(sampled, inside.x, inside.y, inside.x, 0.0, 0u, 0u, 1u);
     }
     let planes = frame.counts.y;
     if (planes == 0u) {
         let voxel_lengths = extent * length(ray.direction);
         let count = step_count(voxel_lengths, frame.rates.y, frame.steps.x, frame.steps.y);
         let step = extent / f32(count);
-        return Slabs(ray, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step));
+        return Slabs(sampled, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step));
     }
     // How much longer a way along this ray is than along the axis.
     let direction = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
@@ -39,7 +41,7 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     let first = min(u32(max((inside.x - start) / step, 0.0)), planes - 1u);
     let last = u32(max(ceil((inside.y - start) / step), 0.0));
     let samples = samples_over(ray, step);
-    return Slabs(ray, inside.x, inside.y, start, step, first, clamp(last, first + 1u, planes), samples);
+    return Slabs(sampled, inside.x, inside.y, start, step, first, clamp(last, first + 1u, planes), samples);
 }
 
 // As many samples as the voxels of a length of a ray ask for; rounding asks for none.
@@ -50,13 +52,8 @@ fn samples_over(ray: Ray, step: f32) -> u32 {
 
 // Depths of the front and the back of slab i in the volume; empty if the second is not greater.
 fn slab_bounds(slabs: Slabs, i: u32) -> vec2<f32> {
-    return joined_bounds(slabs, i, 1u);
-}
-
-// The same of slab i and those behind it that are joined to it.
-fn joined_bounds(slabs: Slabs, i: u32, joined: u32) -> vec2<f32> {
     let front = slabs.start + f32(i) * slabs.step;
-    let back = slabs.start + f32(min(i + joined, slabs.last)) * slabs.step;
+    let back = slabs.start + f32(i + 1u) * slabs.step;
     return vec2<f32>(max(front, slabs.enter), min(back, slabs.exit));
 }
 
@@ -71,18 +68,31 @@ fn slab_optical_depth(slabs: Slabs, i: u32) -> f32 {
     return sum * step * frame.domain_min.w;
 }
 
-// Optical depths of four slabs from i on, each of `joined` ones: as the passes wait for samples more than they compute, four are under
-// way at once.
-fn four_optical_depths(slabs: Slabs, i: u32, joined: u32) -> vec4<f32> {
-    let a = joined_bounds(slabs, i, joined);
-    let b = joined_bounds(slabs, i + joined, joined);
-    let c = joined_bounds(slabs, i + 2u * joined, joined);
-    let d = joined_bounds(slabs, i + 3u * joined, joined);
-    let fronts = vec4<f32>(a.x, b.x, c.x, d.x);
-    let steps = max(vec4<f32>(a.y, b.y, c.y, d.y) - fronts, vec4<f32>(0.0)) / f32(slabs.samples);
+// Depths between which four slabs of a batch lie, clipped to the volume.
+struct Batch {
+    fronts: vec4<f32>,
+    backs: vec4<f32>,
+    // Where the last one ends, not clipped.
+    end: f32,
+}
+
+// Four slabs as long as `step` from depth t on; with planes, the four from the one that holds t on.
+fn batch_of(slabs: Slabs, t: f32, step: f32) -> Batch {
+    let planes = frame.counts.y > 0u;
+    let start = select(t, slabs.start, planes);
+    let first = select(0.0, floor((t - slabs.start) / slabs.step + 1e-3), planes);
+    let length = select(step, slabs.step, planes);
+    let fronts = start + (first + vec4<f32>(0.0, 1.0, 2.0, 3.0)) * length;
+    let backs = start + (first + vec4<f32>(1.0, 2.0, 3.0, 4.0)) * length;
+    return Batch(max(fronts, vec4<f32>(slabs.enter)), min(backs, vec4<f32>(slabs.exit)), backs.w);
+}
+
+// Their optical depths: as the passes wait for samples more than they compute, four are under way at once.
+fn four_optical_depths(slabs: Slabs, batch: Batch) -> vec4<f32> {
+    let steps = max(batch.backs - batch.fronts, vec4<f32>(0.0)) / f32(slabs.samples);
     var sums = vec4<f32>(0.0);
     for (var s: u32 = 0u; s < slabs.samples; s++) {
-        let at = fronts + (f32(s) + 0.5) * steps;
+        let at = batch.fronts + (f32(s) + 0.5) * steps;
         sums += vec4<f32>(
             density_along(slabs.ray, at.x, 0.5 * steps.x),
             density_along(slabs.ray, at.y, 0.5 * steps.y),

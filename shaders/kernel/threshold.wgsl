@@ -7,7 +7,6 @@ const LAST_SHARE_ABOVE: f32 = 1.26;
 const MIDDLE_SHARE_ABOVE: f32 = 1.65;
 const LARGEST_OPTICAL_DEPTH: f32 = 16.0;
 const SMALLEST_OPACITY: f32 = 1e-6;
-const CHECKPOINTS: u32 = 16u;
 
 // The opacities whose depths the channels of a texel with largest opacity a hold.
 fn levels(a: f32, thresholds: vec3<f32>) -> vec3<f32> {

@@ -161,6 +161,11 @@ fn part_along(i: u32, ray: Ray, at: f32, reach: f32) -> vec4<f32> {
     return extinction * classified * vec4<f32>(albedo, 1.0);
 }
 
+// A ray in voxel indices in the space that media are sampled in.
+fn media_ray_of(ray: Ray) -> Ray {
+    return ray;
+}
+
 // Mean extinction over a piece of a ray, 1 / world length.
 fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
     var sum: f32 = 0.0;

@@ -1,10 +1,16 @@
-// Media that are one volume whose extinction is its density times a number. `ray` is in voxel indices; a
-// piece of it reaches as far before as behind a distance `at`.
+// Media that are one volume whose extinction is its density times a number. They are sampled in texture
+// coordinates: so is `ray`. A piece of it reaches as far before as behind a distance `at`.
 #import kernel/density
 #import kernel/media
 #import kernel/ray
 
 const MIXED: bool = false;
+
+// A ray in voxel indices in the space that media are sampled in.
+fn media_ray_of(ray: Ray) -> Ray {
+    let share = frame.voxel_share.xyz;
+    return Ray(ray.origin * share + 0.5 * share, ray.direction * share);
+}
 
 // Mean density over a piece of a ray.
 fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {

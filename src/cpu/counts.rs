@@ -16,10 +16,10 @@ use crate::volume::presets::Preset;
 
 /// Samples a ray of (threshold map, fragment map, picture), rays that miss counted too, at 64 x 64.
 const EXPECTED: [(Preset, [f64; 3]); 4] = [
-    (Preset::Box, [55.7, 107.1, 13.1]),
-    (Preset::Bucky, [109.5, 130.4, 46.8]),
-    (Preset::Rods, [28.1, 44.1, 31.1]),
-    (Preset::Clouds, [79.5, 137.3, 18.9]),
+    (Preset::Box, [20.6, 92.9, 16.3]),
+    (Preset::Bucky, [78.8, 129.4, 47.9]),
+    (Preset::Rods, [15.1, 32.7, 14.4]),
+    (Preset::Clouds, [46.0, 112.0, 14.9]),
 ];
 
 /// Samples that some work takes on a thread of its own.

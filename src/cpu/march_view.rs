@@ -1,7 +1,7 @@
 //! Pass `march_view`: from the camera through the volume, each step lit through the shadow map, and
 //! on to the ground or the background.
 
-use glam::{BVec4A, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
@@ -57,18 +57,18 @@ pub(super) struct View<'a> {
 /// The part of a camera ray in the volume, cut into steps.
 pub(super) struct Steps {
     enter: f32,
-    step: f32,
+    exit: f32,
+    /// As many as it takes where steps are shortest.
     count: u32,
     index_ray: Ray,
 }
 
-/// As many as four steps of equal length, with two samples each.
+/// Four steps of equal length, with two samples each.
 struct Batch<'a> {
     /// In index space.
     ray: &'a Ray,
     begin: f32,
     step: f32,
-    count: usize,
 }
 
 impl Batch<'_> {
@@ -119,13 +119,13 @@ impl View<'_> {
         let index_ray = ray.transformed(&frame.index_from_frame);
         let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
         let (enter, exit) = intersect_box(&index_ray, min, max);
-        let length = exit.min(farthest) - enter;
-        if length <= 0.0 {
-            return Steps { enter, step: 0.0, count: 0, index_ray };
+        let exit = exit.min(farthest);
+        if exit <= enter {
+            return Steps { enter, exit: enter, count: 1, index_ray };
         }
-        let voxels = length * index_ray.direction.length();
+        let voxels = (exit - enter) * index_ray.direction.length();
         let count = step_count(voxels, frame.rates.z, frame.steps[2], frame.steps[3]);
-        Steps { enter, step: length / count as f32, count, index_ray }
+        Steps { enter, exit, count, index_ray }
     }
 
     /// Transmittance from the light to a point.
@@ -150,27 +150,17 @@ impl View<'_> {
     pub(super) fn scatter(&self, ray: &Ray, steps: &Steps, mut visit: impl FnMut(Added)) -> f32 {
         let frame = self.frame;
         let light = arriving(frame, ray, ray.origin);
-        let spacing = [steps.enter, steps.step];
-        let length = frame.lengths.z;
-        let mut walk = Walk::new(self.sampler.occupancy, frame, &steps.index_ray, spacing, length);
-        let (mut next, mut through) = (0, 1.0);
-        while through >= OPAQUE_TRANSMITTANCE {
-            let (i, joined) = walk.next_step(next, steps.count);
-            if i >= steps.count {
-                return through;
-            }
-            let left = steps.count - i;
-            let joined = joined.min(left / BATCH).max(1);
-            next = i + BATCH * joined;
-            let batch = Batch {
-                ray: &steps.index_ray,
-                begin: steps.enter + i as f32 * steps.step,
-                step: joined as f32 * steps.step,
-                count: left.min(BATCH) as usize,
-            };
+        let shortest = (steps.exit - steps.enter) / steps.count as f32;
+        let lengths = [shortest, frame.lengths.z, frame.longest.z];
+        let mut walk =
+            Walk::new(self.sampler.occupancy, frame, &steps.index_ray, steps.exit, lengths);
+        let (mut t, mut through) = (walk.next_place(steps.enter), 1.0);
+        while t < steps.exit && through >= OPAQUE_TRANSMITTANCE {
+            let batch = Batch { ray: &steps.index_ray, begin: t, step: walk.step_from(t) };
+            t = walk.next_place(t + BATCH as f32 * batch.step);
             through = self.batch((ray, &light), &batch, through, &mut visit);
         }
-        0.0
+        if through >= OPAQUE_TRANSMITTANCE { through } else { 0.0 }
     }
 
     /// Calls `visit` for what a batch of steps adds; the transmittance behind it. `light` is what arrives
@@ -185,10 +175,7 @@ impl View<'_> {
         let frame = self.frame;
         let four = |first: usize| {
             let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| first + k < 2 * batch.count);
-            let half = Vec4::splat(0.25 * batch.step);
-            let four = four_along(&self.sampler, batch.ray, at, half);
-            Vec4::select(BVec4A::new(a, b, c, d), four, Vec4::ZERO)
+            four_along(&self.sampler, batch.ray, at, Vec4::splat(0.25 * batch.step))
         };
         let densities = [four(0), four(4)];
         let emits = frame.counts[3] == 1;
@@ -197,7 +184,7 @@ impl View<'_> {
         }
         let per_density = frame.domain_min.w * (0.5 * batch.step);
         let taus = densities.map(|four| per_density * four);
-        let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step, frame.rates.w);
+        let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step, frame.longest.w);
         let (mut before, mut front) = (through, 0);
         for k in 0..BATCH as usize {
             let weight = added.weights[k];
@@ -215,7 +202,7 @@ impl View<'_> {
         }
         if emits {
             let radiance = self.emitted(batch, through, taus);
-            let part = [batch.begin, batch.begin + batch.count as f32 * batch.step];
+            let part = [batch.begin, batch.begin + BATCH as f32 * batch.step];
             visit(Added { part, weight: 0.0, through, radiance });
         }
         added.through
@@ -242,7 +229,7 @@ impl View<'_> {
     fn emitted(&self, batch: &Batch<'_>, before: f32, taus: [Vec4; 2]) -> Vec3 {
         let half = 0.25 * batch.step;
         let (mut sum, mut through) = (Vec3::ZERO, before);
-        for k in 0..2 * batch.count {
+        for k in 0..2 * BATCH as usize {
             let (piece, tau) =
                 (Piece { ray: batch.ray, at: batch.sample(k), half }, taus[k / 4][k % 4]);
             sum +=
@@ -256,24 +243,28 @@ impl View<'_> {
     /// darkened by the plain average of the opacities looked up at equal distances along the ray.
     fn paper_shading(&self, ray: &Ray, steps: &Steps) -> (Vec3, f32) {
         let frame = self.frame;
-        let extinction_step = frame.domain_min.w * steps.step;
+        let length = steps.exit - steps.enter;
+        if length <= 0.0 {
+            return (Vec3::ZERO, 1.0);
+        }
+        let step = length / steps.count as f32;
+        let extinction_step = frame.domain_min.w * step;
         let brightest = frame.domain_max.w.max(1e-30);
         let (mut colour, mut through) = (0.0_f32, 1.0_f32);
         for i in 0..steps.count {
-            let t = steps.enter + (i as f32 + 0.5) * steps.step;
-            let density = density_along(&self.sampler, &steps.index_ray, t, 0.5 * steps.step);
+            let t = steps.enter + (i as f32 + 0.5) * step;
+            let density = density_along(&self.sampler, &steps.index_ray, t, 0.5 * step);
             let opacity = step_opacity(density * extinction_step);
             colour += through * opacity * (density / brightest);
             through *= 1.0 - opacity;
         }
         let lookups = frame.counts[0];
-        let length = steps.step * steps.count as f32;
         let mut shadow = 0.0;
         for i in 0..lookups {
             let t = steps.enter + (i as f32 + 0.5) / lookups as f32 * length;
             shadow += 1.0 - self.transmittance(ray.at(t));
         }
         let lit = 1.0 - shadow / lookups as f32;
-        (Vec3::splat(colour * if steps.count > 0 { lit } else { 0.0 }), through)
+        (Vec3::splat(colour * lit), through)
     }
 }

@@ -7,8 +7,8 @@ use crate::frame::Frame;
 use crate::kernel::fitting::Fitter;
 use crate::kernel::fragments::Node;
 use crate::kernel::media::Sampler;
-use crate::kernel::occupancy::{BATCH, Walk};
-use crate::kernel::slices::{four_optical_depths, joined_bounds, slabs_of};
+use crate::kernel::occupancy::{BATCH, LEAST_SHARE, Walk};
+use crate::kernel::slices::{batch_of, four_optical_depths, slabs_of};
 use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Runs, truncate};
@@ -63,21 +63,20 @@ pub(super) fn trace_texel(
     let slabs = slabs_of(frame, u, v);
     let mut fitter = Fitter::new(tolerance);
     nodes.clear();
-    let mut walk =
-        Walk::new(sampler.occupancy, frame, &slabs.ray, [slabs.start, slabs.step], frame.lengths.y);
-    let mut next = slabs.first;
-    'ray: loop {
-        let (i, joined) = walk.next_step(next, slabs.last);
-        if i >= slabs.last {
-            break;
-        }
-        next = i + BATCH * joined;
-        let optical_depths = four_optical_depths(sampler, frame, &slabs, i, joined).to_array();
-        for (k, optical_depth) in (0..).zip(optical_depths) {
-            let begin = i + k * joined;
-            if begin < slabs.last && optical_depth > 0.0 {
-                let bounds = joined_bounds(&slabs, begin, joined);
-                fitter.add(bounds, optical_depth, &mut |node| nodes.push(node));
+    let lengths = [slabs.step, frame.lengths.y, frame.longest.y];
+    // The last slab between planes may be as thin as rounding allows.
+    let thin = if frame.counts[1] > 0 { 2.0 * LEAST_SHARE } else { 0.0 };
+    let end = slabs.exit * (1.0 + thin);
+    let mut walk = Walk::new(sampler.occupancy, frame, &slabs.ray, end, lengths);
+    let mut t = walk.next_place(slabs.enter);
+    'ray: while t < slabs.exit {
+        let (batch, end) = batch_of(frame, &slabs, t, walk.step_from(t));
+        t = walk.next_place(end.max(t + LEAST_SHARE * slabs.exit));
+        let optical_depths = four_optical_depths(sampler, frame, &slabs, &batch);
+        for k in 0..BATCH as usize {
+            if optical_depths[k] > 0.0 {
+                let bounds = [batch.fronts[k], batch.backs[k]];
+                fitter.add(bounds, optical_depths[k], &mut |node| nodes.push(node));
                 if fitter.is_dark() {
                     break 'ray;
                 }

@@ -8,7 +8,7 @@ use crate::kernel::light::light_ray;
 use crate::kernel::media::{Sampler, four_along};
 use crate::kernel::occupancy::{BATCH, Walk};
 use crate::kernel::ray::{intersect_box, step_count};
-use crate::kernel::threshold::{CHECKPOINTS, LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
+use crate::kernel::threshold::{LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
 use crate::progress::Progress;
 use crate::scene::Media;
 
@@ -52,41 +52,25 @@ fn trace_texel(
     let length = exit - enter;
     let voxels = length * index_ray.direction.length();
     let count = step_count(voxels, frame.rates.x, frame.steps[0], frame.steps[1]);
-    let step = length / count as f32;
-    let extinction_step = frame.domain_min.w * step;
+    let lengths = [length / count as f32, frame.lengths.x, frame.longest.x];
+    let mut walk = Walk::new(sampler.occupancy, frame, &index_ray, exit, lengths);
 
     reached.clear();
-    let (mut tau, mut next) = (0.0_f32, 0);
-    let mut walk = Walk::new(sampler.occupancy, frame, &index_ray, [enter, step], frame.lengths.x);
-    // The steps that a GPU takes between its checkpoints.
-    let stride = BATCH * count.div_ceil(BATCH * CHECKPOINTS);
-    for k in 0..CHECKPOINTS {
-        let last = ((k + 1) * stride).min(count);
-        if next < last {
-            walk.restart();
-        }
-        while next < last && tau < LARGEST_OPTICAL_DEPTH {
-            let (i, joined) = walk.next_step(next, last);
-            next = i;
-            if i >= last {
-                break;
-            }
-            next = (i + BATCH * joined).min(last);
-            let steps = joined as f32 * Vec4::new(0.0, 1.0, 2.0, 3.0) + i as f32;
-            let begin = steps.min(Vec4::splat(last as f32));
-            let end = (steps + joined as f32).min(Vec4::splat(last as f32));
-            let [at, half] = [0.5 * (begin + end) * step + enter, 0.5 * (end - begin) * step];
-            let densities = four_along(sampler, &index_ray, at, half);
-            let taus = densities * (end - begin) * extinction_step;
-            for k in 0..BATCH as usize {
-                if taus[k] > 0.0 {
-                    let ends = [begin[k], end[k]].map(|i| enter + i * step);
-                    let before = tau;
-                    tau += taus[k];
-                    reached.push((ends, [before, tau]));
-                }
+    let (mut tau, mut t) = (0.0_f32, walk.next_place(enter));
+    while t < exit && tau < LARGEST_OPTICAL_DEPTH {
+        let step = walk.step_from(t);
+        let at = t + step * Vec4::new(0.5, 1.5, 2.5, 3.5);
+        let densities = four_along(sampler, &index_ray, at, Vec4::splat(0.5 * step));
+        let taus = densities * (frame.domain_min.w * step);
+        for k in 0..BATCH as usize {
+            if taus[k] > 0.0 {
+                let before = tau;
+                tau += taus[k];
+                let begin = t + k as f32 * step;
+                reached.push(([begin, begin + step], [before, tau]));
             }
         }
+        t = walk.next_place(t + BATCH as f32 * step);
     }
     let largest = 1.0 - (-tau).exp();
 

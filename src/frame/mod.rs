@@ -6,52 +6,24 @@
 //! which keeps f32 sharp for volumes far from the world's origin. Lengths are world lengths.
 
 mod mixture;
+mod steps;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::error::{Error, Result};
-use crate::scene::{LightView, Media, Scene};
-use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
+use crate::scene::{LightView, Scene};
+use crate::settings::{Crossing, Lookup, Settings, Shading};
 pub use mixture::{Field, LEAST_CELLS, MOST_FIELDS, MOST_PARTS, Mixture, Part, TABLE_CELLS};
+pub use steps::{
+    LIGHT_STEPS_LEAST, LIGHT_STEPS_PER_VOXEL, LOOKUP_WEIGHT, SLAB_SAMPLES_PER_VOXEL,
+    SLABS_PER_VOXEL, VIEW_STEPS_LEAST, VIEW_STEPS_MOST, VIEW_STEPS_PER_VOXEL,
+};
+use steps::{bricks, marching, planes, steps};
 
-/// Steps along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all.
-pub const LIGHT_STEPS_PER_VOXEL: f32 = 8.0;
-/// Steps along a light ray at least, for small volumes.
-pub const LIGHT_STEPS_LEAST: u32 = 64;
-/// Steps along a camera ray for each voxel length that it crosses at most. (A step takes two samples of
-/// density and at most one of the light.)
-pub const VIEW_STEPS_PER_VOXEL: f32 = 0.8;
-/// Four steps of a camera ray, or two, share one sample of the light if they add no more than this share of
-/// the pixel's light.
-pub const LOOKUP_WEIGHT: f32 = 1.0 / 16.0;
-/// Slabs along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all. More
-/// than steps of a threshold map: between slabs optical depth is taken to be linear.
-pub const SLABS_PER_VOXEL: f32 = 8.0;
-/// Steps for each voxel length at least, of any kind.
-const LEAST_PER_VOXEL: f64 = 0.125;
-/// How far optical depth may bend within a step of a threshold map's light ray: the slope of extinction
-/// times an eighth of the length squared.
-const LIGHT_BEND: f64 = 0.0014;
-/// The same within a slab, as a share of the tolerance.
-const SLAB_BEND: f64 = 0.2;
-/// The same between two samples of a camera ray.
-const VIEW_BEND: f64 = 0.0025;
-/// Optical depth of the densest medium over four steps that share a lookup.
-const LOOKUP_DEPTH: f64 = 0.3;
-/// The same over a step of a camera ray, whatever the slope: one place speaks for the light of all of it.
-const VIEW_DEPTH: f64 = 0.25;
-/// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
-const BATCH_VOXELS: f64 = 9.0;
-/// Samples in a slab for each voxel length of it, at least one.
-pub const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
 /// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
 /// the most that floats bear, which sets how close to a surface they are right).
 const EXPONENTIAL_SHARPNESS: f64 = 80.0;
-/// Steps along a camera ray at least.
-pub const VIEW_STEPS_LEAST: u32 = 72;
-/// Steps along a camera ray at most, unless [`Settings::view_steps`] says otherwise.
-pub const VIEW_STEPS_MOST: u32 = 8192;
 /// Transmittance below which a camera ray ends: a quarter of what an 8-bit picture can show.
 pub const OPAQUE_TRANSMITTANCE: f32 = 1.0 / 1024.0;
 
@@ -71,12 +43,19 @@ pub struct Frame {
     /// xyz: lower corner of the first brick of [`crate::scene::Occupancy`] in index space; w: voxels along
     /// a brick's edge.
     pub bricks: Vec4,
+    /// xyz: bricks along a unit of the space that shaders sample media in: texture coordinates of a plain
+    /// volume, else index space; w unused.
+    pub brick_scale: Vec4,
+    /// xyz: brick at that space's origin; w unused.
+    pub brick_offset: Vec4,
     /// Steps for each voxel length: along light rays of threshold maps, slabs of fragment maps, along camera
-    /// rays; w: four steps of a camera ray share a lookup if they are no longer together.
+    /// rays; w unused.
     pub rates: Vec4,
-    /// World lengths that those steps may have where the media change most, in the same order; w: no step
-    /// may be longer.
+    /// World lengths that those steps may have where the media change most, in the same order; w unused.
     pub lengths: Vec4,
+    /// World lengths that no such step may exceed; w: four steps of a camera ray share a lookup if they are
+    /// no longer together.
+    pub longest: Vec4,
     /// xyz: scattering albedo; w: Henyey-Greenstein g.
     pub albedo: Vec4,
 
@@ -151,7 +130,8 @@ impl Frame {
     /// How many vectors of floats stand before the integers.
     const VECTORS: usize = size_of::<Self>() / size_of::<Vec4>() - 4;
 
-    /// Whether pictures need no more than the default lookup, the bilinear filter, exact shadow tests and single scattering.
+    /// Whether pictures need no more than parallel light, the default lookup, the bilinear filter, exact
+    /// shadow tests and single scattering.
     pub fn is_usual(&self) -> bool {
         let [_, lookup, window, shading] = self.methods;
         lookup == 0
@@ -159,6 +139,7 @@ impl Frame {
             && shading == 0
             && self.filtering.x == 0.0
             && self.filtering.y == 0.0
+            && self.light_position.w == 0.0
     }
 
     /// The frame of `scene`, one [`crate::scene::Beam`]'s, under `settings`.
@@ -199,7 +180,8 @@ impl Frame {
         let planes = planes(settings, light, media);
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
         let tolerance = if exponential { 0.0 } else { settings.tolerance };
-        let [rates, lengths] = marching(media, settings, tolerance);
+        let [rates, lengths, longest] = marching(media, settings, tolerance);
+        let bricks = bricks(media);
         let frame = Self {
             index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
             domain_min: media.domain().min.as_vec3().extend(match media.plain() {
@@ -208,12 +190,12 @@ impl Frame {
             }),
             domain_max: media.domain().max.as_vec3().extend(media.largest()),
             voxel_share: Vec3::from_array(media.dims().map(|n| 1.0 / n as f32)).extend(0.0),
-            bricks: {
-                let occupancy = media.occupancy();
-                occupancy.origin().as_vec3().extend(occupancy.edge() as f32)
-            },
+            bricks: bricks[0],
+            brick_scale: bricks[1],
+            brick_offset: bricks[2],
             rates,
             lengths,
+            longest,
             albedo: medium.albedo.as_vec3().extend(medium.phase_g as f32),
             light_origin: at(light.origin),
             light_origin_u: along(light.origin_u),
@@ -269,7 +251,7 @@ impl Frame {
         }
     }
 
-    /// The same frame with all slabs kept as they are, none of them joined.
+    /// The same frame with slabs as short as they ever are, all of them kept.
     #[must_use]
     pub fn with_all_slabs(mut self) -> Self {
         (self.slices.z, self.slices.w) = (0.0, 0.0);
@@ -277,13 +259,13 @@ impl Frame {
         self
     }
 
-    /// From now on takes exactly as many steps along every light ray, none of them joined.
+    /// From now on takes exactly as many steps along every light ray, all as long as each other.
     pub fn take_light_steps(&mut self, count: u32) {
         [self.steps[0], self.steps[1]] = [count; 2];
         (self.lengths.x, self.lengths.y) = (0.0, 0.0);
     }
 
-    /// From now on takes exactly as many steps along every camera ray, none of them joined.
+    /// From now on takes exactly as many steps along every camera ray, all as long as each other.
     pub fn take_view_steps(&mut self, count: u32) {
         [self.steps[2], self.steps[3]] = [count; 2];
         self.lengths.z = 0.0;
@@ -293,19 +275,6 @@ impl Frame {
     fn vectors(&self) -> [Vec4; Self::VECTORS] {
         let floats: &[f32] = bytemuck::cast_slice(std::slice::from_ref(self));
         std::array::from_fn(|i| Vec4::from_slice(&floats[4 * i..]))
-    }
-}
-
-/// Light steps at least and at most, camera steps at least and at most.
-fn steps(settings: &Settings) -> [u32; 4] {
-    let paper = settings.shading == Shading::Paper;
-    // The paper marches with a fixed number of steps.
-    let view_most = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
-    let light_most = settings.steps;
-    if paper {
-        [light_most, light_most, view_most, view_most]
-    } else {
-        [LIGHT_STEPS_LEAST.min(light_most), light_most, VIEW_STEPS_LEAST.min(view_most), view_most]
     }
 }
 
@@ -323,54 +292,6 @@ fn methods(settings: &Settings) -> [u32; 4] {
     [crossing, lookup, settings.filter.window().0, u32::from(settings.shading == Shading::Paper)]
 }
 
-/// Steps for each voxel length ([`Frame::rates`]) and how long they may be ([`Frame::lengths`]): as the
-/// largest change of extinction asks for, within what always suffices.
-fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Vec4; 2] {
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    let transform = media.world_from_index();
-    let voxel = axes
-        .map(|axis| transform.transform_vector3(axis).length())
-        .into_iter()
-        .fold(1e30, f64::min);
-    let roughness = media.occupancy().roughness();
-    // (most steps for each voxel, bend, samples a step)
-    let passes = [
-        (LIGHT_STEPS_PER_VOXEL, LIGHT_BEND, 1.0),
-        (SLABS_PER_VOXEL, SLAB_BEND * tolerance, 1.0),
-        (VIEW_STEPS_PER_VOXEL, VIEW_BEND, 2.0),
-    ];
-    let (mut rates, mut lengths) = (Vec4::ZERO, Vec4::ZERO);
-    if settings.shading == Shading::Paper || media.plain().is_none() {
-        // As many steps as were asked for, or nothing is known of the slopes: all as long as each other.
-        let rates = passes.map(|(most, ..)| most);
-        return [Vec3::from_array(rates).extend(0.0), lengths];
-    }
-    for (i, (most, bend, samples)) in passes.into_iter().enumerate() {
-        let most = f64::from(most);
-        let length = if roughness > 0.0 {
-            samples * (8.0 * bend * voxel / roughness).sqrt()
-        } else {
-            voxel / most
-        };
-        let rate = (voxel / length.max(1e-3 * voxel)).clamp(LEAST_PER_VOXEL, most);
-        (rates[i], lengths[i]) = (rate as f32, length as f32);
-    }
-    lengths.w = (0.25 * BATCH_VOXELS * voxel) as f32;
-    let densest = media.first().medium.density_scale * f64::from(media.largest());
-    let known = roughness > 0.0 && densest > 0.0;
-    if known {
-        rates.w = (LOOKUP_DEPTH / densest) as f32;
-    }
-    if densest > 0.0 {
-        lengths.z = lengths.z.min((VIEW_DEPTH / densest) as f32);
-    }
-    if settings.crossing != Crossing::Exact {
-        // Depths are wrong by as much as steps are long.
-        (rates.x, lengths.x) = (LIGHT_STEPS_PER_VOXEL, 0.0);
-    }
-    [rates, lengths]
-}
-
 /// The ground as a frame holds it, in a frame space whose origin lies at height `center`.
 fn ground(scene: &Scene, center: f64) -> Vec4 {
     scene.ground.map_or(Vec4::ZERO, |ground| {
@@ -378,15 +299,4 @@ fn ground(scene: &Scene, center: f64) -> Vec4 {
         let height = (ground.height - center) as f32;
         Vec4::new(height, ground.albedo as f32, extent.min(1e30), 1.0)
     })
-}
-
-/// How many planes all rays share; 0 for slabs of each ray's own.
-fn planes(settings: &Settings, light: &LightView, media: &Media) -> u32 {
-    match settings.slices {
-        Slices::Auto | Slices::Ray => 0,
-        Slices::Planes | Slices::Raster => {
-            let slabs = light.axial_voxels(media) * f64::from(SLABS_PER_VOXEL);
-            (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps)
-        }
-    }
 }

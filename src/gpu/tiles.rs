@@ -60,7 +60,8 @@ fn most_nodes(media: &Media, frame: &Frame) -> u32 {
     }
     let voxels = media.domain().size().length() as f32;
     let slabs = (voxels * SLABS_PER_VOXEL).ceil() as u32 + 1;
-    slabs.clamp(frame.steps[0], frame.steps[1]) + 1
+    // The last batch of four may hold shorter ones.
+    slabs.clamp(frame.steps[0], frame.steps[1]) + 5
 }
 
 /// Passes `raster_slices` and `sort_fragments` over all tiles.

@@ -1,5 +1,5 @@
-//! Steps of a ray that need not be taken, because they lie in empty bricks, and steps that may be joined,
-//! because the media hardly change.
+//! Places of a ray that need not be sampled, because they lie in empty bricks, and how long steps may be
+//! elsewhere, as media change more or less.
 
 use glam::Vec3;
 
@@ -9,8 +9,12 @@ use crate::scene::{EMPTY, Occupancy, ROUGHEST};
 
 /// Steps that a pass takes after each look, one after the other and all as long as each other.
 pub const BATCH: u32 = 4;
+/// How far beyond an empty brick a ray goes on, in shortest steps: rounding must not leave it inside.
+pub const LEAP: f32 = 0.1;
+/// Steps at least, as a share of the ray's end: what rounding still tells apart.
+pub const LEAST_SHARE: f32 = 2e-6;
 
-/// A ray cut into equal steps, of which those in empty bricks are jumped over and others are joined.
+/// A ray on its way through the bricks.
 #[derive(Clone, Debug)]
 pub struct Walk<'a> {
     occupancy: &'a Occupancy,
@@ -20,30 +24,30 @@ pub struct Walk<'a> {
     ray: Ray,
     /// One over its direction, bricks and not voxels.
     inverse: Vec3,
-    enter: f32,
-    step: f32,
-    /// How many steps may be joined where the media change most; less than 1 where they are too long.
-    least: f32,
-    /// And anywhere.
-    most: f32,
+    /// Where the ray ends.
+    exit: f32,
+    /// World lengths of a step: at least, where the media change most, at most.
+    lengths: [f32; 3],
     /// Up to here along the ray nothing changes.
     end: f32,
-    joined: u32,
+    /// Length of a step there.
+    step: f32,
 }
 
 impl<'a> Walk<'a> {
-    /// The steps of length `step` from `enter` on along a ray in index space. Where the media change most,
-    /// steps may be as long as `length`.
+    /// A ray in index space that ends at distance `exit`. World lengths of its steps: at least, where the media
+    /// change most, at most.
     pub fn new(
         occupancy: &'a Occupancy,
         frame: &Frame,
         ray: &Ray,
-        [enter, step]: [f32; 2],
-        length: f32,
+        exit: f32,
+        [least, rough, most]: [f32; 3],
     ) -> Self {
         let direction = ray.direction / frame.bricks.w;
         let tiny = Vec3::splat(1e-30);
         let direction = Vec3::select(direction.abs().cmplt(tiny), tiny, direction);
+        let least = least.max(LEAST_SHARE * exit);
         Self {
             occupancy,
             origin: frame.bricks.truncate(),
@@ -51,37 +55,33 @@ impl<'a> Walk<'a> {
             last: Vec3::from_array(occupancy.dims().map(|n| (n - 1) as f32)),
             ray: *ray,
             inverse: direction.recip(),
-            enter,
-            step,
-            least: length / step,
-            most: frame.lengths.w / step,
+            exit,
+            lengths: [least, rough, most],
             end: f32::NEG_INFINITY,
-            joined: 1,
+            step: least,
         }
     }
 
-    /// The first step from `i` on that may hold anything, and how many may be joined to one there; `count`
-    /// or more if none before does. A pass may take [`BATCH`] such steps before it asks again.
+    /// The first place from distance `start` on that may hold anything; the ray's end or more if none before does.
     #[inline]
-    pub fn next_step(&mut self, mut i: u32, count: u32) -> (u32, u32) {
-        while i < count {
-            let t = self.enter + i as f32 * self.step;
-            if t < self.end {
-                break;
+    pub fn next_place(&mut self, start: f32) -> f32 {
+        let mut t = start;
+        let leap = LEAP * self.lengths[0];
+        while t < self.exit * (1.0 - LEAST_SHARE) {
+            if t < self.end || !self.look(t) {
+                return (t - leap).max(start);
             }
-            let empty = self.look(t);
-            let next = ((self.end - self.enter) / self.step) as u32;
-            if !empty || next <= i {
-                break;
-            }
-            i = next;
+            t = self.end.max(t) + leap;
         }
-        (i, self.joined)
+        self.exit.max(start)
     }
 
-    /// Forgets where it was: what follows depends on the next step alone.
-    pub fn restart(&mut self) {
-        self.end = f32::NEG_INFINITY;
+    /// How long the [`BATCH`] steps from `t` on are, which a pass may take before it asks again. The last one
+    /// ends where the ray does, rounding or not.
+    #[inline]
+    pub fn step_from(&self, t: f32) -> f32 {
+        let left = (self.exit - t) / BATCH as f32;
+        if left < 1.001 * self.step { left } else { self.step }
     }
 
     /// Whether the brick at distance `t` is empty; `end` becomes where the ray leaves it, or the empty
@@ -99,9 +99,9 @@ impl<'a> Walk<'a> {
         let border = Vec3::select(forward, brick + (1.0 + around), brick - around);
         let left = ((border - place) * self.inverse).min_element();
         self.end = t + left.max(0.0);
-        let empty = code >= EMPTY;
-        let longer = f32::from(if empty { ROUGHEST } else { code }) / f32::from(ROUGHEST);
-        self.joined = (longer * self.least).min(self.most).max(1.0) as u32;
-        empty
+        let longer = f32::from(code) / f32::from(ROUGHEST);
+        let [least, rough, most] = self.lengths;
+        self.step = (longer * rough).min(most).max(least);
+        code >= EMPTY
     }
 }

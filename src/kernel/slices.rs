@@ -67,13 +67,8 @@ pub fn samples_over(ray: &Ray, step: f32) -> u32 {
 
 /// Depths of the front and the back of slab `i` in the volume; empty if the second is not greater.
 pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
-    joined_bounds(slabs, i, 1)
-}
-
-/// The same of slab `i` and those behind it that are joined to it, `joined` in all.
-pub fn joined_bounds(slabs: &Slabs, i: u32, joined: u32) -> [f32; 2] {
     let front = slabs.start + i as f32 * slabs.step;
-    let back = slabs.start + (i + joined).min(slabs.last) as f32 * slabs.step;
+    let back = slabs.start + (i + 1) as f32 * slabs.step;
     [front.max(slabs.enter), back.min(slabs.exit)]
 }
 
@@ -98,21 +93,41 @@ pub fn ray_optical_depth(
     sum * step * frame.domain_min.w
 }
 
-/// Optical depths of four slabs from `i` on, each of `joined` ones; 0 behind the last.
+/// Depths between which four slabs of a batch lie, clipped to the volume.
+#[derive(Clone, Copy, Debug)]
+pub struct Batch {
+    /// Where each begins.
+    pub fronts: Vec4,
+    /// Where each ends; it is empty if not behind its front.
+    pub backs: Vec4,
+}
+
+/// Four slabs as long as `step` from depth `t` on, and where the last one ends; with planes, the four from the
+/// one that holds `t` on.
+pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32) -> (Batch, f32) {
+    let (start, first, step) = if frame.counts[1] > 0 {
+        (slabs.start, ((t - slabs.start) / slabs.step + 1e-3).floor(), slabs.step)
+    } else {
+        (t, 0.0, step)
+    };
+    let fronts = start + (first + Vec4::new(0.0, 1.0, 2.0, 3.0)) * step;
+    let backs = start + (first + Vec4::new(1.0, 2.0, 3.0, 4.0)) * step;
+    let (enter, exit) = (Vec4::splat(slabs.enter), Vec4::splat(slabs.exit));
+    (Batch { fronts: fronts.max(enter), backs: backs.min(exit) }, backs.w)
+}
+
+/// Optical depths of a batch's slabs.
 pub fn four_optical_depths(
     sampler: &Sampler<'_>,
     frame: &Frame,
     slabs: &Slabs,
-    i: u32,
-    joined: u32,
+    batch: &Batch,
 ) -> Vec4 {
-    let bounds = [0, 1, 2, 3].map(|k| joined_bounds(slabs, i + k * joined, joined));
-    let fronts = Vec4::from_array(bounds.map(|[front, _]| front));
-    let backs = Vec4::from_array(bounds.map(|[_, back]| back));
-    let steps = (backs - fronts).max(Vec4::ZERO) / slabs.samples as f32;
+    let steps = (batch.backs - batch.fronts).max(Vec4::ZERO) / slabs.samples as f32;
     let mut sums = Vec4::ZERO;
     for s in 0..slabs.samples {
-        sums += four_along(sampler, &slabs.ray, fronts + (s as f32 + 0.5) * steps, 0.5 * steps);
+        let at = batch.fronts + (s as f32 + 0.5) * steps;
+        sums += four_along(sampler, &slabs.ray, at, 0.5 * steps);
     }
     sums * steps * frame.domain_min.w
 }
