@@ -25,7 +25,7 @@ pub fn maps(benches: &[Bench<'_>]) {
         let threshold = bench.threshold_ms(&bench.frame(&bench.settings, |_| ()));
         let exact = Settings { tolerance: 0.0, ..bench.settings.clone() };
         let slabs = |f: &mut Frame| f.take_light_steps(SLABS);
-        let raw = bench.slices(&bench.frame(&exact, slabs), SLABS + 1);
+        let raw = bench.slices(&bench.frame(&exact, slabs), SLABS + 5);
         let fitted = bench.slices(&bench.frame(&bench.settings, slabs), 64);
         let default = bench.slices(&bench.frame(&bench.settings, |_| ()), 64);
         let nodes = default.as_ref().map_or("-".to_owned(), |(_, map)| bench.nodes(map));
@@ -115,7 +115,7 @@ pub fn filters(benches: &[Bench<'_>]) {
     for bench in benches {
         let exact = Settings { tolerance: 0.0, truncation: 0.0, ..bench.settings.clone() };
         let parameters = bench.frame(&exact, |f| f.take_light_steps(SLABS));
-        let Some((_, map)) = bench.slices(&parameters, SLABS + 1) else { continue };
+        let Some((_, map)) = bench.slices(&parameters, SLABS + 5) else { continue };
         let mut linked = None;
         bench.gpu.submit(|encoder| linked = Some(bench.gpu.link_neighbors(encoder, map))).unwrap();
         let linked = linked.unwrap();
