@@ -103,8 +103,6 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     let arrives = arriving(ray, ray.origin);
     let lookups = light_coordinates_of(ray);
     var light = vec3<f32>(0.0);
-    // The same as a share of what is scattered where no shadow falls: one number in place of three.
-    var lit: f32 = 0.0;
     var through: f32 = 1.0;
     let shortest = (steps.exit - steps.enter) / f32(steps.count);
     let lengths = vec3<f32>(shortest, frame.lengths.z, frame.longest.z);
@@ -133,10 +131,6 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
                 shadow_lookup(light_place(ray, lookups, places.x)),
                 shadow_lookup(light_place(ray, lookups, places.y)),
             );
-            if (USUAL && !MIXED) {
-                lit += dot(weights, transmittances);
-                continue;
-            }
             let reaches = 0.5 * batch.step * vec2<f32>(
                 f32(shared_steps(added.weights, k)),
                 f32(shared_steps(added.weights, k + 2u)),
@@ -151,9 +145,6 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         }
         through = added.through;
         t += BATCH * batch.step;
-    }
-    if (USUAL && !MIXED) {
-        light = frame.albedo.xyz * (arrives.scattered * lit + frame.ambient.xyz * (1.0 - through));
     }
     return vec4<f32>(light, select(0.0, through, through >= OPAQUE_TRANSMITTANCE));
 }
