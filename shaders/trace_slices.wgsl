@@ -52,8 +52,10 @@ fn trace_slices(
     let thin = select(0.0, 2.0 * LEAST_SHARE, frame.counts.y > 0u);
     var walk = walk_of(slabs.ray, slabs.exit * (1.0 + thin), lengths);
     var t = next_place(&walk, slabs.enter);
+    var next = f32(slabs.first);
     while (t < slabs.exit && !fitter_is_dark()) {
-        let batch = batch_of(slabs, t, step_from(walk, t));
+        let batch = batch_of(slabs, t, step_from(walk, t), next);
+        next = batch.next;
         let optical_depths = four_optical_depths(slabs, batch);
         // Written out: reading a vector at a place that is not constant costs a fifth of the pass.
         add_slab(batch.fronts.x, batch.backs.x, optical_depths.x);

@@ -74,17 +74,23 @@ struct Batch {
     backs: vec4<f32>,
     // Where the last one ends, not clipped.
     end: f32,
+    // With planes, the slab that comes next.
+    next: f32,
 }
 
-// Four slabs as long as `step` from depth t on; with planes, the four from the one that holds t on.
-fn batch_of(slabs: Slabs, t: f32, step: f32) -> Batch {
+// Four slabs as long as `step` from depth t on; with planes, the four from the one that holds t on, but none in
+// front of slab `next`.
+fn batch_of(slabs: Slabs, t: f32, step: f32, next: f32) -> Batch {
     let planes = frame.counts.y > 0u;
     let start = select(t, slabs.start, planes);
-    let first = select(0.0, floor((t - slabs.start) / slabs.step + 1e-3), planes);
+    // Rather one too many, which is empty, than one too few.
+    let holds = floor((t - slabs.start) / slabs.step - 1e-3);
+    let first = select(0.0, max(holds, next), planes);
     let length = select(step, slabs.step, planes);
     let fronts = start + (first + vec4<f32>(0.0, 1.0, 2.0, 3.0)) * length;
     let backs = start + (first + vec4<f32>(1.0, 2.0, 3.0, 4.0)) * length;
-    return Batch(max(fronts, vec4<f32>(slabs.enter)), min(backs, vec4<f32>(slabs.exit)), backs.w);
+    let inside = min(backs, vec4<f32>(slabs.exit));
+    return Batch(max(fronts, vec4<f32>(slabs.enter)), inside, backs.w, first + 4.0);
 }
 
 // Their optical depths: as the passes wait for samples more than they compute, four are under way at once.

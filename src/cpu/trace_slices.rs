@@ -68,10 +68,11 @@ pub(super) fn trace_texel(
     let thin = if frame.counts[1] > 0 { 2.0 * LEAST_SHARE } else { 0.0 };
     let end = slabs.exit * (1.0 + thin);
     let mut walk = Walk::new(sampler.occupancy, frame, &slabs.ray, end, lengths);
-    let mut t = walk.next_place(slabs.enter);
+    let (mut t, mut next) = (walk.next_place(slabs.enter), slabs.first as f32);
     'ray: while t < slabs.exit {
-        let (batch, end) = batch_of(frame, &slabs, t, walk.step_from(t));
-        t = walk.next_place(end.max(t + LEAST_SHARE * slabs.exit));
+        let batch = batch_of(frame, &slabs, t, walk.step_from(t), next);
+        next = batch.next;
+        t = walk.next_place(batch.end.max(t + LEAST_SHARE * slabs.exit));
         let optical_depths = four_optical_depths(sampler, frame, &slabs, &batch);
         for k in 0..BATCH as usize {
             if optical_depths[k] > 0.0 {

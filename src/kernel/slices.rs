@@ -100,20 +100,27 @@ pub struct Batch {
     pub fronts: Vec4,
     /// Where each ends; it is empty if not behind its front.
     pub backs: Vec4,
+    /// Where the last one ends, not clipped.
+    pub end: f32,
+    /// With planes, the slab that comes next.
+    pub next: f32,
 }
 
-/// Four slabs as long as `step` from depth `t` on, and where the last one ends; with planes, the four from the
-/// one that holds `t` on.
-pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32) -> (Batch, f32) {
+/// Four slabs as long as `step` from depth `t` on; with planes, the four from the one that holds `t` on, but
+/// none in front of slab `next`.
+pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32, next: f32) -> Batch {
     let (start, first, step) = if frame.counts[1] > 0 {
-        (slabs.start, ((t - slabs.start) / slabs.step + 1e-3).floor(), slabs.step)
+        // Rather one too many, which is empty, than one too few.
+        let holds = ((t - slabs.start) / slabs.step - 1e-3).floor();
+        (slabs.start, holds.max(next), slabs.step)
     } else {
         (t, 0.0, step)
     };
     let fronts = start + (first + Vec4::new(0.0, 1.0, 2.0, 3.0)) * step;
     let backs = start + (first + Vec4::new(1.0, 2.0, 3.0, 4.0)) * step;
     let (enter, exit) = (Vec4::splat(slabs.enter), Vec4::splat(slabs.exit));
-    (Batch { fronts: fronts.max(enter), backs: backs.min(exit) }, backs.w)
+    let (fronts, end) = (fronts.max(enter), backs.w);
+    Batch { fronts, backs: backs.min(exit), end, next: first + 4.0 }
 }
 
 /// Optical depths of a batch's slabs.
