@@ -10,7 +10,7 @@ fn keep_curve(texel: vec2<u32>, c: Curve) {
     let size = frame.sizes.w;
     let at = texel.y * size + texel.x;
     piece_ends[at] = c.ends;
-    // Written out: a place that is not constant puts the curve in memory, for a fifth of the pass.
+    // Written out: a place that is not constant puts the curve in memory, for up to a fifth of the pass.
     cubics[at] = c.cubics[0];
     cubics[size * size + at] = c.cubics[1];
     cubics[2u * size * size + at] = c.cubics[2];

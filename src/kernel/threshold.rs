@@ -25,7 +25,6 @@ pub const LAST_SHARE_ABOVE: f32 = 1.26;
 pub const MIDDLE_SHARE_ABOVE: f32 = 1.65;
 /// Largest optical depth that a reconstruction ends at; in f32, 1 - A is zero soon after.
 pub const LARGEST_OPTICAL_DEPTH: f32 = 16.0;
-/// Equal parts of a ray's steps, behind each of which a GPU keeps the optical depth while it builds a map.
 /// Opacity below which a texel is empty.
 pub const SMALLEST_OPACITY: f32 = 1e-6;
 
