@@ -174,7 +174,7 @@ fn a_volume_split_into_two_renders_as_one() {
     let mut random = Random(3);
     let shares: Vec<f32> = volume.values().iter().map(|_| random.unit() as f32).collect();
     let part = |keep: &dyn Fn(f32) -> f32| {
-        let mut values = volume.values().clone();
+        let mut values = volume.values().into_owned();
         for (value, share) in values.iter_mut().zip(&shares) {
             *value *= keep(*share);
         }

@@ -23,4 +23,5 @@ mod readers;
 mod representations;
 mod scene_files;
 mod shaders;
+mod sparse;
 mod support;

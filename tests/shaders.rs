@@ -29,7 +29,7 @@ fn validated(text: &str) -> Module {
 fn every_pass_is_valid_and_declares_its_entry_point() {
     for (name, source) in PASSES {
         for map in [MapKind::Threshold, MapKind::Fragments] {
-            for media in [MediaKind::Plain, MediaKind::Mixed] {
+            for media in [MediaKind::Plain, MediaKind::Blocks, MediaKind::Mixed] {
                 let module = validated(&linked(source, map, media).unwrap());
                 assert!(module.entry_points.iter().any(|entry| entry.name == name), "{name}");
             }

@@ -171,7 +171,8 @@ struct Texels {
 
 impl Texels {
     fn of(volume: &Volume, gpu: &Gpu) -> Self {
-        let values = volume.values().as_slice().unwrap();
+        let values = volume.values();
+        let values = values.as_slice().unwrap();
         if gpu.is_software() && gpu.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {
             let bytes = bytemuck::cast_slice(values).to_vec();
             return Self { format: TextureFormat::R32Float, bytes, scale: 1.0 };

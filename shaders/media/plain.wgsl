@@ -1,6 +1,6 @@
 // Media that are one volume whose extinction is its density times a number. They are sampled in texture
 // coordinates: so is `ray`. A piece of it reaches as far before as behind a distance `at`.
-#import kernel/density
+#import density
 #import kernel/media
 #import kernel/ray
 

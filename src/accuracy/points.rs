@@ -155,8 +155,10 @@ fn in_volume(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
 
 fn in_medium(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
     let bodies = scene.media.bodies();
-    let filled_of = |body: &Body| body.volume.values().iter().filter(|&&value| value > 0.0).count();
-    let filled = bodies.iter().map(filled_of).sum::<usize>() as u64;
+    let mut filled = 0;
+    for body in bodies {
+        body.volume.voxels().for_each_held(|_, _| filled += 1);
+    }
     if filled == 0 {
         return Vec::new();
     }
@@ -167,17 +169,15 @@ fn in_medium(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
     let mut drawn = Vec::with_capacity(count);
     let mut rank = 0;
     for Body { volume, .. } in bodies {
-        let (domain, [nx, ny, _]) = (volume.domain(), volume.dims());
-        let voxels = volume.values().iter().enumerate().filter(|&(_, &value)| value > 0.0);
-        for (i, _) in voxels {
+        let domain = volume.domain();
+        volume.voxels().for_each_held(|voxel, _| {
             while wanted.next_if_eq(&rank).is_some() {
-                let voxel = [i % nx, i / nx % ny, i / (nx * ny)].map(|c| c as f64);
-                let index = DVec3::from_array(voxel) + random.cube() - 0.5;
+                let index = DVec3::from_array(voxel.map(|c| c as f64)) + random.cube() - 0.5;
                 let index = index.clamp(domain.min, domain.max);
                 drawn.push(Drawn::World(volume.world_from_index().transform_point3(index)));
             }
             rank += 1;
-        }
+        });
     }
     drawn
 }

@@ -34,6 +34,7 @@ pub(super) mod at {
     pub(crate) const OCCUPANCY: u32 = 22;
     pub(crate) const PIECE_ENDS: u32 = 23;
     pub(crate) const CUBICS: u32 = 24;
+    pub(crate) const BLOCKS: u32 = 25;
 }
 
 /// The shaders' constant that leaves all but the usual settings out.
@@ -133,15 +134,19 @@ pub(super) fn read_write(binding: u32) -> BindGroupLayoutEntry {
 pub(super) fn media(kind: MediaKind) -> Vec<BindGroupLayoutEntry> {
     let sampler = BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     let grid = |binding| texture(binding, wgpu::TextureViewDimension::D3, true);
-    let codes = BindingType::Texture {
+    let whole_numbers = BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Uint,
         view_dimension: wgpu::TextureViewDimension::D3,
         multisampled: false,
     };
     let mut entries =
-        vec![layout_entry(at::TRILINEAR, sampler), layout_entry(at::OCCUPANCY, codes)];
+        vec![layout_entry(at::TRILINEAR, sampler), layout_entry(at::OCCUPANCY, whole_numbers)];
     match kind {
         MediaKind::Plain => entries.push(grid(at::VOXELS)),
+        MediaKind::Blocks => {
+            entries.push(grid(at::VOXELS));
+            entries.push(layout_entry(at::BLOCKS, whole_numbers));
+        }
         MediaKind::Mixed => {
             entries.push(buffer(at::MIXTURE, BufferBindingType::Uniform, 0));
             entries.push(read(at::TABLES));

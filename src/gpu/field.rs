@@ -1,10 +1,14 @@
 //! A grid as a 3D texture, in the smallest format that keeps its values.
 
 use half::f16;
+use rayon::prelude::*;
 use wgpu::TextureFormat;
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::volume::Volume;
+use crate::volume::{Volume, Voxels};
+
+/// Bytes that are written to a texture at once, but for single layers that are larger.
+const BYTES_AT_ONCE: u64 = 32 << 20;
 
 /// A grid's numbers on a device: a filterable 3D texture.
 #[derive(Clone, Debug)]
@@ -15,98 +19,160 @@ pub(super) struct GpuField {
 }
 
 impl GpuField {
+    pub(super) fn new(texture: &wgpu::Texture, encoding: &Encoding) -> Self {
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        Self { view, scale: encoding.scale }
+    }
+
     pub(super) fn upload(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         volume: &Volume,
     ) -> Result<Self> {
         let dims = volume.dims();
-        let limits = device.limits();
-        let limit = limits.max_texture_dimension_3d as usize;
-        if let Some(long) = dims.iter().find(|&&n| n > limit) {
-            return Err(limit_error(
-                volume,
-                format!("{long} voxels on an axis"),
-                format!("{limit}"),
-            ));
+        let limit = device.limits().max_texture_dimension_3d;
+        if let Some(long) = longer(dims, limit) {
+            let needed = format!("{long} voxels on an axis");
+            return Err(limit_error(volume, needed, limit.to_string()));
         }
-        let texels = Texels::of(volume, device);
-        let bytes = texels.bytes.len() as u64;
-        if bytes > limits.max_buffer_size {
-            let limit = format!("{} bytes", limits.max_buffer_size);
-            return Err(limit_error(volume, format!("{bytes} bytes"), limit));
-        }
-        let [width, height, depth] = dims.map(|n| n as u32);
-        let size = wgpu::Extent3d { width, height, depth_or_array_layers: depth };
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("volume"),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D3,
-            format: texels.format,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
+        let encoding = Encoding::of(volume, device);
+        let texture = texture(device, "volume", dims.map(|n| n as u32), encoding.format);
+        let [nx, ny, _] = dims;
+        write_layers(queue, &texture, encoding.texel_bytes(), |layers| {
+            if let Voxels::Dense(values) = volume.voxels() {
+                let all = values.as_slice().unwrap_or_default();
+                return encoding.bytes(&all[layers.start * nx * ny..layers.end * nx * ny]);
+            }
+            let mut row = vec![0.0; nx];
+            let mut bytes = Vec::new();
+            for (z, y) in layers.flat_map(|z| (0..ny).map(move |y| (z, y))) {
+                volume.voxels().fill_row(y, z, &mut row);
+                bytes.extend(encoding.bytes(&row));
+            }
+            bytes
         });
-        let row = texels.bytes.len() / (dims[1] * dims[2]);
-        queue.write_texture(
-            texture.as_image_copy(),
-            &texels.bytes,
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(row as u32),
-                rows_per_image: Some(height),
-            },
-            size,
-        );
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Ok(Self { view, scale: texels.scale })
+        Ok(Self::new(&texture, &encoding))
     }
 }
 
-fn limit_error(volume: &Volume, needed: String, limit: String) -> Error {
+/// An edge that is longer than textures can be.
+pub(super) fn longer(dims: [usize; 3], limit: u32) -> Option<usize> {
+    dims.into_iter().find(|&n| n > limit as usize)
+}
+
+/// An empty 3D texture that shaders read.
+pub(super) fn texture(
+    device: &wgpu::Device,
+    label: &str,
+    [width, height, depth]: [u32; 3],
+    format: TextureFormat,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: depth },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+/// Fills a 3D texture, some layers at a time so that the host never holds a copy of all of it; `bytes` are those
+/// of layers.
+pub(super) fn write_layers(
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    texel_bytes: u32,
+    bytes: impl Fn(std::ops::Range<usize>) -> Vec<u8>,
+) {
+    let (width, height) = (texture.width(), texture.height());
+    let depth = texture.depth_or_array_layers();
+    let row = width * texel_bytes;
+    let at_once = (BYTES_AT_ONCE / (u64::from(row) * u64::from(height)).max(1)).max(1) as usize;
+    for first in (0..depth).step_by(at_once) {
+        let count = (at_once as u32).min(depth - first);
+        let mut copied = texture.as_image_copy();
+        copied.origin.z = first;
+        queue.write_texture(
+            copied,
+            &bytes(first as usize..(first + count) as usize),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: Some(height),
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: count },
+        );
+        if first + count < depth {
+            // What is written waits in memory until something is submitted.
+            queue.submit([]);
+        }
+    }
+}
+
+pub(super) fn limit_error(volume: &Volume, needed: String, limit: String) -> Error {
     let what = format!("volume '{}' as one 3D texture", volume.name);
     ErrorKind::Limit { what, needed, limit }.into()
 }
 
-struct Texels {
-    format: TextureFormat,
-    bytes: Vec<u8>,
+/// How a volume's values are stored in a texture.
+pub(super) struct Encoding {
+    pub(super) format: TextureFormat,
     scale: f32,
 }
 
-impl Texels {
+impl Encoding {
     /// Eight bits where all values are k / 255 of a common scale (data stored as u8), else f16
     /// relative to the largest value, whose rounding (2^-12) lies below what 8-bit texture weights do;
     /// hardware samples these at twice to four times the rate of f32. Software drivers get f32: some
     /// filter eight-bit textures in eight-bit arithmetic.
-    fn of(volume: &Volume, device: &wgpu::Device) -> Self {
-        let values = volume.values().as_slice().unwrap_or_default();
+    pub(super) fn of(volume: &Volume, device: &wgpu::Device) -> Self {
         let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         if software && device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {
-            let bytes = bytemuck::cast_slice(values).to_vec();
-            return Self { format: TextureFormat::R32Float, bytes, scale: 1.0 };
+            return Self { format: TextureFormat::R32Float, scale: 1.0 };
         }
+        let values = match volume.voxels() {
+            Voxels::Dense(values) => values.as_slice().unwrap_or_default(),
+            Voxels::Sparse(voxels) => voxels.values(),
+        };
         for scale in [1.0, 255.0] {
-            if let Some(bytes) = as_eight_bits(values, scale) {
-                return Self { format: TextureFormat::R8Unorm, bytes, scale };
+            if values.par_iter().all(|&value| eight_bits(value, scale).is_some()) {
+                return Self { format: TextureFormat::R8Unorm, scale };
             }
         }
         let scale = volume.largest().max(f32::MIN_POSITIVE);
-        let halves: Vec<f16> = values.iter().map(|&v| f16::from_f32(v / scale)).collect();
-        let bytes = bytemuck::cast_slice(&halves).to_vec();
-        Self { format: TextureFormat::R16Float, bytes, scale }
+        Self { format: TextureFormat::R16Float, scale }
+    }
+
+    pub(super) fn texel_bytes(&self) -> u32 {
+        match self.format {
+            TextureFormat::R8Unorm => 1,
+            TextureFormat::R16Float => 2,
+            _ => 4,
+        }
+    }
+
+    /// Values as texels.
+    pub(super) fn bytes(&self, values: &[f32]) -> Vec<u8> {
+        let scale = self.scale;
+        match self.format {
+            TextureFormat::R8Unorm => {
+                values.iter().map(|&value| eight_bits(value, scale).unwrap_or(0)).collect()
+            }
+            TextureFormat::R16Float => {
+                let halves: Vec<f16> = values.iter().map(|&v| f16::from_f32(v / scale)).collect();
+                bytemuck::cast_slice(&halves).to_vec()
+            }
+            _ => bytemuck::cast_slice(values).to_vec(),
+        }
     }
 }
 
-/// `values / scale * 255` if all of them are whole numbers of 0..255 to f32's precision.
-fn as_eight_bits(values: &[f32], scale: f32) -> Option<Vec<u8>> {
-    values
-        .iter()
-        .map(|&v| {
-            let level = v / scale * 255.0;
-            let whole = level.round();
-            ((level - whole).abs() <= whole * 2e-7 && whole <= 255.0).then_some(whole as u8)
-        })
-        .collect()
+/// `value / scale * 255` if that is a whole number of 0..255 to f32's precision.
+fn eight_bits(value: f32, scale: f32) -> Option<u8> {
+    let level = value / scale * 255.0;
+    let whole = level.round();
+    ((level - whole).abs() <= whole * 2e-7 && whole <= 255.0).then_some(whole as u8)
 }

@@ -1,5 +1,6 @@
 //! Joins shader files: a line `#import kernel/NAME` stands for that file, each file once; `#import map`
-//! for the kind of shadow map that lookups read, `#import media` for the kind of media that rays cross.
+//! for the kind of shadow map that lookups read, `#import media` for the kind of media that rays cross,
+//! `#import density` for how a plain volume's voxels are stored.
 
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -11,7 +12,8 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 22] = files![
+const FILES: [(&str, &str); 23] = files![
+    "kernel/blocks",
     "kernel/curves",
     "kernel/density",
     "kernel/fitting",
@@ -41,6 +43,8 @@ const FILES: [(&str, &str); 22] = files![
 pub enum MediaKind {
     /// One volume whose extinction is its density times a number.
     Plain,
+    /// The same, stored in blocks.
+    Blocks,
     /// Everything else.
     Mixed,
 }
@@ -51,13 +55,33 @@ pub enum MediaKind {
 /// If it imports a file that does not exist.
 pub fn linked(root: &str, map: MapKind, media: MediaKind) -> Result<String> {
     let map = if map == MapKind::Threshold { "map/curves" } else { "map/fragments" };
-    let media = if media == MediaKind::Plain { "media/plain" } else { "media/mixture" };
-    joined(root, map, media)
+    joined(root, Kinds { map, media })
 }
 
-fn joined(root: &str, map: &'static str, media: &'static str) -> Result<String> {
+/// What the names that stand for several files mean.
+#[derive(Clone, Copy)]
+struct Kinds {
+    map: &'static str,
+    media: MediaKind,
+}
+
+impl Kinds {
+    /// The file that an imported name stands for.
+    fn file<'a>(&self, name: &'a str) -> &'a str {
+        match (name, self.media) {
+            ("map", _) => self.map,
+            ("media", MediaKind::Mixed) => "media/mixture",
+            ("media", _) => "media/plain",
+            ("density", MediaKind::Blocks) => "kernel/blocks",
+            ("density", _) => "kernel/density",
+            _ => name,
+        }
+    }
+}
+
+fn joined(root: &str, kinds: Kinds) -> Result<String> {
     let mut text = String::new();
-    append(root, (map, media), &mut Vec::new(), &mut text)?;
+    append(root, kinds, &mut Vec::new(), &mut text)?;
     Ok(text)
 }
 
@@ -72,13 +96,13 @@ fn joined(root: &str, map: &'static str, media: &'static str) -> Result<String> 
 pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
     // Other programs need not bind what passes work out for each other.
     let map = if map == MapKind::Threshold { "map/threshold" } else { "map/fragments" };
-    let text = joined("#import kernel/shadow\n", map, "media/plain")?;
+    let text = joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain })?;
     Ok(text.replace("@group(0)", &format!("@group({group})")))
 }
 
 fn append<'a>(
     source: &'a str,
-    kinds: (&'static str, &'static str),
+    kinds: Kinds,
     done: &mut Vec<&'a str>,
     text: &mut String,
 ) -> Result<()> {
@@ -88,11 +112,7 @@ fn append<'a>(
             text.push('\n');
             continue;
         };
-        let name = match name {
-            "map" => kinds.0,
-            "media" => kinds.1,
-            _ => name,
-        };
+        let name = kinds.file(name);
         if done.contains(&name) {
             continue;
         }

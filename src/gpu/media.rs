@@ -1,16 +1,17 @@
-//! Media on a device: one volume's texture, or the textures, parameters and tables of a mixture.
+//! Media on a device: one volume's texture or blocks, or the textures, parameters and tables of a mixture.
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroupEntry, BindingResource};
 
 use super::bindings::{at, entry};
-use super::field::GpuField;
+use super::blocks::GpuBlocks;
+use super::field::{GpuField, longer, texture, write_layers};
 use super::link::MediaKind;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Field, MOST_FIELDS, MOST_PARTS, Mixture, Part};
 use crate::scene::{Media, Occupancy};
-use crate::volume::Volume;
+use crate::volume::{Volume, Voxels};
 
 /// Media on a device.
 #[derive(Clone, Debug)]
@@ -24,6 +25,7 @@ pub struct GpuMedia {
 #[derive(Clone, Debug)]
 enum Content {
     Plain(GpuField),
+    Blocks(GpuBlocks),
     Mixed { fields: Vec<GpuField>, mixture: wgpu::Buffer, tables: wgpu::Buffer },
 }
 
@@ -41,7 +43,20 @@ impl GpuMedia {
     pub fn kind(&self) -> MediaKind {
         match self.content {
             Content::Plain(_) => MediaKind::Plain,
+            Content::Blocks(_) => MediaKind::Blocks,
             Content::Mixed { .. } => MediaKind::Mixed,
+        }
+    }
+
+    /// Which shaders media will need on a device.
+    pub(super) fn kind_of(device: &wgpu::Device, media: &Media) -> MediaKind {
+        let limit = device.limits().max_texture_dimension_3d;
+        match media.plain() {
+            None => MediaKind::Mixed,
+            Some(volume) => match volume.voxels() {
+                Voxels::Dense(_) if longer(volume.dims(), limit).is_none() => MediaKind::Plain,
+                _ => MediaKind::Blocks,
+            },
         }
     }
 
@@ -49,6 +64,7 @@ impl GpuMedia {
     pub(super) fn scale(&self) -> f32 {
         match &self.content {
             Content::Plain(field) => field.scale,
+            Content::Blocks(blocks) => blocks.stored.scale,
             Content::Mixed { .. } => 1.0,
         }
     }
@@ -62,6 +78,10 @@ impl GpuMedia {
         match &self.content {
             Content::Plain(field) => {
                 entries.push(entry(at::VOXELS, BindingResource::TextureView(&field.view)));
+            }
+            Content::Blocks(GpuBlocks { stored, table }) => {
+                entries.push(entry(at::VOXELS, BindingResource::TextureView(&stored.view)));
+                entries.push(entry(at::BLOCKS, BindingResource::TextureView(table)));
             }
             Content::Mixed { fields, mixture, tables } => {
                 entries.push(entry(at::MIXTURE, mixture.as_entire_binding()));
@@ -82,9 +102,12 @@ impl GpuMedia {
         queue: &wgpu::Queue,
         media: &Media,
     ) -> Result<Self> {
-        let content = match media.plain() {
-            Some(volume) => Content::Plain(GpuField::upload(device, queue, volume)?),
-            None => mixed(device, queue, media)?,
+        let content = match (Self::kind_of(device, media), media.plain()) {
+            (MediaKind::Plain, Some(volume)) => {
+                Content::Plain(GpuField::upload(device, queue, volume)?)
+            }
+            (_, Some(volume)) => Content::Blocks(GpuBlocks::upload(device, queue, volume)?),
+            (_, None) => mixed(device, queue, media)?,
         };
         let occupancy = codes(device, queue, media.occupancy())?;
         Ok(Self { content, occupancy })
@@ -104,27 +127,12 @@ fn codes(
         let needed = format!("{width}x{height}x{depth}");
         return Err(ErrorKind::Limit { what, needed, limit: limit.to_string() }.into());
     }
-    let size = wgpu::Extent3d { width, height, depth_or_array_layers: depth };
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("occupancy"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D3,
-        format: wgpu::TextureFormat::R8Uint,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
+    let size = [width, height, depth];
+    let texture = texture(device, "occupancy", size, wgpu::TextureFormat::R8Uint);
+    let of_layer = width as usize * height as usize;
+    write_layers(queue, &texture, 1, |layers| {
+        occupancy.codes()[layers.start * of_layer..layers.end * of_layer].to_vec()
     });
-    queue.write_texture(
-        texture.as_image_copy(),
-        occupancy.codes(),
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(width),
-            rows_per_image: Some(height),
-        },
-        size,
-    );
     Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
 

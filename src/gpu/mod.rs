@@ -9,6 +9,7 @@
 
 mod adapter;
 mod bindings;
+mod blocks;
 mod field;
 mod fragments;
 mod link;

@@ -99,7 +99,8 @@ pub struct Renderer {
     queue: wgpu::Queue,
     sampler: wgpu::Sampler,
     plain: MediaPasses,
-    /// Compiled when the first mixture is uploaded.
+    /// Compiled when the first of their kind are uploaded.
+    blocks: OnceLock<MediaPasses>,
     mixed: OnceLock<MediaPasses>,
     pub(super) map_passes: MapPasses,
 }
@@ -121,6 +122,7 @@ impl Renderer {
                 ..Default::default()
             }),
             plain: MediaPasses::new(device, MediaKind::Plain)?,
+            blocks: OnceLock::new(),
             mixed: OnceLock::new(),
             map_passes: MapPasses::new(device)?,
         };
@@ -163,27 +165,37 @@ impl Renderer {
 
     /// The passes that know such media.
     pub(super) fn passes(&self, media: &GpuMedia) -> &MediaPasses {
-        match media.kind() {
-            MediaKind::Plain => &self.plain,
-            // What uploads a mixture has compiled them.
-            MediaKind::Mixed => self.mixed.get().unwrap_or(&self.plain),
+        // What uploads media has compiled what they need.
+        let compiled = self.compiled_later(media.kind()).and_then(OnceLock::get);
+        compiled.unwrap_or(&self.plain)
+    }
+
+    fn compiled_later(&self, kind: MediaKind) -> Option<&OnceLock<MediaPasses>> {
+        match kind {
+            MediaKind::Plain => None,
+            MediaKind::Blocks => Some(&self.blocks),
+            MediaKind::Mixed => Some(&self.mixed),
         }
     }
 
-    /// Puts media on the device. The first mixture compiles passes of its own.
+    /// Puts media on the device. A volume that is sparse, or larger than one texture can be, is stored in blocks.
+    /// The first such volume and the first mixture compile passes of their own.
     ///
     /// # Errors
-    /// If a grid is larger than the device's textures can be, if there are more volumes or grids than
-    /// shaders know, or if the device refuses a shader.
+    /// If the blocks of a volume are more than a texture holds, if a grid of a mixture is larger than the device's
+    /// textures can be, if there are more volumes or grids than shaders know, or if the device refuses a shader.
     pub fn upload(&self, media: &Media) -> Result<GpuMedia> {
-        if media.plain().is_none() && self.mixed.get().is_none() {
+        let kind = GpuMedia::kind_of(&self.device, media);
+        if let Some(later) = self.compiled_later(kind)
+            && later.get().is_none()
+        {
             let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-            let passes = MediaPasses::new(&self.device, MediaKind::Mixed)?;
+            let passes = MediaPasses::new(&self.device, kind)?;
             if let Some(error) = pollster::block_on(scope.pop()) {
                 return Err(Error::gpu(error.to_string()));
             }
             // Another thread may have been faster, with the same.
-            let _ = self.mixed.set(passes);
+            let _ = later.set(passes);
         }
         GpuMedia::upload(&self.device, &self.queue, media)
     }

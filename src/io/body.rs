@@ -115,8 +115,17 @@ fn over(volume: &Volume) -> [f64; 2] {
 fn histogram(volume: &Volume, range: [f64; 2]) -> Histogram {
     let mut histogram = Histogram::new(range, BINS);
     let [low, high] = range;
-    let held = volume.values().iter().filter(|&&value| (low..=high).contains(&f64::from(value)));
-    held.for_each(|&value| histogram.add(value, 1));
+    let mut held = 0;
+    volume.voxels().for_each_held(|_, value| {
+        held += 1;
+        if (low..=high).contains(&f64::from(value)) {
+            histogram.add(value, 1);
+        }
+    });
+    let empty = volume.dims().iter().fold(1_u64, |all, &n| all.saturating_mul(n as u64)) - held;
+    if (low..=high).contains(&0.0) {
+        histogram.add(0.0, empty);
+    }
     histogram
 }
 

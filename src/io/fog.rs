@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, IVec3};
 
-use super::vdb::{Dense, Grid, GridHeader, IndexBox, Transform, ValueType, VdbFile};
+use super::vdb::{Grid, GridHeader, IndexBox, Transform, ValueType, VdbFile};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
-use crate::volume::Volume;
+use crate::volume::{Volume, Voxels};
 
 /// The grid that is meant of a file: `name` (`density`, `density[1]`, empty for an unnamed
 /// one) or, without one, `density`, else the first grid of numbers, else the first that loads.
@@ -57,14 +57,13 @@ pub fn load(
     window: Option<[f32; 2]>,
 ) -> Result<Volume> {
     let chosen = Chosen::open(path, grid_name)?;
-    let mut dense = chosen.grid.densify(chosen.bounds, max_bytes)?;
-    if chosen.level_set {
-        let voxel = chosen.world_from_index.transform_vector3(DVec3::X).length() as f32;
-        dense.values.mapv_inplace(|distance| (0.5 - distance / voxel).clamp(0.0, 1.0));
-    }
-    let Chosen { name, world_from_index, grid, .. } = chosen;
+    let Chosen { name, world_from_index, level_set, grid, bounds } = chosen;
+    let voxel = world_from_index.transform_vector3(DVec3::X).length() as f32;
+    let fog = |distance: f32| (0.5 - distance / voxel).clamp(0.0, 1.0);
+    let voxels =
+        grid.voxels(bounds, max_bytes, |value| if level_set { fog(value) } else { value })?;
     drop(grid);
-    placed(&name, dense, &world_from_index, window)
+    placed(&name, voxels, bounds.min, &world_from_index, window)
 }
 
 /// The three components of a grid of vectors, as [`load`] places volumes; at most `max_bytes` of voxels
@@ -80,7 +79,8 @@ pub fn load_vectors(path: &Path, grid_name: &str, max_bytes: u64) -> Result<[Vol
     }
     let one = |component: usize| {
         let dense = chosen.grid.densify_component(chosen.bounds, max_bytes / 3, component)?;
-        placed(&chosen.name, dense, &chosen.world_from_index, None)
+        let (voxels, origin) = (Voxels::Dense(dense.values), dense.origin);
+        placed(&chosen.name, voxels, origin, &chosen.world_from_index, None)
     };
     Ok([one(0)?, one(1)?, one(2)?])
 }
@@ -121,13 +121,13 @@ impl Chosen {
 /// Values as a volume whose medium ends at the outermost voxels' centres.
 fn placed(
     name: &str,
-    dense: Dense<f32>,
+    voxels: Voxels,
+    origin: IVec3,
     world_from_index: &DMat4,
     window: Option<[f32; 2]>,
 ) -> Result<Volume> {
-    let (z, y, x) = dense.values.dim();
-    let last = DVec3::new(x as f64, y as f64, z as f64) - 1.0;
-    let placed = *world_from_index * DMat4::from_translation(dense.origin.as_dvec3());
-    let volume = Volume::with_window(name, dense.values, placed, window)?;
+    let last = DVec3::from_array(voxels.dims().map(|n| n as f64)) - 1.0;
+    let placed = *world_from_index * DMat4::from_translation(origin.as_dvec3());
+    let volume = Volume::with_window(name, voxels, placed, window)?;
     Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: last }))
 }

@@ -3,13 +3,16 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::ray::Ray;
-use crate::volume::Volume;
+use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Volume, Voxels};
 
 /// A volume's voxels, ready to be sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct Density<'a> {
     values: &'a [f32],
-    dims: [usize; 3],
+    /// Which stored block each block is, for sparse voxels.
+    table: Option<&'a [u32]>,
+    /// Voxels along x and y, or blocks of them.
+    counts: [usize; 2],
     last: Vec3,
     /// From a voxel to its neighbours along x, y, z; to itself along axes of one voxel.
     next: [usize; 3],
@@ -19,20 +22,34 @@ impl<'a> Density<'a> {
     /// The voxels of `volume`.
     pub fn of(volume: &'a Volume) -> Self {
         let dims = volume.dims();
-        // Volumes are made in standard layout; an empty slice would only ever be sampled as 0.
-        let values = volume.values().as_slice().unwrap_or_default();
-        let mut next = [1, dims[0], dims[0] * dims[1]];
+        let (values, table, [nx, ny, _], rows) = match volume.voxels() {
+            // Volumes are made in standard layout; an empty slice would only ever be sampled as 0.
+            Voxels::Dense(values) => (values.as_slice().unwrap_or_default(), None, dims, dims),
+            Voxels::Sparse(voxels) => {
+                (voxels.values(), Some(voxels.table()), voxels.blocks(), [BLOCK_EDGE; 3])
+            }
+        };
+        let mut next = [1, rows[0], rows[0] * rows[1]];
         for (next, n) in next.iter_mut().zip(dims) {
             *next *= usize::from(n > 1);
         }
-        Self { values, dims, last: Vec3::from_array(dims.map(|n| (n - 1) as f32)), next }
+        let last = Vec3::from_array(dims.map(|n| (n - 1) as f32));
+        Self { values, table, counts: [nx, ny], last, next }
     }
 
     /// The values from voxel (x, y, z) to the opposite corner of the cell that begins there.
     #[inline]
-    fn cell(&self, [x, y, z]: [usize; 3]) -> Option<&'a [f32]> {
-        let [nx, ny, _] = self.dims;
-        let base = (z * ny + y) * nx + x;
+    fn cell(&self, voxel: [usize; 3]) -> Option<&'a [f32]> {
+        let [nx, ny] = self.counts;
+        let base = if let Some(table) = self.table {
+            let [x, y, z] = voxel.map(|v| v / BLOCK);
+            let stored = *table.get((z * ny + y) * nx + x)? as usize;
+            let [x, y, z] = voxel.map(|v| v % BLOCK);
+            stored * BLOCK_VALUES + (z * BLOCK_EDGE + y) * BLOCK_EDGE + x
+        } else {
+            let [x, y, z] = voxel;
+            (z * ny + y) * nx + x
+        };
         let [dx, dy, dz] = self.next;
         self.values.get(base..=base + dx + dy + dz)
     }

@@ -8,12 +8,12 @@
 
 use glam::{DMat4, DVec3};
 
-use crate::volume::Volume;
+use crate::volume::{Volume, Voxels};
 
 /// A volume ready for exact integration.
 #[derive(Clone, Debug)]
 pub struct Cells<'a> {
-    values: &'a [f32],
+    voxels: &'a Voxels,
     dims: [usize; 3],
     domain: crate::math::Aabb,
     index_from_world: DMat4,
@@ -35,7 +35,7 @@ impl<'a> Cells<'a> {
     /// The cells of `volume`.
     pub fn of(volume: &'a Volume) -> Self {
         Self {
-            values: volume.values().as_slice().unwrap_or_default(),
+            voxels: volume.voxels(),
             dims: volume.dims(),
             domain: volume.domain(),
             index_from_world: volume.world_from_index().inverse(),
@@ -59,9 +59,9 @@ impl<'a> Cells<'a> {
         let start = o + t * d;
         let [nx, ny, nz] = self.dims;
         let mut axes = [
-            Axis::new(o.x, d.x, start.x, nx, 1),
-            Axis::new(o.y, d.y, start.y, ny, nx),
-            Axis::new(o.z, d.z, start.z, nz, nx * ny),
+            Axis::new(o.x, d.x, start.x, nx),
+            Axis::new(o.y, d.y, start.y, ny),
+            Axis::new(o.z, d.z, start.z, nz),
         ];
         while t < end {
             let stop = axes[0].next.min(axes[1].next).min(axes[2].next).min(end);
@@ -94,12 +94,13 @@ impl<'a> Cells<'a> {
     /// The stretch between two distances in the cell that `axes` have reached.
     #[inline]
     fn stretch(&self, [x, y, z]: &[Axis; 3], [enter, exit]: [f64; 2]) -> Stretch {
-        let row = |offset: usize| {
-            [self.values[offset + x.offsets[0]], self.values[offset + x.offsets[1]]]
+        let row = |y: usize, z: usize| match self.voxels {
+            Voxels::Dense(values) => x.layers.map(|x| values[[z, y, x]]),
+            Voxels::Sparse(voxels) => x.layers.map(|x| voxels.get([x, y, z])),
         };
-        let [z0, z1] = z.offsets;
-        let [y0, y1] = y.offsets;
-        let corners = [row(z0 + y0), row(z0 + y1), row(z1 + y0), row(z1 + y1)];
+        let [z0, z1] = z.layers;
+        let [y0, y1] = y.layers;
+        let corners = [row(y0, z0), row(y1, z0), row(y0, z1), row(y1, z1)];
         if corners == [[0.0; 2]; 4] {
             return Stretch { enter, exit, cubic: [0.0; 4] };
         }
@@ -138,21 +139,20 @@ struct Axis {
     inverse: f64,
     /// The lower voxel index of the cell; -1 and the last one are cells of clamped density.
     cell: i64,
-    /// Where the values of the cell's two layers of voxels begin, clamped to the volume.
-    offsets: [usize; 2],
+    /// The cell's two layers of voxels, clamped to the volume.
+    layers: [usize; 2],
     /// Distance where the ray leaves the cell along this axis.
     next: f64,
     last: i64,
-    stride: usize,
 }
 
 impl Axis {
-    fn new(origin: f64, slope: f64, start: f64, count: usize, stride: usize) -> Self {
+    fn new(origin: f64, slope: f64, start: f64, count: usize) -> Self {
         // On a plane between two cells the ray is in the one that it goes on through.
         let cell = if slope < 0.0 { start.ceil() as i64 - 1 } else { start.floor() as i64 };
         let last = count as i64 - 1;
         let (inverse, next) = (1.0 / slope, f64::INFINITY);
-        let mut axis = Self { origin, slope, inverse, cell, offsets: [0; 2], next, last, stride };
+        let mut axis = Self { origin, slope, inverse, cell, layers: [0; 2], next, last };
         axis.arrive();
         axis
     }
@@ -166,8 +166,8 @@ impl Axis {
 
     #[inline]
     fn arrive(&mut self) {
-        let layer = |i: i64| i.clamp(0, self.last) as usize * self.stride;
-        self.offsets = [layer(self.cell), layer(self.cell + 1)];
+        let layer = |i: i64| i.clamp(0, self.last) as usize;
+        self.layers = [layer(self.cell), layer(self.cell + 1)];
         if self.slope != 0.0 {
             let plane = if self.slope < 0.0 { self.cell } else { self.cell + 1 };
             self.next = (plane as f64 - self.origin) * self.inverse;

@@ -6,7 +6,7 @@ use glam::{DMat4, DVec3};
 use super::transfer::TABLE_CELLS;
 use super::{Body, Media, TransferFunction};
 use crate::math::Aabb;
-use crate::volume::{BRICK, Range, Volume};
+use crate::volume::{Range, Volume, brick_edge};
 
 /// Codes from here on belong to empty bricks: their distance is the code minus this, plus one.
 pub const EMPTY: u8 = 192;
@@ -14,9 +14,6 @@ pub const EMPTY: u8 = 192;
 pub const ROUGHEST: u8 = 8;
 /// How many bricks around a code speaks for as well: steps that begin in one may end there.
 const REACH: usize = 2;
-/// Bricks at most; media that have more get larger ones.
-const MOST_BRICKS: f64 = (1 << 24) as f64;
-
 /// A grid of bricks over the media's index space, with a code each.
 ///
 /// An empty brick's code holds its distance, the largest along any axis (Chebyshev's), in bricks, to the
@@ -49,10 +46,7 @@ impl Occupancy {
             Some(dims) => (DVec3::splat(-0.5), DVec3::from_array(dims.map(|n| n as f64))),
             None => (domain.min, domain.size()),
         };
-        let mut edge = BRICK as f64;
-        while (extent / edge).ceil().element_product() > MOST_BRICKS {
-            edge *= 2.0;
-        }
+        let edge = brick_edge(extent);
         let dims = (extent / edge).ceil().max(DVec3::ONE).to_array().map(|n| n as usize);
         let mut occupancy = Self {
             origin,
@@ -61,9 +55,7 @@ impl Occupancy {
             codes: vec![u8::MAX; dims.iter().product()],
             roughness: 0.0,
         };
-        if let Some(volume) = media.plain()
-            && edge == BRICK as f64
-        {
+        if let Some(volume) = media.plain() {
             occupancy.grade(volume);
             occupancy.roughness *= media.first().medium.density_scale;
         } else {
@@ -159,12 +151,13 @@ impl Occupancy {
     ) {
         let bricks = volume.bricks();
         let change = index_from_world.map(|transform| *transform * *volume.world_from_index());
+        let edge = bricks.edge() as f64;
         for ((z, y, x), &range) in bricks.ranges().indexed_iter() {
             if !occupied(range) {
                 continue;
             }
-            let min = DVec3::new(x as f64, y as f64, z as f64) * BRICK as f64 - 0.5;
-            let own = Aabb { min, max: min + BRICK as f64 };
+            let min = DVec3::new(x as f64, y as f64, z as f64) * edge - 0.5;
+            let own = Aabb { min, max: min + edge };
             // A little more than there is: rounding must not lose any.
             let around = match &change {
                 Some(change) => {

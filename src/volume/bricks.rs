@@ -1,18 +1,37 @@
 //! The range of densities in each small brick of a volume: what empty-space skipping and bounds need.
 
+use glam::DVec3;
 use ndarray::{Array3, Axis};
 use rayon::prelude::*;
 
-/// Voxels along each edge of a brick.
+use super::sparse::{BLOCK, BLOCK_EDGE};
+use super::{SparseVoxels, Voxels};
+
+/// Voxels along each edge of a brick, unless a volume would have too many of them.
 pub const BRICK: usize = 4;
+/// Bricks at most, of all and along an axis (which 3D textures of every device can be).
+const MOST_BRICKS: [f64; 2] = [(1 << 24) as f64, 2048.0];
+
+/// Voxels along the edge of bricks that cover so many voxels.
+pub fn brick_edge(extent: DVec3) -> f64 {
+    let mut edge = BRICK as f64;
+    let too_many = |counts: DVec3| {
+        counts.element_product() > MOST_BRICKS[0] || counts.max_element() > MOST_BRICKS[1]
+    };
+    while too_many((extent / edge).ceil()) {
+        edge *= 2.0;
+    }
+    edge
+}
 
 /// What is known of the densities in each brick.
 ///
-/// Brick b covers the index space from `BRICK * b - 0.5` to `BRICK * (b + 1) - 0.5` along each axis; as
+/// Brick b covers the index space from `edge * b - 0.5` to `edge * (b + 1) - 0.5` along each axis; as
 /// densities are trilinear, what holds for it is what holds for its own voxels and the next ones on every
 /// side.
 #[derive(Clone, Debug)]
 pub struct Bricks {
+    edge: usize,
     /// Shape (z, y, x).
     ranges: Array3<Range>,
 }
@@ -43,59 +62,126 @@ impl Range {
 }
 
 /// The first of the voxels that brick `b` feels, and one past the last of `count`.
-fn felt(b: usize, count: usize) -> std::ops::Range<usize> {
-    (BRICK * b).saturating_sub(1)..(BRICK * (b + 1) + 1).min(count)
+fn felt(edge: usize, b: usize, count: usize) -> std::ops::Range<usize> {
+    (edge * b).saturating_sub(1)..(edge * (b + 1) + 1).min(count)
 }
 
 impl Bricks {
-    /// The bricks of densities of shape (z, y, x), finite, standard layout, not empty.
-    pub(super) fn of(values: &Array3<f32>) -> Self {
-        let (nz, ny, nx) = values.dim();
-        let [bz, by, bx] = [nz, ny, nx].map(|n| n.div_ceil(BRICK));
-        let values = values.as_slice().unwrap_or_default();
-        let row_of =
-            |z: usize, y: usize| &values[(z.min(nz - 1) * ny + y.min(ny - 1)) * nx..][..nx];
-        let mut ranges = Array3::from_elem((bz, by, bx), NOTHING);
-        let layers: Vec<_> = ranges.axis_iter_mut(Axis(0)).collect();
-        layers.into_par_iter().enumerate().for_each(|(b, mut layer)| {
-            // What is known of the layer's rows so far, as one row; slopes squared.
-            let (mut low, mut high, mut slope) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
-            for j in 0..by {
-                low.fill(f32::INFINITY);
-                high.fill(f32::NEG_INFINITY);
-                slope.fill(0.0);
-                for z in felt(b, nz) {
-                    for y in felt(j, ny) {
-                        let (own, above, behind) =
-                            (row_of(z, y), row_of(z, y + 1), row_of(z + 1, y));
-                        let next = own[1..].iter().chain(&own[nx - 1..]);
-                        let around = own.iter().zip(next).zip(above).zip(behind);
-                        let known = low.iter_mut().zip(&mut high).zip(&mut slope);
-                        for (((low, high), slope), (((&a, &x), &y), &z)) in known.zip(around) {
-                            *low = a.min(*low);
-                            *high = a.max(*high);
-                            let (x, y, z) = (x - a, y - a, z - a);
-                            *slope = (x * x + y * y + z * z).max(*slope);
-                        }
-                    }
-                }
-                for i in 0..bx {
-                    let all = felt(i, nx).map(|x| Range {
-                        low: low[x],
-                        high: high[x],
-                        slope: slope[x].sqrt(),
-                    });
-                    layer[[j, i]] = all.fold(NOTHING, Range::joined);
-                }
-            }
-        });
-        Self { ranges }
+    /// The bricks of voxels, finite, not none.
+    pub(super) fn of(voxels: &Voxels) -> Self {
+        let dims = voxels.dims();
+        let edge = brick_edge(DVec3::from_array(dims.map(|n| n as f64))) as usize;
+        let ranges = match voxels {
+            Voxels::Dense(values) => dense(values, edge),
+            Voxels::Sparse(voxels) => sparse(voxels, edge),
+        };
+        Self { edge, ranges }
+    }
+
+    /// Voxels along each edge.
+    pub fn edge(&self) -> usize {
+        self.edge
     }
 
     /// What is known of each brick, shape (z, y, x).
     pub fn ranges(&self) -> &Array3<Range> {
         &self.ranges
     }
+}
+
+/// Row by row, for values of standard layout.
+fn dense(values: &Array3<f32>, edge: usize) -> Array3<Range> {
+    let felt = |b, count| felt(edge, b, count);
+    let (nz, ny, nx) = values.dim();
+    let [bz, by, bx] = [nz, ny, nx].map(|n| n.div_ceil(edge));
+    let values = values.as_slice().unwrap_or_default();
+    let row_of = |z: usize, y: usize| &values[(z.min(nz - 1) * ny + y.min(ny - 1)) * nx..][..nx];
+    let mut ranges = Array3::from_elem((bz, by, bx), NOTHING);
+    let layers: Vec<_> = ranges.axis_iter_mut(Axis(0)).collect();
+    layers.into_par_iter().enumerate().for_each(|(b, mut layer)| {
+        // What is known of the layer's rows so far, as one row; slopes squared.
+        let (mut low, mut high, mut slope) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
+        for j in 0..by {
+            low.fill(f32::INFINITY);
+            high.fill(f32::NEG_INFINITY);
+            slope.fill(0.0);
+            for z in felt(b, nz) {
+                for y in felt(j, ny) {
+                    let (own, above, behind) = (row_of(z, y), row_of(z, y + 1), row_of(z + 1, y));
+                    let next = own[1..].iter().chain(&own[nx - 1..]);
+                    let around = own.iter().zip(next).zip(above).zip(behind);
+                    let known = low.iter_mut().zip(&mut high).zip(&mut slope);
+                    for (((low, high), slope), (((&a, &x), &y), &z)) in known.zip(around) {
+                        *low = a.min(*low);
+                        *high = a.max(*high);
+                        let (x, y, z) = (x - a, y - a, z - a);
+                        *slope = (x * x + y * y + z * z).max(*slope);
+                    }
+                }
+            }
+            for i in 0..bx {
+                let all = felt(i, nx).map(|x| Range {
+                    low: low[x],
+                    high: high[x],
+                    slope: slope[x].sqrt(),
+                });
+                layer[[j, i]] = all.fold(NOTHING, Range::joined);
+            }
+        }
+    });
+    ranges
+}
+
+/// Block by block that is felt.
+fn sparse(voxels: &SparseVoxels, edge: usize) -> Array3<Range> {
+    let dims = voxels.dims();
+    let [bx, by, bz] = dims.map(|n| n.div_ceil(edge));
+    let blank = voxels.blank();
+    let [nx, ny, _] = voxels.blocks();
+    let mut ranges = Array3::from_elem((bz, by, bx), NOTHING);
+    let layers: Vec<_> = ranges.axis_iter_mut(Axis(0)).collect();
+    layers.into_par_iter().enumerate().for_each(|(z, mut layer)| {
+        for ((y, x), range) in layer.indexed_iter_mut() {
+            let brick = [x, y, z];
+            let felt: [_; 3] = std::array::from_fn(|axis| felt(edge, brick[axis], dims[axis]));
+            let [xs, ys, zs] = felt.clone().map(|f| f.start / BLOCK..(f.end - 1) / BLOCK + 1);
+            for k in zs {
+                for (j, i) in ys.clone().flat_map(|j| xs.clone().map(move |i| (j, i))) {
+                    let known = if blank[voxels.table()[(k * ny + j) * nx + i] as usize] {
+                        Range { low: 0.0, high: 0.0, slope: 0.0 }
+                    } else {
+                        part_of(voxels, [i, j, k], &felt)
+                    };
+                    *range = range.joined(known);
+                }
+            }
+        }
+    });
+    ranges
+}
+
+/// What is known of the voxels that lie in a block and in a box.
+fn part_of(voxels: &SparseVoxels, block: [usize; 3], felt: &[std::ops::Range<usize>; 3]) -> Range {
+    let values = voxels.block(block);
+    let [xs, ys, zs]: [_; 3] = std::array::from_fn(|axis| {
+        let first = block[axis] * BLOCK;
+        felt[axis].start.max(first) - first..felt[axis].end.min(first + BLOCK) - first
+    });
+    let mut known = NOTHING;
+    for z in zs {
+        for y in ys.clone() {
+            let row =
+                |z: usize, y: usize| &values[(z * BLOCK_EDGE + y) * BLOCK_EDGE..][..BLOCK_EDGE];
+            let (own, above, behind) = (row(z, y), row(z, y + 1), row(z + 1, y));
+            for x in xs.clone() {
+                let a = own[x];
+                let change = [own[x + 1] - a, above[x] - a, behind[x] - a];
+                let slope = change.iter().map(|d| d * d).sum::<f32>();
+                known = known.joined(Range { low: a, high: a, slope });
+            }
+        }
+    }
+    Range { slope: known.slope.sqrt(), ..known }
 }
 
 #[cfg(test)]
@@ -112,7 +198,7 @@ mod tests {
         {
             let mut values = Array3::zeros((5, 9, 13));
             values[voxel] = 3.0;
-            let bricks = Bricks::of(&values);
+            let bricks = Bricks::of(&Voxels::Dense(values));
             assert_eq!(bricks.ranges().dim(), (2, 3, 4));
             for ((z, y, x), range) in bricks.ranges().indexed_iter() {
                 let touched = z == 0 && touched_y.contains(&y) && touched_x.contains(&x);

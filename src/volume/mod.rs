@@ -12,8 +12,11 @@ mod bricks;
 mod derived;
 mod placement;
 pub mod presets;
+mod sparse;
 mod statistics;
+mod voxels;
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use glam::{DMat4, DVec3};
@@ -21,9 +24,11 @@ use ndarray::Array3;
 
 use crate::error::{Error, Result};
 use crate::math::Aabb;
-pub use bricks::{BRICK, Bricks, Range};
+pub use bricks::{BRICK, Bricks, Range, brick_edge};
 pub use placement::{Axis, world_from_index_in_bounds};
+pub use sparse::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Part, SparseVoxels};
 pub use statistics::Statistics;
+pub use voxels::Voxels;
 
 /// The longest a volume may be along one axis.
 pub const MAX_DIM: usize = 1 << 20;
@@ -36,8 +41,8 @@ pub const MAX_DIM: usize = 1 << 20;
 pub struct Volume {
     /// What the source calls it: a preset, a file's stem, a grid.
     pub name: String,
-    /// Density, shape (z, y, x), in the source's own unit; finite and at least 0.
-    values: Array3<f32>,
+    /// Densities in the source's own unit; finite and at least 0.
+    voxels: Voxels,
     /// From voxel index (x, y, z) to world position, column vectors.
     world_from_index: DMat4,
     /// The part of index space that holds medium.
@@ -62,51 +67,42 @@ impl Volume {
         values: Array3<f32>,
         world_from_index: DMat4,
     ) -> Result<Self> {
-        Self::with_window(name, values, world_from_index, None)
+        Self::with_window(name, Voxels::Dense(values), world_from_index, None)
     }
 
-    /// The same with the stored values `low..high` mapped to 0..1 first, clamped on both sides, voxel
-    /// by voxel before interpolation; so negative values (Hounsfield units) keep their order.
+    /// The same from values that are dense or sparse, with the stored values `low..high` mapped to 0..1 first,
+    /// clamped on both sides, voxel by voxel before interpolation; so negative values (Hounsfield units) keep
+    /// their order.
     ///
     /// # Errors
     /// As [`Volume::new`], and if the window is empty or not finite.
     pub fn with_window(
         name: impl Into<String>,
-        mut values: Array3<f32>,
+        mut voxels: Voxels,
         world_from_index: DMat4,
         window: Option<[f32; 2]>,
     ) -> Result<Self> {
         let name = name.into();
-        if let Some(window) = window {
-            apply_window(&mut values, window)?;
+        if let Voxels::Dense(values) = &mut voxels
+            && !values.is_standard_layout()
+        {
+            *values = values.as_standard_layout().into_owned();
         }
-        let (nz, ny, nx) = values.dim();
+        if let Some(window) = window {
+            apply_window(&mut voxels, window)?;
+        }
+        let [nx, ny, nz] = voxels.dims();
         if [nx, ny, nz].iter().any(|&n| n == 0 || n > MAX_DIM) {
             let why = format!("dims {nx},{ny},{nz} must each be 1 to {MAX_DIM}");
             return Err(Error::value(name, why));
         }
-        if world_from_index.row(3) != glam::DVec4::W {
-            let row = world_from_index.row(3);
-            let why = format!("world_from_index is not affine: its last row is {row}");
-            return Err(Error::value(name, why));
-        }
-        let determinant = world_from_index.determinant();
-        if !determinant.is_normal() || !world_from_index.is_finite() {
-            let why = format!("world_from_index has no inverse (determinant {determinant})");
-            return Err(Error::value(name, why));
-        }
-        let (mut replaced, mut largest) = (0, 0.0_f32);
-        values.mapv_inplace(|v| {
-            let renders = v >= 0.0 && v.is_finite();
-            replaced += usize::from(!renders);
-            let v = if renders { v } else { 0.0 };
-            largest = largest.max(v);
-            v
-        });
+        check_placement(&name, &world_from_index)?;
+        let replaced = voxels.clean();
+        let largest = voxels.largest();
         let top = DVec3::new(nx as f64, ny as f64, nz as f64) - 0.5;
         let domain = Aabb { min: DVec3::splat(-0.5), max: top };
         let bricks = OnceLock::new();
-        Ok(Self { name, values, world_from_index, domain, replaced, largest, bricks })
+        Ok(Self { name, voxels, world_from_index, domain, replaced, largest, bricks })
     }
 
     /// The same volume elsewhere.
@@ -114,9 +110,18 @@ impl Volume {
     /// # Errors
     /// If `world_from_index` has no inverse.
     pub fn placed(self, world_from_index: DMat4) -> Result<Self> {
-        let replaced = self.replaced;
-        let volume = Self::new(self.name, self.values, world_from_index)?;
-        Ok(Self { domain: self.domain, replaced, ..volume })
+        check_placement(&self.name, &world_from_index)?;
+        Ok(Self { world_from_index, ..self })
+    }
+
+    /// The same volume with its values in blocks, of which equal ones share one: less memory where much of it is
+    /// empty, and a little slower to sample.
+    #[must_use]
+    pub fn sparse(mut self) -> Self {
+        if let Voxels::Dense(_) = &self.voxels {
+            self.voxels = Voxels::Sparse(self.voxels.to_sparse().into_owned());
+        }
+        self
     }
 
     /// The same volume with medium only inside `domain` (index space), as for sparse grids whose
@@ -134,8 +139,8 @@ impl Volume {
     /// # Errors
     /// If the window is empty or not finite.
     pub fn windowed(mut self, window: [f32; 2]) -> Result<Self> {
-        apply_window(&mut self.values, window)?;
-        self.largest = self.values.iter().copied().fold(0.0, f32::max);
+        apply_window(&mut self.voxels, window)?;
+        self.largest = self.voxels.largest();
         self.bricks = OnceLock::new();
         Ok(self)
     }
@@ -145,20 +150,24 @@ impl Volume {
         self.largest
     }
 
-    /// The range of densities in each brick of [`BRICK`] cubed voxels.
+    /// The range of densities in each brick.
     pub fn bricks(&self) -> &Bricks {
-        self.bricks.get_or_init(|| Bricks::of(&self.values))
+        self.bricks.get_or_init(|| Bricks::of(&self.voxels))
     }
 
-    /// Densities, shape (z, y, x), standard layout, finite and at least 0.
-    pub fn values(&self) -> &Array3<f32> {
-        &self.values
+    /// Densities as they are held, finite and at least 0.
+    pub fn voxels(&self) -> &Voxels {
+        &self.voxels
+    }
+
+    /// Densities, shape (z, y, x), standard layout, finite and at least 0: a copy where they are held sparse.
+    pub fn values(&self) -> Cow<'_, Array3<f32>> {
+        self.voxels.to_dense()
     }
 
     /// Voxels along x, y, z.
     pub fn dims(&self) -> [usize; 3] {
-        let (z, y, x) = self.values.dim();
-        [x, y, z]
+        self.voxels.dims()
     }
 
     /// From voxel index (x, y, z) to world position, column vectors.
@@ -186,7 +195,7 @@ impl Volume {
     /// if nothing can be seen.
     pub fn visible_points(&self, share: f32) -> Vec<DVec3> {
         let least = self.largest * share;
-        let mut points = statistics::row_ends_above(&self.values, least, 64);
+        let mut points = statistics::row_ends_above(&self.voxels, least, 64);
         if points.is_empty() {
             points = self.domain.corners().to_vec();
         }
@@ -200,7 +209,7 @@ impl Volume {
 
     /// Range, mean and the level of the border, of all voxels.
     pub fn statistics(&self) -> Statistics {
-        Statistics::of(&self.values)
+        Statistics::of(&self.voxels)
     }
 
     /// Integrals of density over world length through all columns of voxels along the index axis
@@ -215,17 +224,31 @@ impl Volume {
             1 + usize::from(along[2] > along[1])
         };
         let spacing = steps[axis].length();
-        let sums = statistics::nonempty_column_sums(&self.values, axis);
+        let sums = statistics::nonempty_column_sums(&self.voxels, axis);
         sums.into_iter().map(|sum| sum * spacing).collect()
     }
 }
 
-fn apply_window(values: &mut Array3<f32>, [low, high]: [f32; 2]) -> Result<()> {
+fn check_placement(name: &str, world_from_index: &DMat4) -> Result<()> {
+    if world_from_index.row(3) != glam::DVec4::W {
+        let row = world_from_index.row(3);
+        let why = format!("world_from_index is not affine: its last row is {row}");
+        return Err(Error::value(name, why));
+    }
+    let determinant = world_from_index.determinant();
+    if !determinant.is_normal() || !world_from_index.is_finite() {
+        let why = format!("world_from_index has no inverse (determinant {determinant})");
+        return Err(Error::value(name, why));
+    }
+    Ok(())
+}
+
+fn apply_window(voxels: &mut Voxels, [low, high]: [f32; 2]) -> Result<()> {
     if !(low < high && low.is_finite() && high.is_finite()) {
         return Err(Error::value("window", format!("{low},{high} is not LO,HI with LO < HI")));
     }
     let scale = 1.0 / (high - low);
     // NaN stays NaN, and is replaced like everywhere else.
-    values.mapv_inplace(|v| ((v - low) * scale).clamp(0.0, 1.0));
+    voxels.replace(|v| ((v - low) * scale).clamp(0.0, 1.0));
     Ok(())
 }

@@ -1,7 +1,11 @@
 //! What a volume's values look like as a whole, for automatic choices and for people.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
-use ndarray::{Array3, ArrayView2, Axis};
+use ndarray::{Array3, Axis};
+
+use super::{BLOCK, SparseVoxels, Voxels};
 
 /// Range, mean and border level of a volume's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,66 +25,85 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Statistics of `values`, shape (z, y, x), finite, not empty.
-    pub fn of(values: &Array3<f32>) -> Self {
-        let (mut min, mut max, mut sum, mut nonempty) = (f32::INFINITY, 0.0_f32, 0.0_f64, 0_usize);
-        for &v in values {
-            min = min.min(v);
-            max = max.max(v);
-            sum += f64::from(v);
-            nonempty += usize::from(v > 0.0);
-        }
-        let count = values.len().max(1) as f64;
-        Self {
-            min,
-            max,
-            mean: sum / count,
-            nonempty: nonempty as f64 / count,
-            border: border(values),
-        }
-    }
-}
-
-fn border(values: &Array3<f32>) -> f32 {
-    let mut shell: Vec<f32> = Vec::new();
-    for axis in (0..3).map(Axis) {
+    /// Statistics of voxels that are finite and at least 0, not none.
+    pub fn of(voxels: &Voxels) -> Self {
+        let dims = voxels.dims();
+        let last = dims.map(|n| n - 1);
         // Along a flat axis every voxel is a face; it says nothing of the surroundings.
-        if values.len_of(axis) < 3 {
-            continue;
+        let faced = dims.map(|n| n >= 3);
+        let (mut min, mut max, mut sum, mut held) = (f32::INFINITY, 0.0_f32, 0.0_f64, 0_usize);
+        let mut shell: Vec<f32> = Vec::new();
+        voxels.for_each_held(|voxel, value| {
+            (min, max) = (min.min(value), max.max(value));
+            sum += f64::from(value);
+            held += 1;
+            for axis in (0..3).filter(|&axis| faced[axis]) {
+                if voxel[axis] == 0 || voxel[axis] == last[axis] {
+                    shell.push(value);
+                }
+            }
+        });
+        let count = dims.iter().map(|&n| n as f64).product::<f64>().max(1.0);
+        if (held as f64) < count {
+            min = 0.0;
         }
-        let face = |index| -> ArrayView2<'_, f32> { values.index_axis(axis, index) };
-        shell.extend(face(0).iter().chain(face(values.len_of(axis) - 1)));
+        let on_faces = |axis: usize| 2.0 * count / dims[axis] as f64;
+        let faces = (0..3).filter(|&axis| faced[axis]).map(on_faces).sum::<f64>() as usize;
+        let nonempty = held as f64 / count;
+        Self { min, max, mean: sum / count, nonempty, border: border(shell, faces) }
     }
-    if shell.is_empty() {
-        return 0.0;
-    }
-    let rank = (shell.len() - 1) * 9 / 10;
-    *shell.select_nth_unstable_by(rank, f32::total_cmp).1
 }
 
-/// Sums of `values` (shape (z, y, x)) along `axis` (0 = x, 1 = y, 2 = z), of all columns that hold
-/// anything, rising.
-pub(super) fn nonempty_column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64> {
-    let mut sums: Vec<f64> = values
-        .lanes(Axis(2 - axis))
-        .into_iter()
-        .map(|lane| lane.iter().map(|&v| f64::from(v)).sum())
-        .filter(|&sum| sum > 0.0)
-        .collect();
+/// The value below which 90 % of `count` lie, of which `held` are those that are not 0.
+fn border(mut held: Vec<f32>, count: usize) -> f32 {
+    let rank = count.saturating_sub(1) / 10 * 9 + count.saturating_sub(1) % 10 * 9 / 10;
+    match rank.checked_sub(count - held.len()) {
+        Some(rank) if rank < held.len() => *held.select_nth_unstable_by(rank, f32::total_cmp).1,
+        _ => 0.0,
+    }
+}
+
+/// Sums of voxels along `axis` (0 = x, 1 = y, 2 = z), of all columns that hold anything, rising.
+pub(super) fn nonempty_column_sums(voxels: &Voxels, axis: usize) -> Vec<f64> {
+    let mut sums: Vec<f64> = match voxels {
+        Voxels::Dense(values) => column_sums(values, axis),
+        Voxels::Sparse(voxels) => sparse_column_sums(voxels, axis),
+    };
+    sums.retain(|&sum| sum > 0.0);
     sums.sort_unstable_by(f64::total_cmp);
     sums
 }
 
+fn column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64> {
+    let sum = |lane: ndarray::ArrayView1<'_, f32>| lane.iter().map(|&v| f64::from(v)).sum();
+    values.lanes(Axis(2 - axis)).into_iter().map(sum).collect()
+}
+
+fn sparse_column_sums(voxels: &SparseVoxels, axis: usize) -> Vec<f64> {
+    // Columns of blocks that hold anything, with the sums of their columns of voxels.
+    let mut blocks: HashMap<[usize; 2], Vec<f64>> = HashMap::new();
+    let across = [(axis + 1) % 3, (axis + 2) % 3];
+    for part in voxels.parts() {
+        let block = across.map(|axis| part.origin[axis] / BLOCK);
+        let sums = blocks.entry(block).or_insert_with(|| vec![0.0; BLOCK * BLOCK]);
+        for (voxel, value) in part.voxels() {
+            let [a, b] = across.map(|axis| voxel[axis] % BLOCK);
+            sums[b * BLOCK + a] += f64::from(value);
+        }
+    }
+    blocks.into_values().flatten().collect()
+}
+
 /// The corners (voxel index x, y, z) where rows along x begin and end to be above `least`, half a
 /// voxel outside; of about `most` rows along y and z each.
-pub(super) fn row_ends_above(values: &Array3<f32>, least: f32, most: usize) -> Vec<DVec3> {
-    let (nz, ny, _) = values.dim();
+pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DVec3> {
+    let [nx, ny, nz] = voxels.dims();
     let stride = |n: usize| n.div_ceil(most);
     let mut ends = Vec::new();
+    let mut row = vec![0.0; nx];
     for z in (0..nz).step_by(stride(nz)) {
-        let plane = values.index_axis(Axis(0), z);
         for y in (0..ny).step_by(stride(ny)) {
-            let row = plane.row(y);
+            voxels.fill_row(y, z, &mut row);
             let Some(first) = row.iter().position(|&v| v > least) else { continue };
             let last = row.iter().rposition(|&v| v > least).unwrap_or(first);
             for x in [first as f64 - 0.5, last as f64 + 0.5] {

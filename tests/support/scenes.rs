@@ -15,7 +15,11 @@ use ndarray::Array3;
 pub const ANCHOR_LIGHT: DVec3 = DVec3::new(0.5, 0.3, -0.81);
 
 /// A volume in `bounds` with the given density at each voxel (x, y, z).
-pub fn volume(dims: [usize; 3], bounds: Aabb, density: impl Fn([usize; 3]) -> f32) -> Volume {
+pub fn volume(
+    dims: [usize; 3],
+    bounds: Aabb,
+    mut density: impl FnMut([usize; 3]) -> f32,
+) -> Volume {
     let [nx, ny, nz] = dims;
     let values = Array3::from_shape_fn((nz, ny, nx), |(z, y, x)| density([x, y, z]));
     let placement = world_from_index_in_bounds(dims, &bounds, Axis::Y).unwrap();

@@ -41,7 +41,7 @@ use super::vdb::{IndexBox, Statistics};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::Aabb;
 use crate::scene::file::VolumeTable;
-use crate::volume::{Axis, Volume};
+use crate::volume::{self, Axis, Volume};
 pub use grid::DenseGrid;
 use input::Input;
 use payload::{PART, Packing, Payload};
@@ -309,11 +309,12 @@ impl DenseFile {
             let voxel = self.header.world_from_index.transform_vector3(DVec3::X).length() as f32;
             values.mapv_inplace(|distance| (0.5 - distance / voxel).clamp(0.0, 1.0));
         }
+        let values = volume::Voxels::Dense(values);
+        let volume = Volume::with_window(self.name(), values, placed, window)?;
         if self.header.sparse.is_none() {
-            return Volume::with_window(self.name(), values, placed, window);
+            return Ok(volume);
         }
         let last = DVec3::from(self.header.dims.map(|n| n as f64 - 1.0));
-        let volume = Volume::with_window(self.name(), values, placed, window)?;
         Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: last }))
     }
 }

@@ -10,7 +10,8 @@ use super::index_box::IndexBox;
 use super::statistics::Statistics;
 use super::tree::Tree;
 use super::value::{AnyValue, Value};
-use crate::error::Result;
+use crate::error::{ErrorKind, Result};
+use crate::volume::Voxels;
 
 /// A loaded grid: a tree of one of the value types. Numbers saved as half floats are widened to the
 /// grid's own type; mask grids are trees of booleans.
@@ -159,7 +160,46 @@ impl Grid {
     pub fn densify(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Dense<f32>> {
         with_tree!(self, tree => tree.densify(bounds, limit_bytes, Value::to_f32))
     }
+
+    /// All voxels of `bounds`, active or not, as numbers for rendering through `convert`: dense if they are
+    /// few or blocks would save less than half of the memory, else sparse.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] if they take more than `limit_bytes` either way.
+    pub fn voxels(
+        &self,
+        bounds: IndexBox,
+        limit_bytes: u64,
+        convert: impl Fn(f32) -> f32 + Sync,
+    ) -> Result<Voxels> {
+        let all = bounds.dims().iter().fold(4_u64, |all, &n| all.saturating_mul(n));
+        with_tree!(self, tree => {
+            let dense = || {
+                let convert = |value: _| convert(Value::to_f32(value));
+                Ok(Voxels::Dense(tree.densify(bounds, limit_bytes, convert)?.values))
+            };
+            if all <= FEW_BYTES.min(limit_bytes) {
+                return dense();
+            }
+            let blocks = tree.blocks(bounds)?;
+            let needed = blocks.bytes();
+            if needed > all / 2 && all <= limit_bytes {
+                return dense();
+            }
+            if needed > limit_bytes {
+                let [x, y, z] = bounds.dims();
+                let what = format!("a grid of {x} x {y} x {z} voxels");
+                let least = format!("{} bytes", needed.min(all));
+                let limit = format!("{limit_bytes} bytes");
+                return Err(ErrorKind::Limit { what, needed: least, limit }.into());
+            }
+            Ok(Voxels::Sparse(blocks.fill(convert)?))
+        })
+    }
 }
+
+/// Bytes of voxels up to which nothing is gained by leaving some out.
+const FEW_BYTES: u64 = 32 << 20;
 
 fn encoded<T: Value>(dense: &Dense<T>) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(dense.values.len() * T::BYTES);

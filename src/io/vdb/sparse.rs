@@ -1,0 +1,214 @@
+//! A box of a tree as blocks of values to render, of which equal ones share one: what a tree leaves out takes
+//! no memory here either.
+
+use std::collections::HashMap;
+
+use glam::IVec3;
+use rayon::prelude::*;
+
+use super::grid_type::slot_of;
+use super::index_box::IndexBox;
+use super::tree::{Leaf, Tile, Tree};
+use super::value::Value;
+use crate::error::{ErrorKind, Result};
+use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, MAX_DIM, SparseVoxels};
+
+/// Blocks that a box may have.
+const MOST_BLOCKS: u64 = 1 << 26;
+
+/// What lies in a block that is not the same everywhere, later ones above earlier ones.
+struct Own<'a, T> {
+    block: [usize; 3],
+    /// What the block has where nothing else lies.
+    ground: f32,
+    tiles: Vec<Tile<T>>,
+    leaves: Vec<Leaf<'a, T>>,
+}
+
+/// A box of a tree, and which of its blocks hold what.
+pub struct Blocks<'a, T> {
+    bounds: IndexBox,
+    /// Blocks along x, y, z.
+    counts: [usize; 3],
+    /// Values of blocks that are the same everywhere; the first is the background.
+    uniform: Vec<f32>,
+    own: Vec<Own<'a, T>>,
+    /// For each block, x fastest: the uniform or, counted on from those that are, the own one.
+    table: Vec<Entry>,
+}
+
+#[derive(Clone, Copy)]
+enum Entry {
+    Uniform(u32),
+    Own(u32),
+}
+
+impl<T: Value> Tree<T> {
+    /// The blocks of `bounds`, none of them filled.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Limit`] if they are more than a table can hold.
+    pub fn blocks(&self, bounds: IndexBox) -> Result<Blocks<'_, T>> {
+        let blocks = bounds.dims().map(|length| length.div_ceil(BLOCK as u64));
+        let count = blocks.iter().fold(1_u64, |all, &n| all.saturating_mul(n));
+        if count > MOST_BLOCKS || bounds.dims().iter().any(|&n| n > MAX_DIM as u64) {
+            let [x, y, z] = bounds.dims();
+            return Err(ErrorKind::Limit {
+                what: format!("a sparse grid over {x} x {y} x {z} voxels"),
+                needed: format!("{count} blocks of {BLOCK} voxels cubed"),
+                limit: format!("{MOST_BLOCKS}, and {MAX_DIM} voxels along an axis"),
+            }
+            .into());
+        }
+        let mut found = Blocks {
+            bounds,
+            counts: blocks.map(|n| n as usize),
+            uniform: vec![self.background().to_f32()],
+            own: Vec::new(),
+            table: vec![Entry::Uniform(0); count as usize],
+        };
+        let mut known = HashMap::from([(found.uniform[0].to_bits(), 0)]);
+        for tile in self.tiles() {
+            found.add_tile(tile, &mut known);
+        }
+        for leaf in self.leaves() {
+            found.each_touched(leaf.bounds(), |blocks, i, _| blocks.own_at(i).leaves.push(leaf));
+        }
+        Ok(found)
+    }
+}
+
+impl<'a, T: Value> Blocks<'a, T> {
+    /// Bytes of memory that the blocks take once they are filled, at most.
+    pub fn bytes(&self) -> u64 {
+        let stored = self.uniform.len() + self.own.len();
+        SparseVoxels::bytes_of(self.table.len() as u64, stored as u64)
+    }
+
+    /// The blocks with all voxels, active or not, as numbers for rendering (see [`Value::to_f32`]) through
+    /// `convert`.
+    ///
+    /// # Errors
+    /// Never with the blocks of a tree.
+    pub fn fill(self, convert: impl Fn(f32) -> f32 + Sync) -> Result<SparseVoxels> {
+        let Self { bounds, uniform, own, table, .. } = self;
+        let mut values = vec![0.0; (uniform.len() + own.len()) * BLOCK_VALUES];
+        let (constant, rest) = values.split_at_mut(uniform.len() * BLOCK_VALUES);
+        for (block, value) in constant.chunks_exact_mut(BLOCK_VALUES).zip(&uniform) {
+            block.fill(convert(*value));
+        }
+        let blocks = rest.par_chunks_exact_mut(BLOCK_VALUES).zip(&own);
+        blocks.for_each(|(values, own)| own.fill(values, &bounds, &convert));
+        let stored = |entry: &Entry| match *entry {
+            Entry::Uniform(i) => i,
+            Entry::Own(i) => uniform.len() as u32 + i,
+        };
+        let table = table.iter().map(stored).collect();
+        SparseVoxels::new(bounds.dims().map(|n| n as usize), table, values)
+    }
+
+    fn add_tile(&mut self, tile: Tile<T>, known: &mut HashMap<u32, u32>) {
+        let value = tile.value.to_f32();
+        self.each_touched(tile.bounds(), |blocks, i, whole| {
+            if whole {
+                let next = blocks.uniform.len() as u32;
+                let uniform = *known.entry(value.to_bits()).or_insert(next);
+                if uniform == next {
+                    blocks.uniform.push(value);
+                }
+                blocks.table[i] = Entry::Uniform(uniform);
+            } else {
+                blocks.own_at(i).tiles.push(tile);
+            }
+        });
+    }
+
+    /// Calls `visit` with each block that has voxels of a cube, and whether all that it has are the cube's.
+    fn each_touched(&mut self, cube: IndexBox, mut visit: impl FnMut(&mut Self, usize, bool)) {
+        let Some(part) = cube.intersection(&self.bounds) else { return };
+        let min = self.bounds.min.to_array();
+        let last = self.bounds.dims().map(|n| n as i64 - 1);
+        let (low, high) = (part.min.to_array(), part.max.to_array());
+        let offset = |index: i32, axis: usize| i64::from(index) - i64::from(min[axis]);
+        // A block's last voxels are the next one's first.
+        let span = |axis: usize| {
+            let first = (offset(low[axis], axis) - 1).max(0) / BLOCK as i64;
+            first..=offset(high[axis], axis) / BLOCK as i64
+        };
+        let inside = |block: i64, axis: usize| {
+            let first = block * BLOCK as i64;
+            let end = (first + BLOCK as i64).min(last[axis]);
+            offset(low[axis], axis) <= first && end <= offset(high[axis], axis)
+        };
+        let [nx, ny, _] = self.counts;
+        for z in span(2) {
+            for y in span(1) {
+                for x in span(0) {
+                    let whole = inside(x, 0) && inside(y, 1) && inside(z, 2);
+                    visit(self, (z as usize * ny + y as usize) * nx + x as usize, whole);
+                }
+            }
+        }
+    }
+
+    /// What is known of a block that is not the same everywhere.
+    fn own_at(&mut self, i: usize) -> &mut Own<'a, T> {
+        let own = match self.table[i] {
+            Entry::Own(own) => own as usize,
+            Entry::Uniform(uniform) => {
+                let [nx, ny, _] = self.counts;
+                let block = [i % nx, i / nx % ny, i / (nx * ny)];
+                let ground = self.uniform[uniform as usize];
+                self.table[i] = Entry::Own(self.own.len() as u32);
+                self.own.push(Own { block, ground, tiles: Vec::new(), leaves: Vec::new() });
+                self.own.len() - 1
+            }
+        };
+        &mut self.own[own]
+    }
+}
+
+impl<T: Value> Own<'_, T> {
+    fn fill(&self, values: &mut [f32], bounds: &IndexBox, convert: &impl Fn(f32) -> f32) {
+        values.fill(convert(self.ground));
+        let first = bounds.min + IVec3::from_array(self.block.map(|b| (b * BLOCK) as i32));
+        let edge = BLOCK_EDGE as i32 - 1;
+        // Not beyond the box, nor beyond what an index can be.
+        let last = IVec3::from_array(std::array::from_fn(|axis| {
+            first[axis].saturating_add(edge).min(bounds.max[axis])
+        }));
+        let own = IndexBox { min: first, max: last };
+        for tile in &self.tiles {
+            let value = convert(tile.value.to_f32());
+            each_row(&own, tile.bounds(), values, |row, _| row.fill(value));
+        }
+        for leaf in &self.leaves {
+            let stride = 1 << (2 * leaf.log_edge);
+            each_row(&own, leaf.bounds(), values, |row, voxel| {
+                let slots = (slot_of(voxel, leaf.log_edge, 0)..).step_by(stride);
+                for (value, slot) in row.iter_mut().zip(slots) {
+                    *value = convert(leaf.values[slot].to_f32());
+                }
+            });
+        }
+    }
+}
+
+/// Runs `fill` on a block's rows along x within `cube`, with the row's first voxel; `own` are the block's voxels.
+fn each_row(
+    own: &IndexBox,
+    cube: IndexBox,
+    values: &mut [f32],
+    mut fill: impl FnMut(&mut [f32], IVec3),
+) {
+    let Some(part) = cube.intersection(own) else { return };
+    let offset = |index: i32, min: i32| (index - min) as usize;
+    let length = offset(part.max.x, part.min.x) + 1;
+    for z in part.min.z..=part.max.z {
+        for y in part.min.y..=part.max.y {
+            let row = offset(z, own.min.z) * BLOCK_EDGE + offset(y, own.min.y);
+            let start = row * BLOCK_EDGE + offset(part.min.x, own.min.x);
+            fill(&mut values[start..start + length], IVec3::new(part.min.x, y, z));
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! How a volume's values are held: all of them, or in blocks of which equal ones share one.
+
+use std::borrow::Cow;
+
+use ndarray::{Array3, Axis};
+use rayon::prelude::*;
+
+use super::sparse::{SparseVoxels, fill_block};
+
+/// The values of a volume.
+#[derive(Clone, Debug)]
+pub enum Voxels {
+    /// All of them, shape (z, y, x), standard layout.
+    Dense(Array3<f32>),
+    /// Blocks of them.
+    Sparse(SparseVoxels),
+}
+
+impl Voxels {
+    /// Voxels along x, y, z.
+    pub fn dims(&self) -> [usize; 3] {
+        match self {
+            Self::Dense(values) => {
+                let (z, y, x) = values.dim();
+                [x, y, z]
+            }
+            Self::Sparse(voxels) => voxels.dims(),
+        }
+    }
+
+    /// Bytes of memory held.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Dense(values) => values.len() * size_of::<f32>(),
+            Self::Sparse(voxels) => voxels.bytes(),
+        }
+    }
+
+    /// All values, shape (z, y, x): a copy where they are sparse.
+    pub fn to_dense(&self) -> Cow<'_, Array3<f32>> {
+        match self {
+            Self::Dense(values) => Cow::Borrowed(values),
+            Self::Sparse(voxels) => {
+                let [nx, ny, nz] = voxels.dims();
+                let mut values = Array3::zeros((nz, ny, nx));
+                if let Some(all) = values.as_slice_mut() {
+                    all.par_chunks_mut(nx)
+                        .enumerate()
+                        .for_each(|(i, row)| voxels.fill_row(i % ny, i / ny, row));
+                }
+                Cow::Owned(values)
+            }
+        }
+    }
+
+    /// Blocks of them: a copy where they are dense.
+    pub fn to_sparse(&self) -> Cow<'_, SparseVoxels> {
+        match self {
+            Self::Dense(values) => Cow::Owned(SparseVoxels::of(values)),
+            Self::Sparse(voxels) => Cow::Borrowed(voxels),
+        }
+    }
+
+    /// The values of a row of voxels along x.
+    pub fn fill_row(&self, y: usize, z: usize, row: &mut [f32]) {
+        match self {
+            Self::Dense(values) => {
+                let plane = values.index_axis(Axis(0), z);
+                row.iter_mut().zip(plane.row(y)).for_each(|(to, from)| *to = *from);
+            }
+            Self::Sparse(voxels) => voxels.fill_row(y, z, row),
+        }
+    }
+
+    /// Calls `visit` with each voxel whose value is not 0 and what it holds: dense ones x fastest, else block
+    /// by block.
+    pub fn for_each_held(&self, mut visit: impl FnMut([usize; 3], f32)) {
+        match self {
+            Self::Dense(values) => {
+                for ((z, y, x), &value) in values.indexed_iter().filter(|(_, v)| **v != 0.0) {
+                    visit([x, y, z], value);
+                }
+            }
+            Self::Sparse(voxels) => {
+                for (voxel, value) in voxels.parts().flat_map(super::sparse::Part::voxels) {
+                    if value != 0.0 {
+                        visit(voxel, value);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Replaces every value.
+    pub(super) fn replace(&mut self, with: impl Fn(f32) -> f32 + Sync) {
+        match self {
+            Self::Dense(values) => match values.as_slice_mut() {
+                Some(all) => all.par_iter_mut().for_each(|value| *value = with(*value)),
+                None => values.mapv_inplace(with),
+            },
+            Self::Sparse(voxels) => voxels.replace(with),
+        }
+    }
+
+    /// The largest value, 0 at least.
+    pub(super) fn largest(&self) -> f32 {
+        // Blocks beyond the border repeat what is there.
+        let all = match self {
+            Self::Dense(values) => values.as_slice(),
+            Self::Sparse(voxels) => Some(voxels.values()),
+        };
+        let largest = |part: &[f32]| part.iter().copied().fold(0.0, f32::max);
+        all.unwrap_or_default().par_chunks(1 << 16).map(largest).reduce(|| 0.0, f32::max)
+    }
+
+    /// The values of a block of [`SparseVoxels`]' shape.
+    pub fn fill_block(&self, block: [usize; 3], filled: &mut [f32]) {
+        match self {
+            Self::Dense(values) => fill_block(values, block, filled),
+            Self::Sparse(voxels) => filled.copy_from_slice(voxels.block(block)),
+        }
+    }
+
+    /// Makes what does not render 0, and says how many voxels that were: negative ones, NaN and infinities.
+    pub(super) fn clean(&mut self) -> usize {
+        let renders = |v: f32| v >= 0.0 && v.is_finite();
+        let replaced = match self {
+            Self::Dense(values) => {
+                let count = |part: &[f32]| part.iter().filter(|&&v| !renders(v)).count();
+                values.as_slice().unwrap_or_default().par_chunks(1 << 16).map(count).sum()
+            }
+            Self::Sparse(voxels) => {
+                let parts = voxels.parts().flat_map(super::sparse::Part::voxels);
+                if voxels.values().par_iter().all(|&v| renders(v)) {
+                    0
+                } else {
+                    parts.filter(|&(_, v)| !renders(v)).count()
+                }
+            }
+        };
+        if replaced > 0 {
+            self.replace(|v| if renders(v) { v } else { 0.0 });
+        }
+        replaced
+    }
+}

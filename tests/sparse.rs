@@ -1,0 +1,202 @@
+//! Volumes in blocks say and show what dense ones do, and take memory where there is something.
+
+use std::sync::Arc;
+
+use deepshadow::io::vdb::{EVERYWHERE, Grid, IndexBox, Tree, Value, VdbFile};
+use deepshadow::progress::Silent;
+use deepshadow::scene::{Media, Scene};
+use deepshadow::settings::{MapKind, Settings};
+use deepshadow::shadow::Map;
+use deepshadow::volume::presets::Preset;
+use deepshadow::volume::{BLOCK_VALUES, Volume, Voxels};
+use glam::{DVec3, IVec3};
+
+use crate::formats::{shared_vdb, vdb_fixture as fixture};
+use crate::support::Random;
+use crate::support::backends::{every_backend, gpu};
+use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
+
+/// A ball that reaches two borders of a box of which most is empty.
+fn ball(dims: [usize; 3]) -> Volume {
+    volume(dims, unit_cube(), |voxel| {
+        let place = DVec3::from_array(voxel.map(|c| c as f64));
+        let [nx, _, nz] = dims.map(|n| n as f64);
+        let far = place.distance(DVec3::new(nx - 5.0, 7.0, nz - 6.0));
+        ((12.0 - far) / 12.0).max(0.0) as f32
+    })
+}
+
+fn blocks_of(volume: &Volume) -> usize {
+    let Voxels::Sparse(voxels) = volume.voxels() else { panic!("dense") };
+    voxels.values().len() / BLOCK_VALUES
+}
+
+#[test]
+fn blocks_hold_what_the_array_held() {
+    let mut random = Random(7);
+    for dims in [[1, 1, 1], [16, 17, 18], [33, 1, 15], [40, 49, 64]] {
+        let noise = volume(dims, unit_cube(), |_| (random.unit() as f32 - 0.7).max(0.0));
+        for dense in [noise, ball(dims)] {
+            let sparse = dense.clone().sparse();
+            assert!(sparse.values() == dense.values(), "{dims:?}");
+            assert_eq!(sparse.bricks().ranges(), dense.bricks().ranges(), "{dims:?}");
+            assert_eq!(sparse.statistics().border, dense.statistics().border, "{dims:?}");
+            assert!((sparse.statistics().mean - dense.statistics().mean).abs() < 1e-12);
+            assert_eq!(sparse.visible_points(0.1), dense.visible_points(0.1), "{dims:?}");
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let (a, b) = (sparse.column_integrals(axis), dense.column_integrals(axis));
+                assert_eq!(a.len(), b.len(), "{dims:?}");
+                assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * b), "{dims:?}");
+            }
+            let steep = [sparse.gradient_magnitude(), dense.gradient_magnitude()];
+            assert!(steep[0].values() == steep[1].values(), "{dims:?}");
+            let lifted = [&sparse, &dense].map(|volume| volume.mapped(|value| value + 0.5));
+            assert!(lifted[0].values() == lifted[1].values(), "{dims:?}");
+        }
+    }
+}
+
+#[test]
+fn empty_blocks_take_no_memory() {
+    // Of 4 x 3 x 5 blocks the ball touches its own and one along each axis, and all others are one.
+    let sparse = ball([64, 48, 80]).sparse();
+    assert_eq!(blocks_of(&sparse), 5);
+    assert_eq!(blocks_of(&sparse.mapped(|value| value.max(2.0))), 1);
+    assert_eq!(sparse.windowed([-1.0, 1.0]).unwrap().values()[[0, 40, 0]], 0.5);
+}
+
+fn pictured(scene: &Scene, volume: Volume) -> Scene {
+    let medium = scene.media.first().medium.clone();
+    Scene { media: Media::of(Arc::new(volume), medium), ..scene.clone() }
+}
+
+#[test]
+fn every_backend_sees_the_same_through_blocks() {
+    let rods = anchor_scene(Preset::Rods, 8.0, 32);
+    let floats = scene(ball([40, 33, 52]), 9.0);
+    for (name, dense) in [("rods", rods), ("ball", floats)] {
+        let volume = Volume::clone(&dense.media.first().volume).sparse();
+        let sparse = pictured(&dense, volume);
+        for kind in [MapKind::Threshold, MapKind::Fragments] {
+            let settings = Settings { map: Some(kind), ..settings(48, [40, 32]) };
+            for backend in every_backend() {
+                let of = |scene: &Scene| {
+                    let map = backend.map(scene, &settings, &Silent).unwrap();
+                    let (image, _) = backend.render(scene, &settings, &Silent).unwrap();
+                    (map, image)
+                };
+                let ((map, image), (same_map, same_image)) = (of(&dense), of(&sparse));
+                let what = format!("{name}, {kind:?}, {}", backend.description());
+                let apart = largest_difference(&image.pixels, &same_image.pixels);
+                assert!(image.pixels.iter().any(|pixel| pixel[3] > 0.2), "{what}: nothing there");
+                if backend.description().contains("cpu") {
+                    // The same sums of the same numbers.
+                    assert_eq!(apart, 0.0, "{what}");
+                    let (Map::Threshold(a), Map::Threshold(b)) = (&map, &same_map) else {
+                        continue;
+                    };
+                    assert_eq!(a.texels(), b.texels(), "{what}");
+                } else {
+                    let limit =
+                        if backend.description().contains("llvmpipe") { 2e-4 } else { 3e-3 };
+                    assert!(apart < limit, "{what}: {apart}");
+                }
+            }
+        }
+    }
+}
+
+fn largest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let differences = a.iter().zip(b).flat_map(|(a, b)| (0..4).map(move |i| (a[i] - b[i]).abs()));
+    differences.fold(0.0, |most, next| if next <= most { most } else { next })
+}
+
+/// A volume that no texture of this device is long enough for is seen whole.
+#[test]
+fn a_volume_longer_than_textures_is_split() {
+    let Some(backend) = gpu() else { return };
+    let long = volume([17_000, 3, 2], unit_cube(), |[x, ..]| if x > 16_900 { 1.0 } else { 0.02 });
+    let scene = scene(long, 5.0);
+    let settings = Settings { map: Some(MapKind::Threshold), ..settings(32, [32, 32]) };
+    let [seen, truth] = [backend.as_ref(), &deepshadow::cpu::CpuBackend]
+        .map(|backend| backend.render(&scene, &settings, &Silent).unwrap().0.pixels);
+    assert!(truth.iter().any(|pixel| pixel[3] > 0.05));
+    assert!(largest_difference(&seen, &truth) < 3e-3);
+}
+
+/// All voxels of a box one by one, as [`Tree::blocks`] has them.
+fn check_blocks<T: Value>(tree: &Tree<T>, bounds: IndexBox, what: &str) {
+    let dense = tree.densify(bounds, 1 << 26, Value::to_f32).unwrap();
+    let blocks = tree.blocks(bounds).unwrap();
+    let room = blocks.bytes();
+    let sparse = blocks.fill(|value| value).unwrap();
+    assert!(sparse.bytes() as u64 <= room, "{what}");
+    for ((z, y, x), value) in dense.values.indexed_iter() {
+        assert_eq!(sparse.get([x, y, z]).to_bits(), value.to_bits(), "{what}: {x} {y} {z}");
+    }
+    // Blocks know the first voxels of the next ones.
+    let [x, y, z] = sparse.blocks();
+    for block in (0..x * y * z).map(|i| [i % x, i / x % y, i / (x * y)]) {
+        for (i, value) in sparse.block(block).iter().enumerate() {
+            let [nx, ny, nz] = sparse.dims();
+            let [x, y, z] =
+                [i % 17 + block[0] * 16, i / 17 % 17 + block[1] * 16, i / 289 + block[2] * 16];
+            let held = sparse.get([x.min(nx - 1), y.min(ny - 1), z.min(nz - 1)]);
+            assert_eq!(held.to_bits(), value.to_bits(), "{what}: block {block:?}, {i}");
+        }
+    }
+}
+
+fn check_grid(grid: &Grid, what: &str) {
+    let Some(active) = grid.active_bounds() else { return };
+    let voxels = active.padded(1).dims().iter().map(|&n| n as f64).product::<f64>();
+    if voxels > 4e6 {
+        return;
+    }
+    for bounds in [active.padded(1), active.padded(11)] {
+        match grid {
+            Grid::Float(tree) => check_blocks(tree, bounds, what),
+            Grid::Double(tree) => check_blocks(tree, bounds, what),
+            Grid::Half(tree) => check_blocks(tree, bounds, what),
+            Grid::Int32(tree) => check_blocks(tree, bounds, what),
+            Grid::Bool(tree) => check_blocks(tree, bounds, what),
+            Grid::Vec3s(tree) => check_blocks(tree, bounds, what),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn blocks_of_trees_hold_every_voxel() {
+    let own = ["ball_blosc.vdb", "types_zip.vdb", "instance.vdb"].map(fixture);
+    let mut grids = 0;
+    for path in own.into_iter().chain(shared_vdb("vdb")) {
+        let file = VdbFile::open(&path).unwrap();
+        for (i, header) in file.grids().iter().enumerate() {
+            if let Ok(grid) = file.load(i) {
+                check_grid(&grid, &format!("{} {}", path.display(), header.name));
+                grids += 1;
+            }
+        }
+    }
+    assert!(grids >= 5);
+}
+
+#[test]
+fn a_small_cloud_in_a_large_box_stays_small() {
+    let ball = VdbFile::open(fixture("ball_blosc.vdb")).unwrap().load(0).unwrap();
+    let near = ball.active_bounds().unwrap();
+    let far = IndexBox { min: near.min, max: near.min + IVec3::new(2999, 1999, 1499) };
+    // 9 billion voxels.
+    let Voxels::Sparse(voxels) = ball.voxels(far, 1 << 30, |value| value).unwrap() else {
+        panic!("36 GB of voxels")
+    };
+    assert!(voxels.bytes() < 12 << 20, "{}", voxels.bytes());
+    // The background.
+    assert_eq!(voxels.get([2000, 1000, 1000]), 0.25);
+    let error = ball.voxels(far, 1 << 20, |value| value).unwrap_err();
+    assert!(error.to_string().contains("3000 x 2000 x 1500"), "{error}");
+    let error = ball.voxels(EVERYWHERE, u64::MAX, |value| value).unwrap_err();
+    assert!(error.to_string().contains("blocks"), "{error}");
+}
