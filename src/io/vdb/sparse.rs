@@ -117,7 +117,7 @@ impl<'a, T: Value> Blocks<'a, T> {
                     blocks.uniform.push(value);
                 }
                 blocks.table[i] = Entry::Uniform(uniform);
-            } else {
+            } else if !blocks.is_all(i, value) {
                 blocks.own_at(i).tiles.push(tile);
             }
         });
@@ -148,6 +148,14 @@ impl<'a, T: Value> Blocks<'a, T> {
                     visit(self, (z as usize * ny + y as usize) * nx + x as usize, whole);
                 }
             }
+        }
+    }
+
+    /// Whether all of a block is known to be this value.
+    fn is_all(&self, i: usize, value: f32) -> bool {
+        match self.table[i] {
+            Entry::Uniform(uniform) => self.uniform[uniform as usize].to_bits() == value.to_bits(),
+            Entry::Own(_) => false,
         }
     }
 
