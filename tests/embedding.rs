@@ -4,13 +4,13 @@
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
 use deepshadow::frame::Frame;
-use deepshadow::gpu::{Renderer, shadow_wgsl};
+use deepshadow::gpu::{GpuShadow, Renderer, Tile, shadow_wgsl};
 use deepshadow::progress::Silent;
-use deepshadow::scene::LightView;
-use deepshadow::settings::MapKind;
+use deepshadow::scene::{LightKind, LightView, Scene};
+use deepshadow::settings::{MapKind, Settings};
 use deepshadow::shadow::ShadowMap;
 use deepshadow::volume::presets::Preset;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use wgpu::util::DeviceExt;
 
 use crate::support::scenes::{anchor_scene, settings};
@@ -28,16 +28,88 @@ fn their_pass(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 ";
 
-#[test]
-fn another_program_shades_its_points_with_our_shadow() {
+/// Their device, with the limits that every device has; `None` where tests want none.
+fn their_device() -> Option<(wgpu::Instance, wgpu::Device, wgpu::Queue)> {
     if std::env::var("DEEPSHADOW_TEST_GPU").is_ok_and(|value| value == "skip") {
         eprintln!("SKIPPED: DEEPSHADOW_TEST_GPU=skip, nothing is tested on a GPU");
-        return;
+        return None;
     }
-    // Their device, with the limits that every device has.
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&Default::default())).unwrap();
     let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
+    Some((instance, device, queue))
+}
+
+/// A camera that goes round and a light that does, over passes that were prepared once: every picture is the one
+/// that passes recorded anew give, and from frame to frame nothing is left behind on the device.
+#[test]
+fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
+    let Some((instance, device, queue)) = their_device() else { return };
+    let renderer = Renderer::new(&device, &queue).unwrap();
+    let mut scene = anchor_scene(Preset::Bucky, 4.0, 32);
+    let media = renderer.upload(&scene.media).unwrap();
+    for kind in [MapKind::Threshold, MapKind::Fragments] {
+        let settings = Settings { map: Some(kind), ..settings(32, [24, 16]) };
+        let of = |scene: &Scene| Frame::new(scene, &settings).unwrap();
+        let image = renderer.image(24, 16).unwrap();
+        let map = renderer.map(32).unwrap();
+        let lists = renderer.fragments(Tile::rows(32, 0, 32, 64)).unwrap();
+        let shadow = match kind {
+            MapKind::Threshold => GpuShadow::Threshold(&map),
+            _ => GpuShadow::Fragments(&lists),
+        };
+        let mut frame = renderer.frame(&of(&scene), &media).unwrap();
+        let trace = match kind {
+            MapKind::Threshold => renderer.prepare_threshold(&media, &frame, &map),
+            _ => renderer.prepare_slices(&media, &frame, &lists),
+        };
+        let view = renderer.prepare_view(&media, &frame, shadow, &image);
+        let mut pictures = Vec::new();
+        let mut made = None;
+        for i in 0..20 {
+            let angle = 0.3 * f64::from(i);
+            scene.camera.position = DVec3::new(2.0 * angle.sin(), 0.5, 2.0 * angle.cos());
+            let direction = DVec3::new((2.0 * angle).cos(), -1.0, (2.0 * angle).sin());
+            scene.lights[0].kind = LightKind::Directional { direction };
+            renderer.update(&mut frame, &of(&scene), &media).unwrap();
+            renderer
+                .submit(|encoder| {
+                    trace.record(encoder, &frame);
+                    view.record(encoder, &frame);
+                })
+                .unwrap();
+            let report = instance.generate_report().unwrap();
+            let hub = report.hub_report();
+            let counts = [&hub.buffers, &hub.textures, &hub.texture_views, &hub.bind_groups]
+                .map(|registry| registry.num_allocated);
+            assert_eq!(*made.get_or_insert(counts), counts, "frame {i}");
+            if i % 7 == 6 {
+                pictures.push((scene.clone(), renderer.read(image.texture()).unwrap()));
+                made = None;
+            }
+        }
+        for (scene, picture) in &pictures {
+            let fresh = renderer.frame(&of(scene), &media).unwrap();
+            renderer
+                .submit(|encoder| {
+                    match kind {
+                        MapKind::Threshold => {
+                            renderer.trace_threshold(encoder, &media, &fresh, &map);
+                        }
+                        _ => renderer.trace_slices(encoder, &media, &fresh, &lists),
+                    }
+                    renderer.march_view(encoder, &media, &fresh, shadow, &image);
+                })
+                .unwrap();
+            assert!(*picture == renderer.read(image.texture()).unwrap(), "{kind:?}");
+        }
+        assert!(pictures[0].1 != pictures[1].1, "nothing moved");
+    }
+}
+
+#[test]
+fn another_program_shades_its_points_with_our_shadow() {
+    let Some((_, device, queue)) = their_device() else { return };
 
     // Our map, made on it.
     let scene = anchor_scene(Preset::Bucky, 4.0, 32);

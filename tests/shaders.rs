@@ -9,6 +9,7 @@ use deepshadow::kernel::{fitting, fragments, medium, occupancy, threshold, view}
 use deepshadow::scene::{EMPTY, ROUGHEST};
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{MOST_WALKED, NO_LINK};
+use deepshadow::volume::{BLOCK, BLOCK_EDGE};
 use naga::{Expression, Literal, Module, TypeInner};
 
 fn parsed(text: &str) -> Module {
@@ -167,6 +168,7 @@ const ALL_CONSTANTS: &str = "#import kernel/shadow
 #import kernel/medium
 #import kernel/occupancy
 #import kernel/slices
+#import media
 fn keep_node(node: vec2<f32>) {}
 fn kept_node(k: u32) -> vec2<f32> { return vec2<f32>(f32(k)); }
 ";
@@ -217,8 +219,14 @@ fn constants_are_the_same_on_both_sides() {
         ("TABLE_CELLS", vec![f64::from(frame::TABLE_CELLS)]),
         ("LEAST_CELLS", one(frame::LEAST_CELLS)),
     ];
+    let blocks = [
+        ("NO_BLOCK", vec![f64::from(deepshadow::gpu::NO_BLOCK)]),
+        ("BLOCK", vec![BLOCK as f64]),
+        ("BLOCK_EDGE", vec![BLOCK_EDGE as f64]),
+    ];
     for (map, media, own, more) in [
         (MapKind::Threshold, MediaKind::Plain, &thresholds[..], &[][..]),
+        (MapKind::Threshold, MediaKind::Blocks, &thresholds[..], &blocks[..]),
         (MapKind::Fragments, MediaKind::Mixed, &lists[..], &mixtures[..]),
     ] {
         let module = parsed(&linked(ALL_CONSTANTS, map, media).unwrap());

@@ -141,9 +141,13 @@ pub fn size() -> u32 {
 pub fn difference(picture: &[[f32; 4]], truth: &[[f32; 4]]) -> (f32, u32) {
     let differences = picture.iter().zip(truth).map(|(a, b)| {
         let channels = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-        255.0 * channels.fold(0.0, f32::max)
+        255.0 * channels.fold(0.0, |most: f32, d| if d <= most { most } else { d })
     });
-    differences.fold((0.0_f32, 0), |(most, above), d| (most.max(d), above + u32::from(d > 1.0)))
+    differences.fold((0.0_f32, 0), |(most, above), d| {
+        // NaN is as far as anything can be.
+        let d = if d.is_nan() { f32::INFINITY } else { d };
+        (most.max(d), above + u32::from(d > 1.0))
+    })
 }
 
 /// Milliseconds a pass: the median of five submissions of as many passes as fill 30 ms.

@@ -144,7 +144,7 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
 }
 
 /// The fragment map of a frame, with room for all nodes.
-fn fitted(bench: &Bench<'_>, frame: &GpuFrame) -> GpuFragments {
+pub fn fitted(bench: &Bench<'_>, frame: &GpuFrame) -> GpuFragments {
     let (gpu, size) = (bench.gpu, bench.settings.map_size);
     let mut nodes = NODES;
     loop {

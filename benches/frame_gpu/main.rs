@@ -1,15 +1,18 @@
-//! The GPU backend: the shipped frame against brute force (table frame), and every pass on the presets
+//! The GPU backend: the shipped frame against brute force (table frame), frames drawn
+//! one after another (loops), volumes in blocks (blocks), and every pass on the presets
 //! as milliseconds a pass from many passes in one submission (maps, drawn, views, filters). Prints the
 //! tables named as arguments, or all; 512 x 512 maps and pictures, unless `DEEPSHADOW_BENCH_SIZE` makes
 //! them smaller.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench;
+mod blocks;
 mod brute_force;
 mod clock;
 mod cloud;
 mod device;
 mod frame;
+mod loops;
 mod scenes;
 mod tables;
 
@@ -28,6 +31,11 @@ fn main() {
     let asked = |name: &str| names.is_empty() || names.iter().any(|one| one == name);
     if asked("frame") {
         frame::table(&gpu);
+    }
+    for (name, table) in [("loops", loops::table as fn(&Gpu)), ("blocks", blocks::table)] {
+        if asked(name) {
+            table(&gpu);
+        }
     }
     let tables: [(&str, Table); 4] = [
         ("maps", tables::maps),

@@ -2,8 +2,8 @@
 //! on to the ground or the background.
 
 use glam::{Vec3, Vec4};
-use rayon::prelude::*;
 
+use super::tiles;
 use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
@@ -31,8 +31,12 @@ pub(super) fn march_view(
     progress.begin("picture", u64::from(height));
     let view = View { sampler: Sampler::of(media), frame, map };
     let mut image = Image::filled(width, height, [0.0; 4]);
-    image.pixels.par_chunks_exact_mut(width as usize).enumerate().for_each(|(y, row)| {
-        for (x, pixel) in row.iter_mut().enumerate() {
+    tiles::fill(
+        &mut image.pixels,
+        width as usize,
+        progress,
+        || (),
+        |(), [x, y]| {
             let mut sum = Vec4::ZERO;
             for i in 0..samples {
                 let offset = pixel_offset(i, samples);
@@ -40,10 +44,9 @@ pub(super) fn march_view(
                 let ray = camera_ray(frame, at(x, offset.x, width), at(y, offset.y, height));
                 sum += view.march(&ray);
             }
-            *pixel = (sum / samples as f32).to_array();
-        }
-        progress.advance(1);
-    });
+            (sum / samples as f32).to_array()
+        },
+    );
     image
 }
 

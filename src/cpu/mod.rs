@@ -8,6 +8,7 @@ mod link_neighbors;
 mod march_view;
 mod raster_slices;
 mod sort_fragments;
+mod tiles;
 mod trace_coded;
 mod trace_grid;
 mod trace_slices;

@@ -2,8 +2,10 @@
 //! of fragments, which `sort_fragments` sorts. The twin of the GPU's lists, not of its rasteriser: rows
 //! of texels are its tiles.
 
+use std::ops::Range;
+
 use super::sort_fragments::sort_fragments;
-use super::trace_slices::by_rows;
+use super::tiles;
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::kernel::media::Sampler;
@@ -15,13 +17,20 @@ use crate::shadow::{Fragment, FragmentLists, Runs};
 /// Nodes of all texels, row 0 at v = 0.
 pub(super) fn raster_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
     let sampler = Sampler::of(media);
-    by_rows(frame, progress, |y| sort_fragments(&raster_row(&sampler, frame, y), frame))
+    let size = frame.sizes[3] as usize;
+    tiles::runs(size, progress, |columns, y| {
+        sort_fragments(&raster_row(&sampler, frame, columns, y), frame)
+    })
 }
 
-fn raster_row(sampler: &Sampler<'_>, frame: &Frame, y: u32) -> FragmentLists {
-    let size = frame.sizes[3];
-    let at = |i: u32| (i as f32 + 0.5) / size as f32;
-    let texels: Vec<Slabs> = (0..size).map(|x| slabs_of(frame, at(x), at(y))).collect();
+fn raster_row(
+    sampler: &Sampler<'_>,
+    frame: &Frame,
+    columns: Range<usize>,
+    y: usize,
+) -> FragmentLists {
+    let at = |i: usize| (i as f32 + 0.5) / frame.sizes[3] as f32;
+    let texels: Vec<Slabs> = columns.map(|x| slabs_of(frame, at(x), at(y))).collect();
     let planes = texels.iter().map(|slabs| slabs.last).max().unwrap_or(0);
     let mut lists = FragmentLists::new(texels.len());
     for i in (0..planes).rev() {

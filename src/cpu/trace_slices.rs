@@ -1,7 +1,6 @@
 //! Pass `trace_slices`: every slab of every texel's ray, in order, into nodes.
 
-use rayon::prelude::*;
-
+use super::tiles;
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::kernel::fitting::Fitter;
@@ -16,40 +15,16 @@ use crate::shadow::{Runs, truncate};
 /// Nodes of all texels, row 0 at v = 0.
 pub(super) fn trace_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
     let sampler = Sampler::of(media);
-    by_rows(frame, progress, |y| {
-        let size = frame.sizes[3];
-        let at = |i: u32| (i as f32 + 0.5) / size as f32;
-        let mut row = Runs::default();
-        let mut nodes = Vec::new();
-        for x in 0..size {
+    let size = frame.sizes[3] as usize;
+    tiles::runs(size, progress, |columns, y| {
+        let at = |i: usize| (i as f32 + 0.5) / size as f32;
+        let (mut row, mut nodes) = (Runs::default(), Vec::new());
+        for x in columns {
             trace_texel(&sampler, frame, [at(x), at(y)], &mut nodes);
             row.push(&nodes)?;
         }
         Ok(row)
     })
-}
-
-/// The rows of a map, made by all threads, one after the other.
-pub(super) fn by_rows<T: Copy + Default + Send>(
-    frame: &Frame,
-    progress: &dyn Progress,
-    row: impl Fn(u32) -> Result<Runs<T>> + Sync,
-) -> Result<Runs<T>> {
-    let size = frame.sizes[3];
-    progress.begin("shadow map", u64::from(size));
-    let rows: Vec<Result<Runs<T>>> = (0..size)
-        .into_par_iter()
-        .map(|y| {
-            let runs = row(y);
-            progress.advance(1);
-            runs
-        })
-        .collect();
-    let mut all = Runs::default();
-    for row in rows {
-        all.append(&row?)?;
-    }
-    Ok(all)
 }
 
 /// One texel's nodes, in place of what `nodes` held.

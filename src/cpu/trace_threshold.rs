@@ -1,8 +1,8 @@
 //! Pass `trace_threshold`: from the light through every texel of the map.
 
 use glam::{Vec3, Vec4};
-use rayon::prelude::*;
 
+use super::tiles;
 use crate::frame::Frame;
 use crate::kernel::light::light_ray;
 use crate::kernel::media::{Sampler, four_along};
@@ -22,12 +22,9 @@ pub(super) fn trace_threshold(
     progress.begin("shadow map", size as u64);
     let sampler = Sampler::of(media);
     let mut texels = vec![[0.0; 4]; size * size];
-    texels.par_chunks_exact_mut(size).enumerate().for_each_init(Vec::new, |reached, (y, row)| {
-        for (x, texel) in row.iter_mut().enumerate() {
-            let at = |i: usize| (i as f32 + 0.5) / size as f32;
-            *texel = trace_texel(&sampler, frame, [at(x), at(y)], reached);
-        }
-        progress.advance(1);
+    tiles::fill(&mut texels, size, progress, Vec::new, |reached, place| {
+        let [u, v] = place.map(|i| (i as f32 + 0.5) / size as f32);
+        trace_texel(&sampler, frame, [u, v], reached)
     });
     texels
 }

@@ -1,6 +1,7 @@
 //! Pass `trace_visibility`: every slab of every texel's ray, in order, into points of transmittance.
 
-use super::trace_slices::{by_rows, trace_texel};
+use super::tiles;
+use super::trace_slices::trace_texel;
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::kernel::media::Sampler;
@@ -16,11 +17,11 @@ pub(super) fn trace_visibility(
     progress: &dyn Progress,
 ) -> Result<Runs<VisibilityPoint>> {
     let sampler = Sampler::of(media);
-    by_rows(frame, progress, |y| {
-        let size = frame.sizes[3];
-        let at = |i: u32| (i as f32 + 0.5) / size as f32;
+    let size = frame.sizes[3] as usize;
+    tiles::runs(size, progress, |columns, y| {
+        let at = |i: usize| (i as f32 + 0.5) / size as f32;
         let (mut row, mut nodes, mut points) = (Runs::default(), Vec::new(), Vec::new());
-        for x in 0..size {
+        for x in columns {
             trace_texel(&sampler, frame, [at(x), at(y)], &mut nodes);
             fit_visibility(&nodes, tolerance, &mut points);
             row.push(&points)?;

@@ -7,8 +7,8 @@ use super::field::{Encoding, GpuField, limit_error, texture, write_layers};
 use crate::error::Result;
 use crate::volume::{BLOCK_EDGE, BLOCK_VALUES, SparseVoxels, Volume};
 
-/// In the table: a block that holds nothing and is not stored.
-const NO_BLOCK: u32 = u32::MAX;
+/// In the table of a volume in blocks: a block that holds nothing and is not stored.
+pub const NO_BLOCK: u32 = u32::MAX;
 /// Blocks along an axis of the texture at most: bits that the table has for them.
 const MOST_ALONG: usize = 1 << 10;
 

@@ -2,6 +2,7 @@
 //! back.
 
 use bytemuck::{Pod, Zeroable};
+use wgpu::BindGroupEntry;
 use wgpu::util::DeviceExt;
 
 use super::bindings::{at, entry};
@@ -54,7 +55,7 @@ pub struct GpuFragments {
     runs: wgpu::Buffer,
     nodes: wgpu::Buffer,
     links: wgpu::Buffer,
-    counters: wgpu::Buffer,
+    pub(super) counters: wgpu::Buffer,
     linked: bool,
 }
 
@@ -72,6 +73,16 @@ impl GpuFragments {
     /// Links of each node, two u16 in one u32; a few bytes of nothing without.
     pub fn links(&self) -> &wgpu::Buffer {
         &self.links
+    }
+
+    /// What pass `trace_slices` writes.
+    pub(super) fn slices_entries(&self) -> [BindGroupEntry<'_>; 4] {
+        [
+            entry(at::RUNS, self.runs.as_entire_binding()),
+            entry(at::NODES, self.nodes.as_entire_binding()),
+            entry(at::TILE, self.tile_buffer.as_entire_binding()),
+            entry(at::COUNTERS, self.counters.as_entire_binding()),
+        ]
     }
 
     /// Whether it has links between neighbours.
@@ -142,16 +153,7 @@ impl Renderer {
         frame: &GpuFrame,
         fragments: &GpuFragments,
     ) {
-        let mut entries = self.media_entries(media);
-        entries.extend([
-            entry(at::FRAME, frame.buffer().as_entire_binding()),
-            entry(at::RUNS, fragments.runs.as_entire_binding()),
-            entry(at::NODES, fragments.nodes.as_entire_binding()),
-            entry(at::TILE, fragments.tile_buffer.as_entire_binding()),
-            entry(at::COUNTERS, fragments.counters.as_entire_binding()),
-        ]);
-        encoder.clear_buffer(&fragments.counters, 0, None);
-        self.record(encoder, &self.passes(media).trace_slices, &entries, fragments.tile.extent);
+        self.prepare_slices(media, frame, fragments).record(encoder, frame);
     }
 
     /// Records pass `link_neighbors`, and gives the map with its links.
@@ -167,7 +169,8 @@ impl Renderer {
             entry(at::LINKS, links.as_entire_binding()),
             entry(at::TILE, fragments.tile_buffer.as_entire_binding()),
         ];
-        self.record(encoder, &self.map_passes.link_neighbors, &entries, fragments.tile.extent);
+        let pipeline = &self.map_passes.link_neighbors;
+        self.prepare(pipeline, &entries, fragments.tile.extent).record_for(encoder, false);
         GpuFragments { links, linked: true, ..fragments }
     }
 

@@ -166,7 +166,8 @@ impl Renderer {
             entry(at::ELEMENTS, lists.elements.as_entire_binding()),
             entry(at::COUNTERS, lists.counters.as_entire_binding()),
         ];
-        self.record(encoder, &self.map_passes.sort_fragments, &entries, lists.tile.extent);
+        let pipeline = &self.map_passes.sort_fragments;
+        self.prepare(pipeline, &entries, lists.tile.extent).record(encoder, frame);
         Ok(fragments)
     }
 

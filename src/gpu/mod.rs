@@ -6,6 +6,10 @@
 //! Frame  --frame---> GpuFrame ---+--trace_slices-----> GpuFragments ----------------------+--march_view--> GpuImage
 //!                                +--raster_slices----> GpuLists --sort_fragments--> GpuFragments
 //! ```
+//!
+//! A program that draws many frames prepares its passes once ([`Renderer::prepare_threshold`],
+//! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]), then for each frame updates the parameters
+//! ([`Renderer::update`]) and records ([`Prepared::record`]) the map's pass if the light has moved and the view's.
 
 mod adapter;
 mod bindings;
@@ -16,9 +20,12 @@ mod link;
 mod lists;
 mod media;
 mod passes;
+mod prepared;
 mod readback;
 mod renderer;
 mod tiles;
+
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::backend::Backend;
 use crate::error::{Error, Result};
@@ -28,11 +35,14 @@ use crate::progress::Progress;
 use crate::scene::Media;
 use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, Links, Map, Runs, ShadowMap};
+use crate::volume::Volume;
 pub use adapter::{AdapterChoice, adapters};
+pub use blocks::NO_BLOCK;
 pub use fragments::{GpuFragments, INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 pub use link::{MediaKind, linked, shadow_wgsl};
 pub use lists::GpuLists;
 pub use media::GpuMedia;
+pub use prepared::Prepared;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, GpuShadow, Renderer};
 
 /// Shader roots, one a pass: its name, which is the entry point's, and its source with imports.
@@ -53,10 +63,13 @@ fn pass(name: &str) -> Result<(&'static str, &'static str)> {
 }
 
 /// Renders on a graphics adapter, from and to memory of the host.
+///
+/// The volume of the last plain media stays on the device, and alive, for the passes that follow.
 #[derive(Debug)]
 pub struct GpuBackend {
     renderer: Renderer,
     description: String,
+    uploaded: Mutex<Option<(Arc<Volume>, GpuMedia)>>,
 }
 
 impl GpuBackend {
@@ -66,7 +79,25 @@ impl GpuBackend {
     /// If there is no such adapter or it refuses.
     pub fn open(choice: AdapterChoice) -> Result<Self> {
         let (device, queue, description) = adapter::open(choice)?;
-        Ok(Self { renderer: Renderer::new(&device, &queue)?, description })
+        let renderer = Renderer::new(&device, &queue)?;
+        Ok(Self { renderer, description, uploaded: Mutex::new(None) })
+    }
+
+    /// Media on the device: those of the last pass, if they are the same volume.
+    fn upload(&self, media: &Media) -> Result<GpuMedia> {
+        let volume = media.plain().map(|_| &media.first().volume);
+        // What a thread that panicked left is whole, or not there.
+        let mut uploaded = self.uploaded.lock().unwrap_or_else(PoisonError::into_inner);
+        if let (Some((known, held)), Some(volume)) = (&*uploaded, volume)
+            && Arc::ptr_eq(known, volume)
+        {
+            return Ok(held.clone());
+        }
+        // Not two at once.
+        *uploaded = None;
+        let held = self.renderer.upload(media)?;
+        *uploaded = volume.map(|volume| (volume.clone(), held.clone()));
+        Ok(held)
     }
 
     /// The renderer behind it, which works on textures of the device.
@@ -92,7 +123,7 @@ impl Backend for GpuBackend {
     ) -> Result<Vec<[f32; 4]>> {
         progress.begin("shadow map", 1);
         let gpu = &self.renderer;
-        let gpu_media = gpu.upload(media)?;
+        let gpu_media = self.upload(media)?;
         let frame_buffer = gpu.frame(frame, &gpu_media)?;
         let map = gpu.map(frame.sizes[3])?;
         gpu.submit(|encoder| gpu.trace_threshold(encoder, &gpu_media, &frame_buffer, &map))?;
@@ -108,7 +139,7 @@ impl Backend for GpuBackend {
         memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
-        tiles::trace_slices(&self.renderer, media, frame, memory, progress)
+        tiles::trace_slices(&self.renderer, (media, &self.upload(media)?), frame, memory, progress)
     }
 
     fn raster_slices(
@@ -118,7 +149,7 @@ impl Backend for GpuBackend {
         memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
-        tiles::raster_slices(&self.renderer, media, frame, memory, progress)
+        tiles::raster_slices(&self.renderer, &self.upload(media)?, frame, memory, progress)
     }
 
     fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
@@ -141,7 +172,7 @@ impl Backend for GpuBackend {
     ) -> Result<Image> {
         progress.begin("picture", 1);
         let gpu = &self.renderer;
-        let gpu_media = gpu.upload(media)?;
+        let gpu_media = self.upload(media)?;
         let mut frame = *frame;
         frame.counts[2] = u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
         let frame_buffer = gpu.frame(&frame, &gpu_media)?;

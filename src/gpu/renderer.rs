@@ -16,8 +16,6 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::scene::Media;
 
-/// Threads along each edge of a workgroup, as in the shaders.
-const WORKGROUP: u32 = 8;
 /// Bytes of a map's texel or a picture's pixel.
 pub(super) const TEXEL_BYTES: u32 = 16;
 
@@ -33,6 +31,10 @@ impl GpuFrame {
     /// The uniform buffer, laid out as [`Frame`].
     pub fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer
+    }
+
+    pub(super) fn usual(&self) -> bool {
+        self.usual
     }
 }
 
@@ -71,7 +73,7 @@ pub struct GpuImage {
 }
 
 impl GpuMap {
-    fn curve_entries(&self) -> [BindGroupEntry<'_>; 2] {
+    pub(super) fn curve_entries(&self) -> [BindGroupEntry<'_>; 2] {
         let [ends, cubics] = &self.curves;
         [
             entry(at::PIECE_ENDS, ends.as_entire_binding()),
@@ -205,6 +207,29 @@ impl Renderer {
     /// # Errors
     /// If the map or the picture is larger than the device's textures can be.
     pub fn frame(&self, frame: &Frame, media: &GpuMedia) -> Result<GpuFrame> {
+        let held = self.held(frame, media)?;
+        let buffer = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("frame"),
+            contents: bytes_of(&held),
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        });
+        Ok(GpuFrame { buffer, usual: frame.is_usual() })
+    }
+
+    /// Puts other parameters of a frame of `media` in the place of those that `known` holds: for what is submitted
+    /// from now on. Passes prepared with it go on as they are, if sizes of map and picture have not changed.
+    ///
+    /// # Errors
+    /// As [`Renderer::frame`]; then nothing has changed.
+    pub fn update(&self, known: &mut GpuFrame, frame: &Frame, media: &GpuMedia) -> Result<()> {
+        let held = self.held(frame, media)?;
+        self.queue.write_buffer(&known.buffer, 0, bytes_of(&held));
+        known.usual = frame.is_usual();
+        Ok(())
+    }
+
+    /// A frame as shaders read it for media on the device.
+    fn held(&self, frame: &Frame, media: &GpuMedia) -> Result<Frame> {
         let [width, height, _, map] = frame.sizes;
         let limit = self.device.limits().max_texture_dimension_2d;
         for (what, size) in [("picture", width), ("picture", height), ("map", map)] {
@@ -213,15 +238,9 @@ impl Renderer {
                 return Err(ErrorKind::Limit { what: what.to_owned(), needed, limit }.into());
             }
         }
-        let usual = frame.is_usual();
-        let mut frame = *frame;
-        frame.world_origin.w = media.scale();
-        let buffer = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("frame"),
-            contents: bytes_of(&frame),
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        });
-        Ok(GpuFrame { buffer, usual })
+        let mut held = *frame;
+        held.world_origin.w = media.scale();
+        Ok(held)
     }
 
     /// An empty map of `size` squared texels.
@@ -273,12 +292,7 @@ impl Renderer {
         frame: &GpuFrame,
         map: &GpuMap,
     ) {
-        let mut entries = self.media_entries(media);
-        entries.push(entry(at::FRAME, frame.buffer.as_entire_binding()));
-        entries.push(entry(at::OUTPUT, BindingResource::TextureView(&map.view)));
-        entries.extend(map.curve_entries());
-        let size = map.texture.width();
-        self.record(encoder, &self.passes(media).trace_threshold, &entries, [size, size]);
+        self.prepare_threshold(media, frame, map).record(encoder, frame);
     }
 
     /// Records pass `fit_curves`: makes a map that was filled from the host ready to be looked up.
@@ -289,7 +303,7 @@ impl Renderer {
         ];
         entries.extend(map.curve_entries());
         let size = map.texture.width();
-        self.record(encoder, &self.map_passes.fit_curves, &entries, [size, size]);
+        self.prepare(&self.map_passes.fit_curves, &entries, [size, size]).record(encoder, frame);
     }
 
     /// Records pass `march_view`: fills `image` for the camera of `frame`, lit through `shadow`.
@@ -301,25 +315,7 @@ impl Renderer {
         shadow: GpuShadow<'_>,
         image: &GpuImage,
     ) {
-        let mut entries = self.media_entries(media);
-        entries.push(entry(at::FRAME, frame.buffer.as_entire_binding()));
-        entries.push(entry(at::OUTPUT, BindingResource::TextureView(&image.view)));
-        let [usual, general] = match shadow {
-            GpuShadow::Threshold(map) => {
-                entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)));
-                entries.extend(map.curve_entries());
-                &self.passes(media).march_view
-            }
-            GpuShadow::Fragments(map) => {
-                entries.push(entry(at::RUNS, map.runs().as_entire_binding()));
-                entries.push(entry(at::NODES, map.nodes().as_entire_binding()));
-                entries.push(entry(at::LINKS, map.links().as_entire_binding()));
-                &self.passes(media).march_view_fragments
-            }
-        };
-        let pipeline = if frame.usual { usual } else { general };
-        let size = image.texture.size();
-        self.record(encoder, pipeline, &entries, [size.width, size.height]);
+        self.prepare_view(media, frame, shadow, image).record(encoder, frame);
     }
 
     fn texture(
@@ -349,23 +345,5 @@ impl Renderer {
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         Ok((texture, view))
-    }
-
-    pub(super) fn record(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        pipeline: &wgpu::ComputePipeline,
-        entries: &[BindGroupEntry<'_>],
-        [width, height]: [u32; 2],
-    ) {
-        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(0),
-            entries,
-        });
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &bindings, &[]);
-        pass.dispatch_workgroups(width.div_ceil(WORKGROUP), height.div_ceil(WORKGROUP), 1);
     }
 }

@@ -3,6 +3,7 @@
 
 use super::fragments::Tile;
 use super::lists::ELEMENT_BYTES;
+use super::media::GpuMedia;
 use super::renderer::Renderer;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Frame, SLABS_PER_VOXEL};
@@ -20,7 +21,7 @@ const BLOCK_ROWS: u32 = 8;
 /// Pass `trace_slices` over all tiles.
 pub(super) fn trace_slices(
     gpu: &Renderer,
-    media: &Media,
+    (media, gpu_media): (&Media, &GpuMedia),
     frame: &Frame,
     memory: u64,
     progress: &dyn Progress,
@@ -28,8 +29,7 @@ pub(super) fn trace_slices(
     let size = frame.sizes[3];
     progress.begin("shadow map", u64::from(size));
     let budget = memory.min(gpu.largest_binding());
-    let gpu_media = gpu.upload(media)?;
-    let frame_buffer = gpu.frame(frame, &gpu_media)?;
+    let frame_buffer = gpu.frame(frame, gpu_media)?;
     let fitted = frame.slices.z > 0.0;
     let mut capacity = if fitted { FITTED_NODES } else { most_nodes(media, frame) };
     let mut all = Runs::default();
@@ -40,7 +40,7 @@ pub(super) fn trace_slices(
         let rows = u32::try_from(blocks * u64::from(BLOCK_ROWS)).unwrap_or(size).max(BLOCK_ROWS);
         let rows = rows.min(size - first);
         let fragments = gpu.fragments(Tile::rows(size, first, rows, capacity))?;
-        gpu.submit(|encoder| gpu.trace_slices(encoder, &gpu_media, &frame_buffer, &fragments))?;
+        gpu.submit(|encoder| gpu.trace_slices(encoder, gpu_media, &frame_buffer, &fragments))?;
         if let Some(needed) = gpu.nodes_missing(&fragments)? {
             capacity = needed;
             continue;
@@ -67,7 +67,7 @@ fn most_nodes(media: &Media, frame: &Frame) -> u32 {
 /// Passes `raster_slices` and `sort_fragments` over all tiles.
 pub(super) fn raster_slices(
     gpu: &Renderer,
-    media: &Media,
+    gpu_media: &GpuMedia,
     frame: &Frame,
     memory: u64,
     progress: &dyn Progress,
@@ -78,8 +78,7 @@ pub(super) fn raster_slices(
     // Nodes take as much again as elements.
     let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
     let most = most.min(u64::from(u32::MAX - 1));
-    let gpu_media = gpu.upload(media)?;
-    let frame_buffer = gpu.frame(frame, &gpu_media)?;
+    let frame_buffer = gpu.frame(frame, gpu_media)?;
     let mut all = Runs::default();
     // The counter of fragments has 32 bits.
     let countable = u64::from(u32::MAX) / (u64::from(size) * u64::from(planes)).max(1);
@@ -91,7 +90,7 @@ pub(super) fn raster_slices(
         let tile = Tile::rows(size, first, rows, guess.max(capacity).min(most) as u32);
         let lists = gpu.lists(tile);
         gpu.submit(|encoder| {
-            gpu.raster_slices(encoder, &gpu_media, &frame_buffer, planes, &lists);
+            gpu.raster_slices(encoder, gpu_media, &frame_buffer, planes, &lists);
         })?;
         let drawn = gpu.fragments_drawn(&lists)?;
         if u64::from(drawn) > most {

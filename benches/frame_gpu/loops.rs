@@ -1,0 +1,90 @@
+//! A program that draws frame after frame: wall-clock time with all that the host does, whether it keeps its passes
+//! prepared or records them anew.
+
+use std::time::Instant;
+
+use deepshadow::frame::Frame;
+use deepshadow::gpu::GpuShadow;
+use deepshadow::scene::{LightKind, LightView, Scene};
+use glam::DQuat;
+
+use crate::bench::Bench;
+use crate::device::Gpu;
+use crate::scenes::close;
+
+/// Frames drawn for a number: on hardware, and on software.
+const FRAMES: u32 = 1000;
+const SOFTWARE_FRAMES: u32 = 8;
+/// Frames under way before the host waits.
+const AHEAD: u32 = 8;
+/// Radians that what moves turns about the vertical between two frames.
+const TURN: f64 = 1e-3;
+
+/// Prints the table of loops.
+pub fn table(gpu: &Gpu) {
+    println!("\nFrames a second, drawn one after another (wall clock, threshold maps)");
+    println!(
+        "| volume | camera moves | the same, recorded anew | light moves | the same, recorded anew |"
+    );
+    println!("|---|---|---|---|---|");
+    for make in close() {
+        let bench = make(&gpu.renderer);
+        let rates = [(false, true), (false, false), (true, true), (true, false)]
+            .map(|(light, prepared)| format!("{:.0}", rate(gpu, &bench, light, prepared)));
+        println!("| {} | {} |", bench.name, rates.join(" | "));
+    }
+}
+
+/// Frames a second where the camera moves, or the light.
+fn rate(gpu: &Gpu, bench: &Bench<'_>, light: bool, prepared: bool) -> f64 {
+    let renderer = bench.gpu;
+    let map = renderer.map(bench.settings.map_size).unwrap();
+    let shadow = GpuShadow::Threshold(&map);
+    let mut held = bench.frame(&bench.settings, |_| ());
+    let trace = renderer.prepare_threshold(&bench.volume, &held, &map);
+    let view = renderer.prepare_view(&bench.volume, &held, shadow, &bench.image);
+    let mut scene = bench.scene.clone();
+    renderer.submit(|encoder| trace.record(encoder, &held)).unwrap();
+    let frames = if gpu.is_software() { SOFTWARE_FRAMES } else { FRAMES };
+    let begun = Instant::now();
+    for i in 0..frames {
+        let fitted;
+        let lit_from = if light {
+            turn_light(&mut scene);
+            fitted = LightView::fit(scene.light(), &scene.media).unwrap();
+            &fitted
+        } else {
+            let turned =
+                DQuat::from_rotation_y(TURN) * (scene.camera.position - scene.camera.target);
+            scene.camera.position = scene.camera.target + turned;
+            &bench.view
+        };
+        let frame = Frame::with_light_view(&scene, &bench.settings, lit_from).unwrap();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        if prepared {
+            renderer.update(&mut held, &frame, &bench.volume).unwrap();
+            if light {
+                trace.record(&mut encoder, &held);
+            }
+            view.record(&mut encoder, &held);
+        } else {
+            let held = renderer.frame(&frame, &bench.volume).unwrap();
+            if light {
+                renderer.trace_threshold(&mut encoder, &bench.volume, &held, &map);
+            }
+            renderer.march_view(&mut encoder, &bench.volume, &held, shadow, &bench.image);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        if i % AHEAD == AHEAD - 1 {
+            gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        }
+    }
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    f64::from(frames) / begun.elapsed().as_secs_f64()
+}
+
+fn turn_light(scene: &mut Scene) {
+    if let LightKind::Directional { direction } = &mut scene.lights[0].kind {
+        *direction = DQuat::from_rotation_y(TURN) * *direction;
+    }
+}
