@@ -29,6 +29,7 @@ pub(super) fn march_view(
 ) -> Image {
     let [width, height, samples, _] = frame.sizes;
     progress.begin("picture", u64::from(height));
+    map.prepare();
     let view = View { sampler: Sampler::of(media), frame, map };
     let mut image = Image::filled(width, height, [0.0; 4]);
     tiles::fill(

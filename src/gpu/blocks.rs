@@ -1,6 +1,7 @@
 //! A volume as blocks in one 3D texture, side by side, and a table of where each is: sparse volumes, and those
 //! that no texture is large enough for.
 
+use rayon::prelude::*;
 use wgpu::TextureFormat;
 
 use super::field::{Encoding, GpuField, limit_error, texture, write_layers};
@@ -51,7 +52,9 @@ impl GpuBlocks {
         let size = slots.map(|n| (n * BLOCK_EDGE) as u32);
         let stored = texture(device, "volume", size, encoding.format);
         write_layers(queue, &stored, encoding.texel_bytes(), |layers| {
-            layers.flat_map(|z| encoding.bytes(&plane(&voxels, &held, slots, z))).collect()
+            let planes = layers.into_par_iter();
+            let planes = planes.map(|z| encoding.bytes(&plane(&voxels, &held, slots, z)));
+            planes.collect::<Vec<_>>().concat()
         });
         Ok(Self {
             stored: GpuField::new(&stored, &encoding),

@@ -41,15 +41,17 @@ impl GpuField {
         write_layers(queue, &texture, encoding.texel_bytes(), |layers| {
             if let Voxels::Dense(values) = volume.voxels() {
                 let all = values.as_slice().unwrap_or_default();
-                return encoding.bytes(&all[layers.start * nx * ny..layers.end * nx * ny]);
+                let layers = all[layers.start * nx * ny..layers.end * nx * ny].par_chunks(nx * ny);
+                return layers.map(|layer| encoding.bytes(layer)).collect::<Vec<_>>().concat();
             }
-            let mut row = vec![0.0; nx];
-            let mut bytes = Vec::new();
-            for (z, y) in layers.flat_map(|z| (0..ny).map(move |y| (z, y))) {
-                volume.voxels().fill_row(y, z, &mut row);
-                bytes.extend(encoding.bytes(&row));
-            }
-            bytes
+            let layer = |z: usize| {
+                let mut values = vec![0.0; nx * ny];
+                for (y, row) in values.chunks_exact_mut(nx).enumerate() {
+                    volume.voxels().fill_row(y, z, row);
+                }
+                encoding.bytes(&values)
+            };
+            layers.into_par_iter().map(layer).collect::<Vec<_>>().concat()
         });
         Ok(Self::new(&texture, &encoding))
     }

@@ -25,6 +25,10 @@ pub trait ShadowMap: Sync {
     /// Texels along each edge.
     fn size(&self) -> u32;
 
+    /// Works out with all threads what lookups share; without, the first lookup does so on its own thread. Not
+    /// while other threads of the same pool are looking up.
+    fn prepare(&self) {}
+
     /// Bytes that a lookup may read, without what it may do without (links, the light's view).
     fn bytes(&self) -> u64;
 
@@ -150,6 +154,10 @@ impl Map {
 impl ShadowMap for Map {
     fn size(&self) -> u32 {
         self.inner().size()
+    }
+
+    fn prepare(&self) {
+        self.inner().prepare();
     }
 
     fn bytes(&self) -> u64 {

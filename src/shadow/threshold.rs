@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 use super::ShadowMap;
 use crate::frame::Frame;
@@ -41,19 +42,20 @@ impl ThresholdMap {
         Self { size, texels, thresholds, lookup, view, curves, frame }
     }
 
-    /// The curve of every texel. Made on one thread: a first lookup may come from any.
+    /// The curve of every texel. Made on one thread unless the map is prepared: a first lookup may come from
+    /// any.
     fn curves(&self) -> &[Curve] {
-        self.curves.get_or_init(|| {
-            let (size, frame) = (self.size as usize, &*self.frame);
-            let depths = frame.threshold_depths.truncate();
-            let at = |c: usize| (c as f32 + 0.5) / size as f32;
-            let texels = self.texels.iter().enumerate();
-            let curves = texels.map(|(i, &texel)| {
-                let (enter, exit) = light_extent(frame, at(i % size), at(i / size));
-                curve(Vec4::from(texel), frame.thresholds.truncate(), depths, [enter, exit])
-            });
-            curves.collect()
-        })
+        self.curves.get_or_init(|| (0..self.texels.len()).map(|i| self.curve(i)).collect())
+    }
+
+    /// The curve of a texel.
+    fn curve(&self, texel: usize) -> Curve {
+        let (size, frame) = (self.size as usize, &*self.frame);
+        let depths = frame.threshold_depths.truncate();
+        let at = |c: usize| (c as f32 + 0.5) / size as f32;
+        let (enter, exit) = light_extent(frame, at(texel % size), at(texel / size));
+        let texel = Vec4::from(self.texels[texel]);
+        curve(texel, frame.thresholds.truncate(), depths, [enter, exit])
     }
 
     /// The texels, row 0 at v = 0: depths R, G, B in world lengths along the ray, opacity A.
@@ -80,6 +82,14 @@ impl ThresholdMap {
 impl ShadowMap for ThresholdMap {
     fn size(&self) -> u32 {
         self.size
+    }
+
+    fn prepare(&self) {
+        if self.lookup == Lookup::Default && self.curves.get().is_none() {
+            let texels = (0..self.texels.len()).into_par_iter();
+            // Another thread may have been faster, with the same.
+            let _ = self.curves.set(texels.map(|i| self.curve(i)).collect());
+        }
     }
 
     fn bytes(&self) -> u64 {

@@ -43,15 +43,18 @@ pub struct Part<'a> {
     values: &'a [f32],
 }
 
-impl<'a> Part<'a> {
-    /// Its own voxels and what they hold.
-    pub fn voxels(self) -> impl Iterator<Item = ([usize; 3], f32)> + 'a {
+impl Part<'_> {
+    /// Calls `visit` with each of its own voxels and what it holds.
+    pub fn for_each(self, mut visit: impl FnMut([usize; 3], f32)) {
         let ([x0, y0, z0], [nx, ny, nz]) = (self.origin, self.size);
-        let rows = (0..nz).flat_map(move |z| (0..ny).map(move |y| [y, z]));
-        rows.flat_map(move |[y, z]| {
-            let row = &self.values[(z * BLOCK_EDGE + y) * BLOCK_EDGE..][..nx];
-            row.iter().enumerate().map(move |(x, &value)| ([x0 + x, y0 + y, z0 + z], value))
-        })
+        for z in 0..nz {
+            for y in 0..ny {
+                let row = &self.values[(z * BLOCK_EDGE + y) * BLOCK_EDGE..][..nx];
+                for (x, &value) in row.iter().enumerate() {
+                    visit([x0 + x, y0 + y, z0 + z], value);
+                }
+            }
+        }
     }
 }
 

@@ -86,10 +86,10 @@ fn sparse_column_sums(voxels: &SparseVoxels, axis: usize) -> Vec<f64> {
     for part in voxels.parts() {
         let block = across.map(|axis| part.origin[axis] / BLOCK);
         let sums = blocks.entry(block).or_insert_with(|| vec![0.0; BLOCK * BLOCK]);
-        for (voxel, value) in part.voxels() {
+        part.for_each(|voxel, value| {
             let [a, b] = across.map(|axis| voxel[axis] % BLOCK);
             sums[b * BLOCK + a] += f64::from(value);
-        }
+        });
     }
     blocks.into_values().flatten().collect()
 }

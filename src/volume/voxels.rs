@@ -82,10 +82,12 @@ impl Voxels {
                 }
             }
             Self::Sparse(voxels) => {
-                for (voxel, value) in voxels.parts().flat_map(super::sparse::Part::voxels) {
-                    if value != 0.0 {
-                        visit(voxel, value);
-                    }
+                for part in voxels.parts() {
+                    part.for_each(|voxel, value| {
+                        if value != 0.0 {
+                            visit(voxel, value);
+                        }
+                    });
                 }
             }
         }
@@ -130,12 +132,13 @@ impl Voxels {
                 values.as_slice().unwrap_or_default().par_chunks(1 << 16).map(count).sum()
             }
             Self::Sparse(voxels) => {
-                let parts = voxels.parts().flat_map(super::sparse::Part::voxels);
-                if voxels.values().par_iter().all(|&v| renders(v)) {
-                    0
-                } else {
-                    parts.filter(|&(_, v)| !renders(v)).count()
+                let mut count = 0;
+                if !voxels.values().par_iter().all(|&v| renders(v)) {
+                    for part in voxels.parts() {
+                        part.for_each(|_, v| count += usize::from(!renders(v)));
+                    }
                 }
+                count
             }
         };
         if replaced > 0 {

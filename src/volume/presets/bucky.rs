@@ -1,7 +1,8 @@
 //! Bucky: C60, an electron-density-like sum of 60 atoms and 90 bonds over a faint shell.
 
 use glam::DVec3;
-use ndarray::Array3;
+use ndarray::{Array3, Axis};
+use rayon::prelude::*;
 
 const RADIUS: f64 = 0.72;
 const ATOM_SIGMA: f64 = 0.075;
@@ -16,16 +17,18 @@ pub(super) fn voxels(n: usize) -> Array3<f32> {
     let bonds = bonds(&atoms);
     let density = |p: DVec3| {
         let atoms: f64 = atoms.iter().map(|a| gaussian((p - a).length(), ATOM_SIGMA)).sum();
-        let bonds = bonds
-            .iter()
-            .map(|&[a, b]| BOND_DENSITY * gaussian(distance_to_segment(p, a, b), BOND_SIGMA))
-            .fold(0.0, f64::max);
+        let nearest = bonds.iter().map(|&[a, b]| distance_to_segment(p, a, b));
+        let bonds = BOND_DENSITY * gaussian(nearest.fold(f64::INFINITY, f64::min), BOND_SIGMA);
         let from_shell = (p.length() - RADIUS) / SHELL_SIGMA;
         atoms.max(bonds) + SHELL_DENSITY * (-from_shell * from_shell).exp()
     };
     let centre = |i: usize| (i as f64 + 0.5) / n as f64 * 2.0 - 1.0;
-    let values = Array3::from_shape_fn((n, n, n), |(z, y, x)| {
-        density(DVec3::new(centre(x), centre(y), centre(z)))
+    let mut values = Array3::zeros((n, n, n));
+    let planes: Vec<_> = values.axis_iter_mut(Axis(0)).collect();
+    planes.into_par_iter().enumerate().for_each(|(z, mut plane)| {
+        for ((y, x), value) in plane.indexed_iter_mut() {
+            *value = density(DVec3::new(centre(x), centre(y), centre(z)));
+        }
     });
     let peak = values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     values.mapv(|v| super::eight_bits(v / peak))
