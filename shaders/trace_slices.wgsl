@@ -30,18 +30,14 @@ fn add_slab(front: f32, back: f32, optical_depth: f32) {
     }
 }
 
-@compute @workgroup_size(8, 8)
-fn trace_slices(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+@compute @workgroup_size(8, 4)
+fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     if (any(id.xy >= tile.extent)) {
         return;
     }
-    // The nodes of a block of texels lie side by side: their first ones, their second ones, ...
-    let block = group.y * groups.x + group.x;
+    // The nodes of a block of 8 x 8 texels lie side by side: their first ones, their second ones, ...
+    let block = id.y / 8u * ((tile.extent.x + 7u) / 8u) + id.x / 8u;
+    let lane = id.y % 8u * 8u + id.x % 8u;
     list = List(block * INTERLEAVED_STRIDE * tile.capacity + lane, 0u, INTERLEAVED_STRIDE);
 
     let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.sizes.w);

@@ -1,6 +1,7 @@
 //! A program that draws frame after frame: wall-clock time with all that the host does, whether it keeps its passes
 //! prepared or records them anew.
 
+use std::collections::VecDeque;
 use std::time::Instant;
 
 use deepshadow::frame::Frame;
@@ -15,8 +16,8 @@ use crate::scenes::close;
 /// Frames drawn for a number: on hardware, and on software.
 const FRAMES: u32 = 1000;
 const SOFTWARE_FRAMES: u32 = 8;
-/// Frames under way before the host waits.
-const AHEAD: u32 = 8;
+/// Frames under way before the host waits for the first of them.
+const AHEAD: usize = 8;
 /// Radians that what moves turns about the vertical between two frames.
 const TURN: f64 = 1e-3;
 
@@ -46,8 +47,9 @@ fn rate(gpu: &Gpu, bench: &Bench<'_>, light: bool, prepared: bool) -> f64 {
     let mut scene = bench.scene.clone();
     renderer.submit(|encoder| trace.record(encoder, &held)).unwrap();
     let frames = if gpu.is_software() { SOFTWARE_FRAMES } else { FRAMES };
+    let mut under_way = VecDeque::new();
     let begun = Instant::now();
-    for i in 0..frames {
+    for _ in 0..frames {
         let fitted;
         let lit_from = if light {
             turn_light(&mut scene);
@@ -74,9 +76,10 @@ fn rate(gpu: &Gpu, bench: &Bench<'_>, light: bool, prepared: bool) -> f64 {
             }
             renderer.march_view(&mut encoder, &bench.volume, &held, shadow, &bench.image);
         }
-        gpu.queue.submit([encoder.finish()]);
-        if i % AHEAD == AHEAD - 1 {
-            gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        under_way.push_back(gpu.queue.submit([encoder.finish()]));
+        if under_way.len() > AHEAD {
+            let submission_index = under_way.pop_front();
+            gpu.device.poll(wgpu::PollType::Wait { submission_index, timeout: None }).unwrap();
         }
     }
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();

@@ -3,6 +3,9 @@
 #import kernel/threshold
 #import map/texels
 
+// Whether lookups search lists.
+const LISTS: bool = false;
+
 @group(0) @binding(3) var threshold_map: texture_2d<f32>;
 
 // What it says of optical depth, worked out once a texel: kernel/curves.

@@ -2,6 +2,9 @@
 #import kernel/fragments
 #import kernel/frame
 
+// Whether lookups search lists.
+const LISTS: bool = true;
+
 // First node and count of each texel, row by row.
 @group(0) @binding(5) var<storage, read> runs: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read> nodes: array<vec2<f32>>;

@@ -8,8 +8,10 @@ use super::fragments::GpuFragments;
 use super::media::GpuMedia;
 use super::renderer::{GpuFrame, GpuImage, GpuMap, GpuShadow, Renderer};
 
-/// Threads along each edge of a workgroup, as in the shaders.
-const WORKGROUP: u32 = 8;
+/// Threads of a workgroup along x and y, as in the shaders.
+const WORKGROUP: [u32; 2] = [8, 8];
+/// Those of `trace_slices`, whose threads differ most in how long they take.
+const SMALL_WORKGROUP: [u32; 2] = [8, 4];
 
 /// A pass and all that it binds.
 #[derive(Clone, Debug)]
@@ -26,6 +28,12 @@ impl Prepared {
     /// Records the pass. `frame` is what it was prepared with, as it is or updated since.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, frame: &GpuFrame) {
         self.record_for(encoder, frame.usual());
+    }
+
+    /// The same in workgroups of so many threads.
+    fn in_groups(self, size: [u32; 2], threads: [u32; 2]) -> Self {
+        let workgroups = std::array::from_fn(|axis| size[axis].div_ceil(threads[axis]));
+        Self { workgroups, ..self }
     }
 
     /// Records the pass for the usual settings or for all.
@@ -64,7 +72,8 @@ impl Renderer {
         entries.push(entry(at::FRAME, frame.buffer().as_entire_binding()));
         entries.extend(fragments.slices_entries());
         let pipeline = &self.passes(media).trace_slices;
-        let prepared = self.prepare(pipeline, &entries, fragments.tile.extent);
+        let extent = fragments.tile.extent;
+        let prepared = self.prepare(pipeline, &entries, extent).in_groups(extent, SMALL_WORKGROUP);
         Prepared { cleared: Some(fragments.counters.clone()), ..prepared }
     }
 
@@ -92,8 +101,8 @@ impl Renderer {
                 &self.passes(media).march_view_fragments
             }
         };
-        let size = image.texture().size();
-        let prepared = self.prepare(usual, &entries, [size.width, size.height]);
+        let size = [image.texture().width(), image.texture().height()];
+        let prepared = self.prepare(usual, &entries, size);
         Prepared { pipelines: [usual.clone(), general.clone()], ..prepared }
     }
 
@@ -109,11 +118,8 @@ impl Renderer {
             layout: &pipeline.get_bind_group_layout(0),
             entries,
         });
-        Prepared {
-            pipelines: [pipeline.clone(), pipeline.clone()],
-            bindings,
-            workgroups: size.map(|n| n.div_ceil(WORKGROUP)),
-            cleared: None,
-        }
+        let pipelines = [pipeline.clone(), pipeline.clone()];
+        Prepared { pipelines, bindings, workgroups: [0; 2], cleared: None }
+            .in_groups(size, WORKGROUP)
     }
 }
