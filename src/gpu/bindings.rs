@@ -6,7 +6,7 @@ use wgpu::{
 };
 
 use super::link::{self, MediaKind};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::{Frame, MOST_FIELDS};
 use crate::settings::MapKind;
 
@@ -47,8 +47,10 @@ pub(super) fn pipeline(
     kinds: (MapKind, MediaKind),
     entries: &[BindGroupLayoutEntry],
 ) -> Result<wgpu::ComputePipeline> {
-    let (module, layout) = shader(device, (name, source), kinds, entries)?;
-    Ok(compute(device, name, &module, &layout, &[]))
+    checked(device, || {
+        let (module, layout) = shader(device, (name, source), kinds, entries)?;
+        Ok(compute(device, name, &module, &layout, &[]))
+    })
 }
 
 /// Two compute pipelines for a pass: for the usual settings alone ([`USUAL`]), and for all.
@@ -58,9 +60,22 @@ pub(super) fn usual_and_general(
     kinds: (MapKind, MediaKind),
     entries: &[BindGroupLayoutEntry],
 ) -> Result<[wgpu::ComputePipeline; 2]> {
-    let (module, layout) = shader(device, (name, source), kinds, entries)?;
-    let usual = compute(device, name, &module, &layout, &[(USUAL, 1.0)]);
-    Ok([usual, compute(device, name, &module, &layout, &[])])
+    let (module, layout) = checked(device, || shader(device, (name, source), kinds, entries))?;
+    let compiled = |constants: &[(&str, f64)]| {
+        checked(device, || Ok(compute(device, name, &module, &layout, constants)))
+    };
+    let (usual, general) = rayon::join(|| compiled(&[(USUAL, 1.0)]), || compiled(&[]));
+    Ok([usual?, general?])
+}
+
+/// What `make` makes, unless the device finds something wrong with it: scopes of errors belong to a thread.
+pub(super) fn checked<T>(device: &wgpu::Device, make: impl FnOnce() -> Result<T>) -> Result<T> {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let made = make();
+    match pollster::block_on(scope.pop()) {
+        Some(error) => Err(Error::gpu(error.to_string())),
+        None => made,
+    }
 }
 
 fn compute(

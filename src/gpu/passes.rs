@@ -18,6 +18,7 @@ pub(super) struct MediaPasses {
 }
 
 impl MediaPasses {
+    /// Compiles them side by side: drivers take up to a second for each.
     pub(super) fn new(device: &wgpu::Device, media: MediaKind) -> Result<Self> {
         let sampled = |more: &[_]| {
             let mut entries = bindings::media(media);
@@ -38,27 +39,28 @@ impl MediaPasses {
         let lists = [read(at::RUNS), read(at::NODES), read(at::LINKS)];
         let [kept_ends, kept_cubics] = bindings::curves(read_write);
         let [ends, cubics] = bindings::curves(read);
+        let map = bindings::threshold_map();
         let drawn = sampled(&[tile, heads, elements, counters]);
+        let threshold =
+            || compute("trace_threshold", MapKind::Threshold, &[output, kept_ends, kept_cubics]);
+        let slices = || compute("trace_slices", MapKind::Fragments, &[runs, nodes, tile, counters]);
+        let raster = || {
+            bindings::checked(device, || {
+                lists::raster_pipeline(device, pass("raster_slices")?, media, drawn)
+            })
+        };
+        let view = || march(MapKind::Threshold, &[map, output, ends, cubics]);
+        let lists = || march(MapKind::Fragments, &[output, lists[0], lists[1], lists[2]]);
+        let ((threshold, (slices, raster)), (view, lists)) = rayon::join(
+            || rayon::join(threshold, || rayon::join(slices, raster)),
+            || rayon::join(view, lists),
+        );
         Ok(Self {
-            trace_threshold: compute(
-                "trace_threshold",
-                MapKind::Threshold,
-                &[output, kept_ends, kept_cubics],
-            )?,
-            trace_slices: compute(
-                "trace_slices",
-                MapKind::Fragments,
-                &[runs, nodes, tile, counters],
-            )?,
-            raster_slices: lists::raster_pipeline(device, pass("raster_slices")?, media, drawn)?,
-            march_view: march(
-                MapKind::Threshold,
-                &[bindings::threshold_map(), output, ends, cubics],
-            )?,
-            march_view_fragments: march(
-                MapKind::Fragments,
-                &[output, lists[0], lists[1], lists[2]],
-            )?,
+            trace_threshold: threshold?,
+            trace_slices: slices?,
+            raster_slices: raster?,
+            march_view: view?,
+            march_view_fragments: lists?,
         })
     }
 }

@@ -12,7 +12,7 @@ use super::fragments::GpuFragments;
 use super::link::MediaKind;
 use super::media::GpuMedia;
 use super::passes::{MapPasses, MediaPasses};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{ErrorKind, Result};
 use crate::frame::Frame;
 use crate::scene::Media;
 
@@ -113,8 +113,7 @@ impl Renderer {
     /// # Errors
     /// If the device refuses a shader.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self> {
-        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let renderer = Self {
+        Ok(Self {
             device: device.clone(),
             queue: queue.clone(),
             sampler: device.create_sampler(&wgpu::SamplerDescriptor {
@@ -127,11 +126,7 @@ impl Renderer {
             blocks: OnceLock::new(),
             mixed: OnceLock::new(),
             map_passes: MapPasses::new(device)?,
-        };
-        match pollster::block_on(scope.pop()) {
-            Some(error) => Err(Error::gpu(error.to_string())),
-            None => Ok(renderer),
-        }
+        })
     }
 
     pub(super) fn device(&self) -> &wgpu::Device {
@@ -191,11 +186,7 @@ impl Renderer {
         if let Some(later) = self.compiled_later(kind)
             && later.get().is_none()
         {
-            let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
             let passes = MediaPasses::new(&self.device, kind)?;
-            if let Some(error) = pollster::block_on(scope.pop()) {
-                return Err(Error::gpu(error.to_string()));
-            }
             // Another thread may have been faster, with the same.
             let _ = later.set(passes);
         }
