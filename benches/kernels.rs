@@ -117,7 +117,7 @@ fn kernels(criterion: &mut Criterion) {
                 let slabs = slabs_of(frame, u, v);
                 let occupancy = bench.scene.media.occupancy();
                 let lengths = [slabs.step, frame.lengths.y, frame.longest.y];
-                let mut walk = Walk::new(occupancy, frame, &slabs.ray, slabs.exit, lengths);
+                let mut walk = Walk::new(occupancy, &slabs.ray, slabs.exit, lengths);
                 let mut t = walk.next_place(slabs.enter);
                 while t < slabs.exit {
                     t = walk.next_place(t + BATCH as f32 * walk.step_from(t));

@@ -72,7 +72,6 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         domain_min,
         domain_max,
         voxel_share,
-        bricks,
         brick_scale,
         brick_offset,
         rates,

@@ -5,7 +5,6 @@ struct Frame {
     domain_min: vec4<f32>,
     domain_max: vec4<f32>,
     voxel_share: vec4<f32>,
-    bricks: vec4<f32>,
     brick_scale: vec4<f32>,
     brick_offset: vec4<f32>,
     rates: vec4<f32>,

@@ -10,17 +10,20 @@ fn ray_at(ray: Ray, t: f32) -> vec3<f32> {
     return ray.origin + t * ray.direction;
 }
 
-// The same ray in voxel indices; t still counts frame-space lengths.
-fn index_ray_of(ray: Ray) -> Ray {
+// The same ray in another space, by the rows of the map to it; t still counts frame-space lengths.
+fn transformed(ray: Ray, x: vec4<f32>, y: vec4<f32>, z: vec4<f32>) -> Ray {
     let o = vec4<f32>(ray.origin, 1.0);
     let d = vec4<f32>(ray.direction, 0.0);
-    let x = frame.index_from_frame[0];
-    let y = frame.index_from_frame[1];
-    let z = frame.index_from_frame[2];
     return Ray(
         vec3<f32>(dot(x, o), dot(y, o), dot(z, o)),
         vec3<f32>(dot(x, d), dot(y, d), dot(z, d)),
     );
+}
+
+// The same ray in voxel indices.
+fn index_ray_of(ray: Ray) -> Ray {
+    let rows = frame.index_from_frame;
+    return transformed(ray, rows[0], rows[1], rows[2]);
 }
 
 // The part of a ray inside a box, as distances (enter, exit); empty if exit <= enter.

@@ -74,12 +74,7 @@ struct Inside {
 
 fn inside(field: u32, ray: Ray, at: f32, reach: f32) -> Inside {
     let rows = mixture.fields[field].index_from_media;
-    let o = vec4<f32>(ray.origin, 1.0);
-    let d = vec4<f32>(ray.direction, 0.0);
-    let own = Ray(
-        vec3<f32>(dot(rows[0], o), dot(rows[1], o), dot(rows[2], o)),
-        vec3<f32>(dot(rows[0], d), dot(rows[1], d), dot(rows[2], d)),
-    );
+    let own = transformed(ray, rows[0], rows[1], rows[2]);
     let lowest = mixture.fields[field].domain_min.xyz;
     let highest = mixture.fields[field].domain_max.xyz;
     let begin = ray_at(own, at - reach);

@@ -156,8 +156,7 @@ impl View<'_> {
         let light = arriving(frame, ray, ray.origin);
         let shortest = (steps.exit - steps.enter) / steps.count as f32;
         let lengths = [shortest, frame.lengths.z, frame.longest.z];
-        let mut walk =
-            Walk::new(self.sampler.occupancy, frame, &steps.index_ray, steps.exit, lengths);
+        let mut walk = Walk::new(self.sampler.occupancy, &steps.index_ray, steps.exit, lengths);
         let (mut t, mut through) = (walk.next_place(steps.enter), 1.0);
         while t < steps.exit && through >= OPAQUE_TRANSMITTANCE {
             let batch = Batch { ray: &steps.index_ray, begin: t, step: walk.step_from(t) };

@@ -42,12 +42,11 @@ pub(super) fn trace_texel(
     // The last slab between planes may be as thin as rounding allows.
     let thin = if frame.counts[1] > 0 { 2.0 * LEAST_SHARE } else { 0.0 };
     let end = slabs.exit * (1.0 + thin);
-    let mut walk = Walk::new(sampler.occupancy, frame, &slabs.ray, end, lengths);
+    let mut walk = Walk::new(sampler.occupancy, &slabs.ray, end, lengths);
     let (mut t, mut next) = (walk.next_place(slabs.enter), slabs.first as f32);
     'ray: while t < slabs.exit {
         let batch = batch_of(frame, &slabs, t, walk.step_from(t), next);
         next = batch.next;
-        t = walk.next_place(batch.end.max(t + LEAST_SHARE * slabs.exit));
         let optical_depths = four_optical_depths(sampler, frame, &slabs, &batch);
         for k in 0..BATCH as usize {
             if optical_depths[k] > 0.0 {
@@ -58,6 +57,7 @@ pub(super) fn trace_texel(
                 }
             }
         }
+        t = walk.next_place(batch.end.max(t + LEAST_SHARE * slabs.exit));
     }
     fitter.finish(&mut |node| nodes.push(node));
     if tolerance == 0.0 {

@@ -50,7 +50,7 @@ fn trace_texel(
     let voxels = length * index_ray.direction.length();
     let count = step_count(voxels, frame.rates.x, frame.steps[0], frame.steps[1]);
     let lengths = [length / count as f32, frame.lengths.x, frame.longest.x];
-    let mut walk = Walk::new(sampler.occupancy, frame, &index_ray, exit, lengths);
+    let mut walk = Walk::new(sampler.occupancy, &index_ray, exit, lengths);
 
     reached.clear();
     let (mut tau, mut t) = (0.0_f32, walk.next_place(enter));

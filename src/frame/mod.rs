@@ -40,11 +40,8 @@ pub struct Frame {
     pub domain_max: Vec4,
     /// xyz: one over the number of voxels along each axis; w unused.
     pub voxel_share: Vec4,
-    /// xyz: lower corner of the first brick of [`crate::scene::Occupancy`] in index space; w: voxels along
-    /// a brick's edge.
-    pub bricks: Vec4,
-    /// xyz: bricks along a unit of the space that shaders sample media in: texture coordinates of a plain
-    /// volume, else index space; w unused.
+    /// xyz: bricks of [`crate::scene::Occupancy`] along a unit of the space that shaders sample media in:
+    /// texture coordinates of a plain volume, else index space; w unused.
     pub brick_scale: Vec4,
     /// xyz: brick at that space's origin; w unused.
     pub brick_offset: Vec4,
@@ -181,7 +178,7 @@ impl Frame {
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
         let tolerance = if exponential { 0.0 } else { settings.tolerance };
         let [rates, lengths, longest] = marching(media, settings, tolerance);
-        let bricks = bricks(media);
+        let [brick_scale, brick_offset] = bricks(media);
         let frame = Self {
             index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
             domain_min: media.domain().min.as_vec3().extend(match media.plain() {
@@ -190,9 +187,8 @@ impl Frame {
             }),
             domain_max: media.domain().max.as_vec3().extend(media.largest()),
             voxel_share: Vec3::from_array(media.dims().map(|n| 1.0 / n as f32)).extend(0.0),
-            bricks: bricks[0],
-            brick_scale: bricks[1],
-            brick_offset: bricks[2],
+            brick_scale,
+            brick_offset,
             rates,
             lengths,
             longest,

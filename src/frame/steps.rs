@@ -101,8 +101,8 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [V
     [rates, lengths, longest]
 }
 
-/// [`Frame::bricks`], [`Frame::brick_scale`], [`Frame::brick_offset`].
-pub(super) fn bricks(media: &Media) -> [Vec4; 3] {
+/// [`Frame::brick_scale`], [`Frame::brick_offset`].
+pub(super) fn bricks(media: &Media) -> [Vec4; 2] {
     let occupancy = media.occupancy();
     let (origin, edge) = (occupancy.origin(), occupancy.edge());
     // Voxels along a unit, and the index at the origin, of the space that shaders sample in.
@@ -111,7 +111,7 @@ pub(super) fn bricks(media: &Media) -> [Vec4; 3] {
         None => (DVec3::ONE, DVec3::ZERO),
     };
     let scale = (unit / edge).as_vec3().extend(0.0);
-    [origin.as_vec3().extend(edge as f32), scale, ((start - origin) / edge).as_vec3().extend(0.0)]
+    [scale, ((start - origin) / edge).as_vec3().extend(0.0)]
 }
 
 /// How many planes all rays share; 0 for slabs of each ray's own.

@@ -4,7 +4,6 @@
 use glam::Vec3;
 
 use super::ray::Ray;
-use crate::frame::Frame;
 use crate::scene::{EMPTY, Occupancy, ROUGHEST};
 
 /// Steps that a pass takes after each look, one after the other and all as long as each other.
@@ -39,19 +38,19 @@ impl<'a> Walk<'a> {
     /// change most, at most.
     pub fn new(
         occupancy: &'a Occupancy,
-        frame: &Frame,
         ray: &Ray,
         exit: f32,
         [least, rough, most]: [f32; 3],
     ) -> Self {
-        let direction = ray.direction / frame.bricks.w;
+        let (origin, edge) = (occupancy.origin().as_vec3(), occupancy.edge() as f32);
+        let direction = ray.direction / edge;
         let tiny = Vec3::splat(1e-30);
         let direction = Vec3::select(direction.abs().cmplt(tiny), tiny, direction);
         let least = least.max(LEAST_SHARE * exit);
         Self {
             occupancy,
-            origin: frame.bricks.truncate(),
-            edge: frame.bricks.w,
+            origin,
+            edge,
             last: Vec3::from_array(occupancy.dims().map(|n| (n - 1) as f32)),
             ray: *ray,
             inverse: direction.recip(),
