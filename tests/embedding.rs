@@ -70,7 +70,12 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
             let angle = 0.3 * f64::from(i);
             scene.camera.position = DVec3::new(2.0 * angle.sin(), 0.5, 2.0 * angle.cos());
             let direction = DVec3::new((2.0 * angle).cos(), -1.0, (2.0 * angle).sin());
-            scene.lights[0].kind = LightKind::Directional { direction };
+            // Light from a place is none of the usual settings, which have shaders of their own.
+            scene.lights[0].kind = if i % 3 == 0 {
+                LightKind::Point { position: -2.0 * direction }
+            } else {
+                LightKind::Directional { direction }
+            };
             renderer.update(&mut frame, &of(&scene), &media).unwrap();
             renderer
                 .submit(|encoder| {

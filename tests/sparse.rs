@@ -8,8 +8,8 @@ use deepshadow::scene::{Media, Scene};
 use deepshadow::settings::{MapKind, Settings};
 use deepshadow::shadow::Map;
 use deepshadow::volume::presets::Preset;
-use deepshadow::volume::{BLOCK_VALUES, Volume, Voxels};
-use glam::{DVec3, IVec3};
+use deepshadow::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Range, SparseVoxels, Volume, Voxels};
+use glam::{DMat4, DVec3, IVec3};
 
 use crate::formats::{shared_vdb, vdb_fixture as fixture};
 use crate::support::Random;
@@ -48,12 +48,63 @@ fn blocks_hold_what_the_array_held() {
                 assert_eq!(a.len(), b.len(), "{dims:?}");
                 assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9 * b), "{dims:?}");
             }
-            let steep = [sparse.gradient_magnitude(), dense.gradient_magnitude()];
-            assert!(steep[0].values() == steep[1].values(), "{dims:?}");
-            let lifted = [&sparse, &dense].map(|volume| volume.mapped(|value| value + 0.5));
-            assert!(lifted[0].values() == lifted[1].values(), "{dims:?}");
+            let changed: [fn(&Volume) -> Volume; 3] = [
+                |volume| volume.gradient_magnitude(),
+                |volume| volume.mapped(|value| value + 0.5),
+                |volume| volume.clone().windowed([-1.0, 0.2]).unwrap(),
+            ];
+            check_edges(&sparse);
+            for change in changed {
+                let (a, b) = (change(&sparse), change(&dense));
+                assert!(a.values() == b.values(), "{dims:?}");
+                assert_eq!(a.statistics().border, b.statistics().border, "{dims:?}");
+                check_edges(&a);
+            }
         }
     }
+}
+
+/// Blocks know the first voxels of the next ones, and repeat the volume's last.
+fn check_edges(volume: &Volume) {
+    let Voxels::Sparse(voxels) = volume.voxels() else { panic!("dense") };
+    check_edges_of(voxels, "");
+}
+
+fn check_edges_of(voxels: &SparseVoxels, what: &str) {
+    let [x, y, z] = voxels.blocks();
+    for block in (0..x * y * z).map(|i| [i % x, i / x % y, i / (x * y)]) {
+        for (i, value) in voxels.block(block).iter().enumerate() {
+            let inside = [i % BLOCK_EDGE, i / BLOCK_EDGE % BLOCK_EDGE, i / BLOCK_EDGE / BLOCK_EDGE];
+            let voxel = std::array::from_fn(|axis| {
+                (block[axis] * BLOCK + inside[axis]).min(voxels.dims()[axis] - 1)
+            });
+            assert_eq!(voxels.get(voxel).to_bits(), value.to_bits(), "{what}: {block:?}, {i}");
+        }
+    }
+}
+
+/// Block 0 is the same everywhere, but its last voxel, which block 1 begins with, feels the jump beyond it.
+#[test]
+fn a_gradient_is_felt_across_the_end_of_an_even_block() {
+    let jump = volume([40, 1, 1], unit_cube(), |[x, ..]| if x > 16 { 1.0 } else { 0.0 });
+    let steep = jump.clone().sparse().gradient_magnitude();
+    assert!(steep.values() == jump.gradient_magnitude().values());
+    assert!(steep.values()[[0, 0, 16]] > 0.0);
+    check_edges(&steep);
+}
+
+#[test]
+fn blocks_that_cannot_be_are_refused() {
+    let wrong = |dims, table: &[u32], values: usize| {
+        SparseVoxels::new(dims, table.to_vec(), (0..values).map(|i| i as f32).collect()).is_err()
+    };
+    assert!(wrong([17, 1, 1], &[0], BLOCK_VALUES));
+    assert!(wrong([16, 1, 1], &[1], BLOCK_VALUES));
+    assert!(wrong([16, 1, 1], &[0], BLOCK_VALUES - 1));
+    // A block that ends inside cannot also be one that does not.
+    assert!(wrong([20, 16, 16], &[0, 0], BLOCK_VALUES));
+    let even = SparseVoxels::new([20, 16, 16], vec![0, 0], vec![2.0; 2 * BLOCK_VALUES]).unwrap();
+    assert_eq!(even.values().len(), BLOCK_VALUES);
 }
 
 #[test]
@@ -128,24 +179,14 @@ fn a_volume_longer_than_textures_is_split() {
 /// All voxels of a box one by one, as [`Tree::blocks`] has them.
 fn check_blocks<T: Value>(tree: &Tree<T>, bounds: IndexBox, what: &str) {
     let dense = tree.densify(bounds, 1 << 26, Value::to_f32).unwrap();
-    let blocks = tree.blocks(bounds).unwrap();
+    let blocks = tree.blocks(bounds, 1 << 30).unwrap();
     let room = blocks.bytes();
     let sparse = blocks.fill(|value| value).unwrap();
     assert!(sparse.bytes() as u64 <= room, "{what}");
     for ((z, y, x), value) in dense.values.indexed_iter() {
         assert_eq!(sparse.get([x, y, z]).to_bits(), value.to_bits(), "{what}: {x} {y} {z}");
     }
-    // Blocks know the first voxels of the next ones.
-    let [x, y, z] = sparse.blocks();
-    for block in (0..x * y * z).map(|i| [i % x, i / x % y, i / (x * y)]) {
-        for (i, value) in sparse.block(block).iter().enumerate() {
-            let [nx, ny, nz] = sparse.dims();
-            let [x, y, z] =
-                [i % 17 + block[0] * 16, i / 17 % 17 + block[1] * 16, i / 289 + block[2] * 16];
-            let held = sparse.get([x.min(nx - 1), y.min(ny - 1), z.min(nz - 1)]);
-            assert_eq!(held.to_bits(), value.to_bits(), "{what}: block {block:?}, {i}");
-        }
-    }
+    check_edges_of(&sparse, what);
 }
 
 fn check_grid(grid: &Grid, what: &str) {
@@ -187,16 +228,24 @@ fn blocks_of_trees_hold_every_voxel() {
 fn a_small_cloud_in_a_large_box_stays_small() {
     let ball = VdbFile::open(fixture("ball_blosc.vdb")).unwrap().load(0).unwrap();
     let near = ball.active_bounds().unwrap();
-    let far = IndexBox { min: near.min, max: near.min + IVec3::new(2999, 1999, 1499) };
-    // 9 billion voxels.
+    let far = IndexBox { min: near.min, max: near.min + IVec3::new(1499, 999, 1499) };
+    // 2.2 billion voxels.
     let Voxels::Sparse(voxels) = ball.voxels(far, 1 << 30, |value| value).unwrap() else {
-        panic!("36 GB of voxels")
+        panic!("9 GB of voxels")
     };
     assert!(voxels.bytes() < 12 << 20, "{}", voxels.bytes());
     // The background.
-    assert_eq!(voxels.get([2000, 1000, 1000]), 0.25);
+    assert_eq!(voxels.get([1000, 900, 1000]), 0.25);
+    // All but the ball holds the background, and is counted without being visited.
+    let volume = Volume::with_window("far", Voxels::Sparse(voxels), DMat4::IDENTITY, None).unwrap();
+    let statistics = volume.statistics();
+    assert!((statistics.mean - 0.25).abs() < 1e-5, "{}", statistics.mean);
+    assert_eq!((statistics.border, statistics.nonempty > 0.999), (0.25, true));
+    let columns = volume.column_integrals(DVec3::Z);
+    assert!(columns.len() <= 1_500_000 && columns.contains(&375.0));
+    assert_eq!(volume.bricks().ranges()[[20, 20, 20]], Range { low: 0.25, high: 0.25, slope: 0.0 });
     let error = ball.voxels(far, 1 << 20, |value| value).unwrap_err();
-    assert!(error.to_string().contains("3000 x 2000 x 1500"), "{error}");
+    assert!(error.to_string().contains("1500 x 1000 x 1500"), "{error}");
     let error = ball.voxels(EVERYWHERE, u64::MAX, |value| value).unwrap_err();
     assert!(error.to_string().contains("blocks"), "{error}");
 }

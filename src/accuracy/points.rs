@@ -157,7 +157,7 @@ fn in_medium(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
     let bodies = scene.media.bodies();
     let mut filled = 0;
     for body in bodies {
-        body.volume.voxels().for_each_held(|_, _| filled += 1);
+        body.volume.voxels().for_each_held(|held, _| filled += held.voxels() as u64);
     }
     if filled == 0 {
         return Vec::new();
@@ -170,13 +170,15 @@ fn in_medium(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
     let mut rank = 0;
     for Body { volume, .. } in bodies {
         let domain = volume.domain();
-        volume.voxels().for_each_held(|voxel, _| {
-            while wanted.next_if_eq(&rank).is_some() {
+        volume.voxels().for_each_held(|held, _| {
+            let beyond = rank + held.voxels() as u64;
+            while let Some(found) = wanted.next_if(|&wanted| wanted < beyond) {
+                let voxel = held.voxel((found - rank) as usize);
                 let index = DVec3::from_array(voxel.map(|c| c as f64)) + random.cube() - 0.5;
                 let index = index.clamp(domain.min, domain.max);
                 drawn.push(Drawn::World(volume.world_from_index().transform_point3(index)));
             }
-            rank += 1;
+            rank = beyond;
         });
     }
     drawn

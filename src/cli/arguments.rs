@@ -104,7 +104,7 @@ pub(super) struct FileArguments {
     /// Grid of a file that holds several.
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     pub grid: Option<String>,
-    /// Bytes that a volume may take as dense voxels [4 GiB].
+    /// Bytes that a volume's voxels may take [4 GiB].
     #[arg(long, value_name = "N", help_heading = "Volume")]
     pub max_bytes: Option<u64>,
     /// Voxels of raw data along x, y, z.

@@ -18,7 +18,8 @@ fn columns(width: usize) -> impl IndexedParallelIterator<Item = Range<usize>> {
     tiles.map(move |i| i * TILE..((i + 1) * TILE).min(width))
 }
 
-/// Fills rows of `width` cells with what `cell` says at (x, y), with scratch of its own for each thread.
+/// Fills rows of `width` cells with what `cell` says at (x, y), with scratch that cells made one after the other
+/// share.
 pub(super) fn fill<T: Copy + Send + Sync, S>(
     cells: &mut [T],
     width: usize,

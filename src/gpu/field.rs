@@ -36,6 +36,12 @@ impl GpuField {
             return Err(limit_error(volume, needed, limit.to_string()));
         }
         let encoding = Encoding::of(volume, device);
+        let bytes =
+            dims.iter().map(|&n| n as f64).product::<f64>() * f64::from(encoding.texel_bytes());
+        if matches!(volume.voxels(), Voxels::Sparse(_)) && bytes > MOST_BYTES_OF_SPARSE {
+            let limit = format!("{MOST_BYTES_OF_SPARSE} bytes (the CPU backend has none)");
+            return Err(limit_error(volume, format!("{bytes} bytes"), limit));
+        }
         let texture = texture(device, "volume", dims.map(|n| n as u32), encoding.format);
         let [nx, ny, _] = dims;
         write_layers(queue, &texture, encoding.texel_bytes(), |layers| {
@@ -118,6 +124,9 @@ pub(super) fn limit_error(volume: &Volume, needed: String, limit: String) -> Err
     let what = format!("volume '{}' as one 3D texture", volume.name);
     ErrorKind::Limit { what, needed, limit }.into()
 }
+
+/// Bytes that sparse voxels may take as one texture: what they take themselves is far less.
+const MOST_BYTES_OF_SPARSE: f64 = (1_u64 << 32) as f64;
 
 /// How a volume's values are stored in a texture.
 pub(super) struct Encoding {

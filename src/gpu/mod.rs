@@ -86,17 +86,18 @@ impl GpuBackend {
     /// Media on the device: those of the last pass, if they are the same volume.
     fn upload(&self, media: &Media) -> Result<GpuMedia> {
         let volume = media.plain().map(|_| &media.first().volume);
-        // What a thread that panicked left is whole, or not there.
-        let mut uploaded = self.uploaded.lock().unwrap_or_else(PoisonError::into_inner);
-        if let (Some((known, held)), Some(volume)) = (&*uploaded, volume)
-            && Arc::ptr_eq(known, volume)
+        // What a thread that panicked left is whole, or not there. Nothing is uploaded while it is locked, since
+        // uploading lets a thread of a pool take up other work, which may come here too.
+        let known = || self.uploaded.lock().unwrap_or_else(PoisonError::into_inner);
+        if let (Some((held, uploaded)), Some(volume)) = (&*known(), volume)
+            && Arc::ptr_eq(held, volume)
         {
-            return Ok(held.clone());
+            return Ok(uploaded.clone());
         }
-        // Not two at once.
-        *uploaded = None;
+        // Rather not two at once.
+        *known() = None;
         let held = self.renderer.upload(media)?;
-        *uploaded = volume.map(|volume| (volume.clone(), held.clone()));
+        *known() = volume.map(|volume| (volume.clone(), held.clone()));
         Ok(held)
     }
 

@@ -12,7 +12,7 @@ use super::fragments::GpuFragments;
 use super::link::MediaKind;
 use super::media::GpuMedia;
 use super::passes::{MapPasses, MediaPasses};
-use crate::error::{ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::scene::Media;
 
@@ -179,8 +179,9 @@ impl Renderer {
     /// The first such volume and the first mixture compile passes of their own.
     ///
     /// # Errors
-    /// If the blocks of a volume are more than a texture holds, if a grid of a mixture is larger than the device's
-    /// textures can be, if there are more volumes or grids than shaders know, or if the device refuses a shader.
+    /// If the blocks of a volume are more than a texture holds or along an axis more than textures are long, if a
+    /// grid of a mixture is larger than textures can be or a sparse one takes more than 4 GiB as one, if there are
+    /// more volumes or grids than shaders know, or if the device refuses a shader or has no memory left.
     pub fn upload(&self, media: &Media) -> Result<GpuMedia> {
         let kind = GpuMedia::kind_of(&self.device, media);
         if let Some(later) = self.compiled_later(kind)
@@ -190,7 +191,14 @@ impl Renderer {
             // Another thread may have been faster, with the same.
             let _ = later.set(passes);
         }
-        GpuMedia::upload(&self.device, &self.queue, media)
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let uploaded = GpuMedia::upload(&self.device, &self.queue, media);
+        let found = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
+        match found.into_iter().flatten().next() {
+            Some(error) => Err(Error::gpu(error.to_string())),
+            None => uploaded,
+        }
     }
 
     /// Puts the parameters of a frame of `media` on the device.

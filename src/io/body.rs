@@ -116,10 +116,11 @@ fn histogram(volume: &Volume, range: [f64; 2]) -> Histogram {
     let mut histogram = Histogram::new(range, BINS);
     let [low, high] = range;
     let mut held = 0;
-    volume.voxels().for_each_held(|_, value| {
-        held += 1;
+    volume.voxels().for_each_held(|part, value| {
+        let count = part.voxels() as u64;
+        held += count;
         if (low..=high).contains(&f64::from(value)) {
-            histogram.add(value, 1);
+            histogram.add(value, count);
         }
     });
     let empty = volume.dims().iter().fold(1_u64, |all, &n| all.saturating_mul(n as u64)) - held;

@@ -136,7 +136,7 @@ fn dense(values: &Array3<f32>, edge: usize) -> Array3<Range> {
 fn sparse(voxels: &SparseVoxels, edge: usize) -> Array3<Range> {
     let dims = voxels.dims();
     let [bx, by, bz] = dims.map(|n| n.div_ceil(edge));
-    let blank = voxels.blank();
+    let uniform = voxels.uniform();
     let [nx, ny, _] = voxels.blocks();
     let mut ranges = Array3::from_elem((bz, by, bx), NOTHING);
     let layers: Vec<_> = ranges.axis_iter_mut(Axis(0)).collect();
@@ -147,10 +147,10 @@ fn sparse(voxels: &SparseVoxels, edge: usize) -> Array3<Range> {
             let [xs, ys, zs] = felt.clone().map(|f| f.start / BLOCK..(f.end - 1) / BLOCK + 1);
             for k in zs {
                 for (j, i) in ys.clone().flat_map(|j| xs.clone().map(move |i| (j, i))) {
-                    let known = if blank[voxels.table()[(k * ny + j) * nx + i] as usize] {
-                        Range { low: 0.0, high: 0.0, slope: 0.0 }
-                    } else {
-                        part_of(voxels, [i, j, k], &felt)
+                    let stored = voxels.table()[(k * ny + j) * nx + i] as usize;
+                    let known = match uniform[stored] {
+                        Some(value) => Range { low: value, high: value, slope: 0.0 },
+                        None => part_of(voxels, [i, j, k], &felt),
                     };
                     *range = range.joined(known);
                 }

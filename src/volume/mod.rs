@@ -28,7 +28,7 @@ pub use bricks::{BRICK, Bricks, Range, brick_edge};
 pub use placement::{Axis, world_from_index_in_bounds};
 pub use sparse::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Part, SparseVoxels};
 pub use statistics::Statistics;
-pub use voxels::Voxels;
+pub use voxels::{Held, Voxels};
 
 /// The longest a volume may be along one axis.
 pub const MAX_DIM: usize = 1 << 20;
@@ -213,7 +213,8 @@ impl Volume {
     }
 
     /// Integrals of density over world length through all columns of voxels along the index axis
-    /// that is closest to `direction` (world), columns without medium left out, rising.
+    /// that is closest to `direction` (world), columns without medium left out, rising. Of sparse volumes of
+    /// more than some millions of columns, an even share of them.
     pub fn column_integrals(&self, direction: DVec3) -> Vec<f64> {
         let steps = [DVec3::X, DVec3::Y, DVec3::Z]
             .map(|axis| self.world_from_index.transform_vector3(axis));

@@ -32,19 +32,21 @@ pub struct SparseVoxels {
     values: Vec<f32>,
 }
 
-/// A block with voxels that no block before it has, and differs from 0 in some.
+/// The voxels of a block that no block before it has, some of them not 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Part<'a> {
     /// The first voxel, x, y, z.
     pub origin: [usize; 3],
-    /// Voxels of its own along x, y, z: up to [`BLOCK`].
+    /// Voxels along x, y, z: up to [`BLOCK`].
     pub size: [usize; 3],
+    /// What all of them hold, if that is the same.
+    pub uniform: Option<f32>,
     /// The stored block.
     values: &'a [f32],
 }
 
 impl Part<'_> {
-    /// Calls `visit` with each of its own voxels and what it holds.
+    /// Calls `visit` with each of the voxels and what it holds.
     pub fn for_each(self, mut visit: impl FnMut([usize; 3], f32)) {
         let ([x0, y0, z0], [nx, ny, nz]) = (self.origin, self.size);
         for z in 0..nz {
@@ -65,11 +67,12 @@ fn blocks_along(voxels: usize) -> usize {
 
 impl SparseVoxels {
     /// Volumes of `dims` voxels from stored blocks and, for each block, which of them it is: as
-    /// [`SparseVoxels::blocks`] says how many there are, x fastest. Stored blocks at the upper borders may hold
-    /// anything beyond the last voxel, and stand for one block only unless their values are all the same.
+    /// [`SparseVoxels::blocks`] says how many there are, x fastest. The last voxels of a block along each axis must
+    /// be the first of the next one; what lies beyond the volume may be anything.
     ///
     /// # Errors
-    /// If the lengths do not fit, or a block is none of those stored.
+    /// If the lengths do not fit, a block is none of those stored, or one at the upper borders stands for another
+    /// one too, unless it is the same everywhere.
     pub fn new(dims: [usize; 3], table: Vec<u32>, values: Vec<f32>) -> Result<Self> {
         let wrong = |why: &str| Err(Error::value("sparse voxels", why));
         let blocks = dims.map(blocks_along).iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
@@ -83,7 +86,7 @@ impl SparseVoxels {
             return wrong("a block is none of those stored");
         }
         let mut voxels = Self { dims, table, values };
-        voxels.repeat_last();
+        voxels.repeat_last()?;
         voxels.share();
         Ok(voxels)
     }
@@ -168,21 +171,24 @@ impl SparseVoxels {
         }
     }
 
-    /// Whether each stored block is 0 everywhere.
-    pub(super) fn blank(&self) -> Vec<bool> {
-        self.values.par_chunks(BLOCK_VALUES).map(|b| b.iter().all(|&v| v == 0.0)).collect()
+    /// What each stored block is everywhere, if it is.
+    pub(super) fn uniform(&self) -> Vec<Option<f32>> {
+        self.values.par_chunks(BLOCK_VALUES).map(same_everywhere).collect()
     }
 
     /// Blocks that hold anything, x fastest.
     pub fn parts(&self) -> impl Iterator<Item = Part<'_>> {
         let [bx, by, _] = self.blocks();
-        let blank = self.blank();
-        let held = self.table.iter().enumerate().filter(move |&(_, &s)| !blank[s as usize]);
-        held.map(move |(i, &stored)| {
+        let uniform = self.uniform();
+        self.table.iter().enumerate().filter_map(move |(i, &stored)| {
+            let uniform = uniform[stored as usize];
+            if uniform == Some(0.0) {
+                return None;
+            }
             let origin = [i % bx, i / bx % by, i / (bx * by)].map(|b| b * BLOCK);
             let size = std::array::from_fn(|axis| BLOCK.min(self.dims[axis] - origin[axis]));
             let values = &self.values[stored as usize * BLOCK_VALUES..][..BLOCK_VALUES];
-            Part { origin, size, values }
+            Some(Part { origin, size, uniform, values })
         })
     }
 
@@ -197,29 +203,32 @@ impl SparseVoxels {
         let counts = self.blocks();
         let [bx, by, _] = counts;
         let position = |i: usize| [i % bx, i / bx % by, i / (bx * by)];
-        // A block knows the first voxels of the next ones, but not the last of those before it.
+        let uniform = self.uniform();
+        // Voxels beyond a block count too, on every side.
         let even = |i: usize| {
-            let own = self.table[i];
-            let before = position(i).map(|b| usize::from(b > 0));
-            let lower = [before[0], before[1] * bx, before[2] * bx * by];
-            let same = lower.iter().all(|step| self.table[i - step] == own);
-            same && same_everywhere(self.block(position(i))).is_some()
-        };
-        let filled = |i: usize| -> Vec<f32> {
-            let first = position(i).map(|b| b * BLOCK);
-            let at = |k: usize, axis: usize| (first[axis] + k).min(self.dims[axis] - 1);
-            let voxels = (0..BLOCK_VALUES).map(|k| {
-                [k % BLOCK_EDGE, k / BLOCK_EDGE % BLOCK_EDGE, k / BLOCK_EDGE / BLOCK_EDGE]
-            });
-            voxels.map(|[x, y, z]| value([at(x, 0), at(y, 1), at(z, 2)])).collect()
+            let (own, at) = (self.table[i], position(i));
+            let steps = [1, bx, bx * by];
+            let same = |axis: usize| {
+                (at[axis] == 0 || self.table[i - steps[axis]] == own)
+                    && (at[axis] + 1 == counts[axis] || self.table[i + steps[axis]] == own)
+            };
+            uniform[own as usize].is_some() && (0..3).all(same)
         };
         let others: Vec<usize> = (0..self.table.len()).filter(|&i| !even(i)).collect();
-        let blocks: Vec<Vec<f32>> = others.par_iter().map(|&i| filled(i)).collect();
+        let mut values = vec![0.0; (others.len() + 1) * BLOCK_VALUES];
+        let blocks = values.par_chunks_exact_mut(BLOCK_VALUES).skip(1).zip(&others);
+        blocks.for_each(|(block, &i)| {
+            let first = position(i).map(|b| b * BLOCK);
+            let at = |k: usize, axis: usize| (first[axis] + k).min(self.dims[axis] - 1);
+            for (k, filled) in block.iter_mut().enumerate() {
+                let (x, y, z) =
+                    (k % BLOCK_EDGE, k / BLOCK_EDGE % BLOCK_EDGE, k / BLOCK_EDGE / BLOCK_EDGE);
+                *filled = value([at(x, 0), at(y, 1), at(z, 2)]);
+            }
+        });
         let mut table = vec![0; self.table.len()];
-        let mut values = vec![0.0; BLOCK_VALUES];
-        for (i, block) in others.into_iter().zip(blocks) {
-            table[i] = (values.len() / BLOCK_VALUES) as u32;
-            values.extend(block);
+        for (stored, i) in others.into_iter().enumerate() {
+            table[i] = stored as u32 + 1;
         }
         let mut derived = Self { dims: self.dims, table, values };
         derived.share();
@@ -227,14 +236,23 @@ impl SparseVoxels {
     }
 
     /// Repeats the last voxel of each axis in what blocks have beyond it.
-    fn repeat_last(&mut self) {
+    fn repeat_last(&mut self) -> Result<()> {
         let [bx, by, _] = self.blocks();
+        let uniform = self.uniform();
+        let mut uses = vec![0_u32; uniform.len()];
+        for &stored in &self.table {
+            uses[stored as usize] += 1;
+        }
         for (i, &stored) in self.table.iter().enumerate() {
             let block = [i % bx, i / bx % by, i / (bx * by)];
             let last: [usize; 3] =
                 std::array::from_fn(|axis| (self.dims[axis] - 1 - block[axis] * BLOCK).min(BLOCK));
-            if last == [BLOCK; 3] {
+            if last == [BLOCK; 3] || uniform[stored as usize].is_some() {
                 continue;
+            }
+            if uses[stored as usize] > 1 {
+                let why = "a block at the border stands for another one too";
+                return Err(Error::value("sparse voxels", why));
             }
             let values = &mut self.values[stored as usize * BLOCK_VALUES..][..BLOCK_VALUES];
             let at = |x: usize, y: usize, z: usize| (z * BLOCK_EDGE + y) * BLOCK_EDGE + x;
@@ -247,27 +265,34 @@ impl SparseVoxels {
                 }
             }
         }
+        Ok(())
     }
 
-    /// Keeps one of all stored blocks that are the same value everywhere, for each value.
+    /// Keeps one of all stored blocks that are the same value everywhere, for each value, and none that no block
+    /// is.
     fn share(&mut self) {
-        let uniform: Vec<Option<f32>> =
-            self.values.par_chunks(BLOCK_VALUES).map(same_everywhere).collect();
+        let mut used = vec![false; self.values.len() / BLOCK_VALUES];
+        for &stored in &self.table {
+            used[stored as usize] = true;
+        }
         let mut known: HashMap<u32, u32> = HashMap::new();
-        let mut moved = Vec::with_capacity(uniform.len());
+        let mut moved = Vec::with_capacity(used.len());
         let mut kept = 0_u32;
-        for (stored, uniform) in uniform.into_iter().enumerate() {
-            if let Some(value) = uniform {
-                if let Some(&first) = known.get(&value.to_bits()) {
-                    moved.push(first);
-                    continue;
-                }
-                known.insert(value.to_bits(), kept);
+        for (stored, uniform) in self.uniform().into_iter().enumerate() {
+            if !used[stored] {
+                moved.push(0);
+                continue;
             }
-            let from = stored * BLOCK_VALUES;
-            self.values.copy_within(from..from + BLOCK_VALUES, kept as usize * BLOCK_VALUES);
-            moved.push(kept);
-            kept += 1;
+            let place = match uniform {
+                Some(value) => *known.entry(value.to_bits()).or_insert(kept),
+                None => kept,
+            };
+            if place == kept {
+                let from = stored * BLOCK_VALUES;
+                self.values.copy_within(from..from + BLOCK_VALUES, kept as usize * BLOCK_VALUES);
+                kept += 1;
+            }
+            moved.push(place);
         }
         self.values.truncate(kept as usize * BLOCK_VALUES);
         self.values.shrink_to_fit();

@@ -1,11 +1,9 @@
 //! What a volume's values look like as a whole, for automatic choices and for people.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use ndarray::{Array3, Axis};
 
-use super::{BLOCK, SparseVoxels, Voxels};
+use super::{Held, SparseVoxels, Voxels};
 
 /// Range, mean and border level of a volume's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,18 +26,19 @@ impl Statistics {
     /// Statistics of voxels that are finite and at least 0, not none.
     pub fn of(voxels: &Voxels) -> Self {
         let dims = voxels.dims();
-        let last = dims.map(|n| n - 1);
         // Along a flat axis every voxel is a face; it says nothing of the surroundings.
         let faced = dims.map(|n| n >= 3);
         let (mut min, mut max, mut sum, mut held) = (f32::INFINITY, 0.0_f32, 0.0_f64, 0_usize);
-        let mut shell: Vec<f32> = Vec::new();
-        voxels.for_each_held(|voxel, value| {
+        let mut shell: Vec<(f32, usize)> = Vec::new();
+        voxels.for_each_held(|part, value| {
+            let count = part.voxels();
             (min, max) = (min.min(value), max.max(value));
-            sum += f64::from(value);
-            held += 1;
+            sum += f64::from(value) * count as f64;
+            held += count;
             for axis in (0..3).filter(|&axis| faced[axis]) {
-                if voxel[axis] == 0 || voxel[axis] == last[axis] {
-                    shell.push(value);
+                let end = part.first[axis] + part.size[axis];
+                for _ in [part.first[axis] == 0, end == dims[axis]].into_iter().filter(|&on| on) {
+                    shell.push((value, count / part.size[axis]));
                 }
             }
         });
@@ -54,16 +53,27 @@ impl Statistics {
     }
 }
 
-/// The value below which 90 % of `count` lie, of which `held` are those that are not 0.
-fn border(mut held: Vec<f32>, count: usize) -> f32 {
-    let rank = count.saturating_sub(1) / 10 * 9 + count.saturating_sub(1) % 10 * 9 / 10;
-    match rank.checked_sub(count - held.len()) {
-        Some(rank) if rank < held.len() => *held.select_nth_unstable_by(rank, f32::total_cmp).1,
-        _ => 0.0,
+/// The value below which 90 % of `count` lie, of which `held` are those that are not 0: values, and how many.
+fn border(mut held: Vec<(f32, usize)>, count: usize) -> f32 {
+    let last = count.saturating_sub(1);
+    let rank = last / 10 * 9 + last % 10 * 9 / 10;
+    let known: usize = held.iter().map(|(_, count)| count).sum();
+    held.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
+    let mut below = count.saturating_sub(known);
+    for (value, count) in held {
+        if rank < below {
+            break;
+        }
+        below += count;
+        if rank < below {
+            return value;
+        }
     }
+    0.0
 }
 
-/// Sums of voxels along `axis` (0 = x, 1 = y, 2 = z), of all columns that hold anything, rising.
+/// Sums of voxels along `axis` (0 = x, 1 = y, 2 = z), of all columns that hold anything, rising; of sparse voxels
+/// every second, fourth, ... column along both other axes where there are more than [`MOST_COLUMNS`].
 pub(super) fn nonempty_column_sums(voxels: &Voxels, axis: usize) -> Vec<f64> {
     let mut sums: Vec<f64> = match voxels {
         Voxels::Dense(values) => column_sums(values, axis),
@@ -74,24 +84,48 @@ pub(super) fn nonempty_column_sums(voxels: &Voxels, axis: usize) -> Vec<f64> {
     sums
 }
 
+/// Columns whose sums are worked out at most.
+const MOST_COLUMNS: usize = 1 << 25;
+
 fn column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64> {
     let sum = |lane: ndarray::ArrayView1<'_, f32>| lane.iter().map(|&v| f64::from(v)).sum();
     values.lanes(Axis(2 - axis)).into_iter().map(sum).collect()
 }
 
 fn sparse_column_sums(voxels: &SparseVoxels, axis: usize) -> Vec<f64> {
-    // Columns of blocks that hold anything, with the sums of their columns of voxels.
-    let mut blocks: HashMap<[usize; 2], Vec<f64>> = HashMap::new();
     let across = [(axis + 1) % 3, (axis + 2) % 3];
-    for part in voxels.parts() {
-        let block = across.map(|axis| part.origin[axis] / BLOCK);
-        let sums = blocks.entry(block).or_insert_with(|| vec![0.0; BLOCK * BLOCK]);
-        part.for_each(|voxel, value| {
-            let [a, b] = across.map(|axis| voxel[axis] % BLOCK);
-            sums[b * BLOCK + a] += f64::from(value);
-        });
+    let dims = voxels.dims();
+    let mut stride = 1;
+    let counts = |stride: usize| across.map(|axis| dims[axis].div_ceil(stride));
+    while counts(stride)[0].saturating_mul(counts(stride)[1]) > MOST_COLUMNS {
+        stride *= 2;
     }
-    blocks.into_values().flatten().collect()
+    let [width, height] = counts(stride);
+    let mut sums = vec![0.0; width * height];
+    let column = |voxel: [usize; 3]| {
+        let [a, b] = across.map(|axis| voxel[axis]);
+        (a % stride == 0 && b % stride == 0).then(|| b / stride * width + a / stride)
+    };
+    for part in voxels.parts() {
+        if let Some(value) = part.uniform {
+            // One layer of its columns stands for all.
+            let mut layer = Held { first: part.origin, size: part.size };
+            layer.size[axis] = 1;
+            let sum = f64::from(value) * part.size[axis] as f64;
+            for voxel in (0..layer.voxels()).map(|i| layer.voxel(i)) {
+                if let Some(i) = column(voxel) {
+                    sums[i] += sum;
+                }
+            }
+        } else {
+            part.for_each(|voxel, value| {
+                if let Some(i) = column(voxel) {
+                    sums[i] += f64::from(value);
+                }
+            });
+        }
+    }
+    sums
 }
 
 /// The corners (voxel index x, y, z) where rows along x begin and end to be above `least`, half a

@@ -7,6 +7,29 @@ use rayon::prelude::*;
 
 use super::sparse::{SparseVoxels, fill_block};
 
+/// A box of voxels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// The first, x, y, z.
+    pub first: [usize; 3],
+    /// How many along x, y, z.
+    pub size: [usize; 3],
+}
+
+impl Held {
+    /// How many in all.
+    pub fn voxels(&self) -> usize {
+        self.size.iter().product()
+    }
+
+    /// Voxel number `i` of them, x fastest.
+    pub fn voxel(&self, i: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.size;
+        let [x, y, z] = self.first;
+        [x + i % nx, y + i / nx % ny, z + i / (nx * ny)]
+    }
+}
+
 /// The values of a volume.
 #[derive(Clone, Debug)]
 pub enum Voxels {
@@ -72,20 +95,25 @@ impl Voxels {
         }
     }
 
-    /// Calls `visit` with each voxel whose value is not 0 and what it holds: dense ones x fastest, else block
-    /// by block.
-    pub fn for_each_held(&self, mut visit: impl FnMut([usize; 3], f32)) {
+    /// Calls `visit` with boxes of voxels that hold the same and not 0, and what that is: dense ones voxel by voxel,
+    /// x fastest, else block by block.
+    pub fn for_each_held(&self, mut visit: impl FnMut(Held, f32)) {
+        let one = |first: [usize; 3]| Held { first, size: [1; 3] };
         match self {
             Self::Dense(values) => {
                 for ((z, y, x), &value) in values.indexed_iter().filter(|(_, v)| **v != 0.0) {
-                    visit([x, y, z], value);
+                    visit(one([x, y, z]), value);
                 }
             }
             Self::Sparse(voxels) => {
                 for part in voxels.parts() {
+                    if let Some(value) = part.uniform {
+                        visit(Held { first: part.origin, size: part.size }, value);
+                        continue;
+                    }
                     part.for_each(|voxel, value| {
                         if value != 0.0 {
-                            visit(voxel, value);
+                            visit(one(voxel), value);
                         }
                     });
                 }
@@ -131,13 +159,12 @@ impl Voxels {
                 let count = |part: &[f32]| part.iter().filter(|&&v| !renders(v)).count();
                 values.as_slice().unwrap_or_default().par_chunks(1 << 16).map(count).sum()
             }
-            Self::Sparse(voxels) => {
+            Self::Sparse(voxels) if voxels.values().par_iter().all(|&v| renders(v)) => 0,
+            Self::Sparse(_) => {
                 let mut count = 0;
-                if !voxels.values().par_iter().all(|&v| renders(v)) {
-                    for part in voxels.parts() {
-                        part.for_each(|_, v| count += usize::from(!renders(v)));
-                    }
-                }
+                self.for_each_held(|held, value| {
+                    count += if renders(value) { 0 } else { held.voxels() };
+                });
                 count
             }
         };

@@ -10,7 +10,7 @@ use super::index_box::IndexBox;
 use super::statistics::Statistics;
 use super::tree::Tree;
 use super::value::{AnyValue, Value};
-use crate::error::{ErrorKind, Result};
+use crate::error::Result;
 use crate::volume::Voxels;
 
 /// A loaded grid: a tree of one of the value types. Numbers saved as half floats are widened to the
@@ -173,6 +173,7 @@ impl Grid {
         convert: impl Fn(f32) -> f32 + Sync,
     ) -> Result<Voxels> {
         let all = bounds.dims().iter().fold(4_u64, |all, &n| all.saturating_mul(n));
+        let fits = all <= limit_bytes.min(isize::MAX as u64);
         with_tree!(self, tree => {
             let dense = || {
                 let convert = |value: _| convert(Value::to_f32(value));
@@ -181,17 +182,12 @@ impl Grid {
             if all <= FEW_BYTES.min(limit_bytes) {
                 return dense();
             }
-            let blocks = tree.blocks(bounds)?;
-            let needed = blocks.bytes();
-            if needed > all / 2 && all <= limit_bytes {
+            let blocks = match tree.blocks(bounds, limit_bytes.min(all)) {
+                Err(_) if fits => return dense(),
+                blocks => blocks?,
+            };
+            if blocks.bytes() > all / 2 && fits {
                 return dense();
-            }
-            if needed > limit_bytes {
-                let [x, y, z] = bounds.dims();
-                let what = format!("a grid of {x} x {y} x {z} voxels");
-                let least = format!("{} bytes", needed.min(all));
-                let limit = format!("{limit_bytes} bytes");
-                return Err(ErrorKind::Limit { what, needed: least, limit }.into());
             }
             Ok(Voxels::Sparse(blocks.fill(convert)?))
         })

@@ -33,22 +33,24 @@ pub struct Blocks<'a, T> {
     /// Values of blocks that are the same everywhere; the first is the background.
     uniform: Vec<f32>,
     own: Vec<Own<'a, T>>,
-    /// For each block, x fastest: the uniform or, counted on from those that are, the own one.
-    table: Vec<Entry>,
+    /// For each block, x fastest: which of those, with [`OWN`] if it is one of `own`.
+    table: Vec<u32>,
+    /// Blocks of their own that there is room for.
+    room: usize,
+    /// Whether there are more.
+    overfull: bool,
 }
 
-#[derive(Clone, Copy)]
-enum Entry {
-    Uniform(u32),
-    Own(u32),
-}
+/// In the table: the block is not the same everywhere.
+const OWN: u32 = 1 << 31;
 
 impl<T: Value> Tree<T> {
     /// The blocks of `bounds`, none of them filled.
     ///
     /// # Errors
-    /// [`ErrorKind::Limit`] if they are more than a table can hold.
-    pub fn blocks(&self, bounds: IndexBox) -> Result<Blocks<'_, T>> {
+    /// [`ErrorKind::Limit`] if they are more than a table can hold, or take more than `limit_bytes` once they are
+    /// filled.
+    pub fn blocks(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Blocks<'_, T>> {
         let blocks = bounds.dims().map(|length| length.div_ceil(BLOCK as u64));
         let count = blocks.iter().fold(1_u64, |all, &n| all.saturating_mul(n));
         if count > MOST_BLOCKS || bounds.dims().iter().any(|&n| n > MAX_DIM as u64) {
@@ -60,19 +62,35 @@ impl<T: Value> Tree<T> {
             }
             .into());
         }
+        let refused = || {
+            let [x, y, z] = bounds.dims();
+            let what = format!("a sparse grid over {x} x {y} x {z} voxels");
+            let needed = format!("more than {limit_bytes} bytes");
+            Err(ErrorKind::Limit { what, needed, limit: format!("{limit_bytes} bytes") }.into())
+        };
+        let Some(left) = limit_bytes.checked_sub(SparseVoxels::bytes_of(count, 1)) else {
+            return refused();
+        };
         let mut found = Blocks {
             bounds,
             counts: blocks.map(|n| n as usize),
             uniform: vec![self.background().to_f32()],
             own: Vec::new(),
-            table: vec![Entry::Uniform(0); count as usize],
+            table: vec![0; count as usize],
+            room: (left / SparseVoxels::bytes_of(0, 1)) as usize,
+            overfull: false,
         };
         let mut known = HashMap::from([(found.uniform[0].to_bits(), 0)]);
         for tile in self.tiles() {
             found.add_tile(tile, &mut known);
         }
         for leaf in self.leaves() {
-            found.each_touched(leaf.bounds(), |blocks, i, _| blocks.own_at(i).leaves.push(leaf));
+            found.each_touched(leaf.bounds(), |blocks, i, _| {
+                blocks.own_at(i).into_iter().for_each(|own| own.leaves.push(leaf));
+            });
+        }
+        if found.overfull || found.bytes() > limit_bytes {
+            return refused();
         }
         Ok(found)
     }
@@ -91,7 +109,7 @@ impl<'a, T: Value> Blocks<'a, T> {
     /// # Errors
     /// Never with the blocks of a tree.
     pub fn fill(self, convert: impl Fn(f32) -> f32 + Sync) -> Result<SparseVoxels> {
-        let Self { bounds, uniform, own, table, .. } = self;
+        let Self { bounds, uniform, own, mut table, .. } = self;
         let mut values = vec![0.0; (uniform.len() + own.len()) * BLOCK_VALUES];
         let (constant, rest) = values.split_at_mut(uniform.len() * BLOCK_VALUES);
         for (block, value) in constant.chunks_exact_mut(BLOCK_VALUES).zip(&uniform) {
@@ -99,11 +117,9 @@ impl<'a, T: Value> Blocks<'a, T> {
         }
         let blocks = rest.par_chunks_exact_mut(BLOCK_VALUES).zip(&own);
         blocks.for_each(|(values, own)| own.fill(values, &bounds, &convert));
-        let stored = |entry: &Entry| match *entry {
-            Entry::Uniform(i) => i,
-            Entry::Own(i) => uniform.len() as u32 + i,
-        };
-        let table = table.iter().map(stored).collect();
+        for block in table.iter_mut().filter(|block| **block & OWN != 0) {
+            *block = (*block & !OWN) + uniform.len() as u32;
+        }
         SparseVoxels::new(bounds.dims().map(|n| n as usize), table, values)
     }
 
@@ -116,9 +132,9 @@ impl<'a, T: Value> Blocks<'a, T> {
                 if uniform == next {
                     blocks.uniform.push(value);
                 }
-                blocks.table[i] = Entry::Uniform(uniform);
+                blocks.table[i] = uniform;
             } else if !blocks.is_all(i, value) {
-                blocks.own_at(i).tiles.push(tile);
+                blocks.own_at(i).into_iter().for_each(|own| own.tiles.push(tile));
             }
         });
     }
@@ -153,26 +169,25 @@ impl<'a, T: Value> Blocks<'a, T> {
 
     /// Whether all of a block is known to be this value.
     fn is_all(&self, i: usize, value: f32) -> bool {
-        match self.table[i] {
-            Entry::Uniform(uniform) => self.uniform[uniform as usize].to_bits() == value.to_bits(),
-            Entry::Own(_) => false,
-        }
+        let known = self.uniform.get(self.table[i] as usize);
+        known.is_some_and(|known| known.to_bits() == value.to_bits())
     }
 
-    /// What is known of a block that is not the same everywhere.
-    fn own_at(&mut self, i: usize) -> &mut Own<'a, T> {
-        let own = match self.table[i] {
-            Entry::Own(own) => own as usize,
-            Entry::Uniform(uniform) => {
-                let [nx, ny, _] = self.counts;
-                let block = [i % nx, i / nx % ny, i / (nx * ny)];
-                let ground = self.uniform[uniform as usize];
-                self.table[i] = Entry::Own(self.own.len() as u32);
-                self.own.push(Own { block, ground, tiles: Vec::new(), leaves: Vec::new() });
-                self.own.len() - 1
+    /// What is known of a block that is not the same everywhere; `None` if there is no room for more of them.
+    fn own_at(&mut self, i: usize) -> Option<&mut Own<'a, T>> {
+        let known = self.table[i];
+        if known & OWN == 0 {
+            if self.own.len() == self.room {
+                self.overfull = true;
+                return None;
             }
-        };
-        &mut self.own[own]
+            let [nx, ny, _] = self.counts;
+            let block = [i % nx, i / nx % ny, i / (nx * ny)];
+            let ground = self.uniform[known as usize];
+            self.table[i] = OWN | self.own.len() as u32;
+            self.own.push(Own { block, ground, tiles: Vec::new(), leaves: Vec::new() });
+        }
+        self.own.get_mut((self.table[i] & !OWN) as usize)
     }
 }
 
