@@ -4,9 +4,9 @@
 use rayon::prelude::*;
 use wgpu::TextureFormat;
 
-use super::field::{Encoding, GpuField, limit_error, texture, write_layers};
+use super::field::{Encoding, GpuField, limit_error, longer, texture, write_layers};
 use crate::error::Result;
-use crate::volume::{BLOCK_EDGE, BLOCK_VALUES, SparseVoxels, Volume};
+use crate::volume::{BLOCK_EDGE, BLOCK_VALUES, SparseVoxels, Volume, place_of};
 
 /// In the table of a volume in blocks: a block that holds nothing and is not stored.
 pub const NO_BLOCK: u32 = u32::MAX;
@@ -29,14 +29,14 @@ impl GpuBlocks {
         volume: &Volume,
     ) -> Result<Self> {
         let voxels = volume.voxels().to_sparse();
-        let limit = device.limits().max_texture_dimension_3d as usize;
+        let limit = device.limits().max_texture_dimension_3d;
         let blocks = voxels.blocks();
-        if let Some(long) = blocks.iter().find(|&&n| n > limit) {
+        if let Some(long) = longer(blocks, limit) {
             let what = format!("{long} blocks on an axis");
             return Err(limit_error(volume, what, limit.to_string()));
         }
         let held = held(&voxels);
-        let most = (limit / BLOCK_EDGE).min(MOST_ALONG);
+        let most = (limit as usize / BLOCK_EDGE).min(MOST_ALONG);
         let Some(slots) = arranged(held.len(), most) else {
             let what = format!("{} blocks in one 3D texture", held.len());
             return Err(limit_error(volume, what, format!("{}", most * most * most)));
@@ -65,8 +65,8 @@ impl GpuBlocks {
 
 /// The stored blocks that hold anything.
 fn held(voxels: &SparseVoxels) -> Vec<u32> {
-    let blocks = voxels.values().chunks_exact(BLOCK_VALUES).enumerate();
-    blocks.filter(|(_, b)| b.iter().any(|&v| v != 0.0)).map(|(stored, _)| stored as u32).collect()
+    let blocks = voxels.uniform().into_iter().enumerate();
+    blocks.filter(|(_, uniform)| *uniform != Some(0.0)).map(|(stored, _)| stored as u32).collect()
 }
 
 /// How many blocks lie along each axis of a texture for `count`, `most` at most; `None` if it has no room.
@@ -77,11 +77,12 @@ fn arranged(count: usize, most: usize) -> Option<[usize; 3]> {
     (z <= most).then_some([x, y, z])
 }
 
-fn table(voxels: &SparseVoxels, held: &[u32], [nx, ny, _]: [usize; 3]) -> Vec<u32> {
+fn table(voxels: &SparseVoxels, held: &[u32], slots: [usize; 3]) -> Vec<u32> {
     let stored = voxels.values().len() / BLOCK_VALUES;
     let mut places = vec![NO_BLOCK; stored];
     for (i, &stored) in held.iter().enumerate() {
-        places[stored as usize] = ((i % nx) | ((i / nx % ny) << 10) | (i / (nx * ny)) << 20) as u32;
+        let [x, y, z] = place_of(i, slots);
+        places[stored as usize] = (x | (y << 10) | (z << 20)) as u32;
     }
     voxels.table().iter().map(|&stored| places[stored as usize]).collect()
 }

@@ -3,16 +3,15 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::ray::Ray;
-use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Volume, Voxels};
+use crate::volume::{BLOCK_EDGE, SparseVoxels, Volume, Voxels};
 
 /// A volume's voxels, ready to be sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct Density<'a> {
     values: &'a [f32],
-    /// Which stored block each block is, for sparse voxels.
-    table: Option<&'a [u32]>,
-    /// Voxels along x and y, or blocks of them.
-    counts: [usize; 2],
+    /// Where they stand, if they are sparse.
+    sparse: Option<&'a SparseVoxels>,
+    dims: [usize; 3],
     last: Vec3,
     /// From a voxel to its neighbours along x, y, z; to itself along axes of one voxel.
     next: [usize; 3],
@@ -22,32 +21,26 @@ impl<'a> Density<'a> {
     /// The voxels of `volume`.
     pub fn of(volume: &'a Volume) -> Self {
         let dims = volume.dims();
-        let (values, table, [nx, ny, _], rows) = match volume.voxels() {
+        let (values, sparse, rows) = match volume.voxels() {
             // Volumes are made in standard layout; an empty slice would only ever be sampled as 0.
-            Voxels::Dense(values) => (values.as_slice().unwrap_or_default(), None, dims, dims),
-            Voxels::Sparse(voxels) => {
-                (voxels.values(), Some(voxels.table()), voxels.blocks(), [BLOCK_EDGE; 3])
-            }
+            Voxels::Dense(values) => (values.as_slice().unwrap_or_default(), None, dims),
+            Voxels::Sparse(voxels) => (voxels.values(), Some(voxels), [BLOCK_EDGE; 3]),
         };
         let mut next = [1, rows[0], rows[0] * rows[1]];
         for (next, n) in next.iter_mut().zip(dims) {
             *next *= usize::from(n > 1);
         }
         let last = Vec3::from_array(dims.map(|n| (n - 1) as f32));
-        Self { values, table, counts: [nx, ny], last, next }
+        Self { values, sparse, dims, last, next }
     }
 
     /// The values from voxel (x, y, z) to the opposite corner of the cell that begins there.
     #[inline]
     fn cell(&self, voxel: [usize; 3]) -> Option<&'a [f32]> {
-        let [nx, ny] = self.counts;
-        let base = if let Some(table) = self.table {
-            let [x, y, z] = voxel.map(|v| v / BLOCK);
-            let stored = *table.get((z * ny + y) * nx + x)? as usize;
-            let [x, y, z] = voxel.map(|v| v % BLOCK);
-            stored * BLOCK_VALUES + (z * BLOCK_EDGE + y) * BLOCK_EDGE + x
+        let base = if let Some(voxels) = self.sparse {
+            voxels.offset(voxel)?
         } else {
-            let [x, y, z] = voxel;
+            let ([x, y, z], [nx, ny, _]) = (voxel, self.dims);
             (z * ny + y) * nx + x
         };
         let [dx, dy, dz] = self.next;

@@ -14,6 +14,7 @@ pub const EMPTY: u8 = 192;
 pub const ROUGHEST: u8 = 8;
 /// How many bricks around a code speaks for as well: steps that begin in one may end there.
 const REACH: usize = 2;
+
 /// A grid of bricks over the media's index space, with a code each.
 ///
 /// An empty brick's code holds its distance, the largest along any axis (Chebyshev's), in bricks, to the

@@ -6,7 +6,7 @@ use glam::DVec3;
 use ndarray::Array3;
 use rayon::prelude::*;
 
-use super::{Volume, Voxels};
+use super::{Volume, Voxels, place_of};
 
 impl Volume {
     /// The same volume with every density replaced; what is negative or not finite becomes 0.
@@ -45,11 +45,9 @@ impl Volume {
         let mut lengths = match &self.voxels {
             Voxels::Dense(values) => {
                 let mut lengths = Array3::zeros(values.dim());
-                let [nx, ny, _] = dims;
                 if let Some(all) = lengths.as_slice_mut() {
-                    all.par_iter_mut().enumerate().for_each(|(i, own)| {
-                        *own = length([i % nx, i / nx % ny, i / (nx * ny)]);
-                    });
+                    let lengths = all.par_iter_mut().enumerate();
+                    lengths.for_each(|(i, own)| *own = length(place_of(i, dims)));
                 }
                 Voxels::Dense(lengths)
             }

@@ -26,7 +26,7 @@ use crate::error::{Error, Result};
 use crate::math::Aabb;
 pub use bricks::{BRICK, Bricks, Range, brick_edge};
 pub use placement::{Axis, world_from_index_in_bounds};
-pub use sparse::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Part, SparseVoxels};
+pub use sparse::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Part, SparseVoxels, place_of};
 pub use statistics::Statistics;
 pub use voxels::{Held, Voxels};
 

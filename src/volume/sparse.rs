@@ -51,13 +51,24 @@ impl Part<'_> {
         let ([x0, y0, z0], [nx, ny, nz]) = (self.origin, self.size);
         for z in 0..nz {
             for y in 0..ny {
-                let row = &self.values[(z * BLOCK_EDGE + y) * BLOCK_EDGE..][..nx];
+                let row = &self.values[inside([0, y, z])..][..nx];
                 for (x, &value) in row.iter().enumerate() {
                     visit([x0 + x, y0 + y, z0 + z], value);
                 }
             }
         }
     }
+}
+
+/// Where voxel (x, y, z) of a block stands among its values.
+#[inline]
+fn inside([x, y, z]: [usize; 3]) -> usize {
+    (z * BLOCK_EDGE + y) * BLOCK_EDGE + x
+}
+
+/// Element `i` of `counts` along x, y, z, x fastest.
+pub fn place_of(i: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
+    [i % nx, i / nx % ny, i / (nx * ny)]
 }
 
 /// Blocks that cover so many voxels along an axis.
@@ -95,12 +106,13 @@ impl SparseVoxels {
     pub(super) fn of(values: &Array3<f32>) -> Self {
         let (nz, ny, nx) = values.dim();
         let dims = [nx, ny, nz];
-        let [bx, by, bz] = dims.map(blocks_along);
-        let (mut table, mut stored) = (Vec::with_capacity(bx * by * bz), Vec::new());
+        let counts = dims.map(blocks_along);
+        let blocks = counts.iter().product();
+        let (mut table, mut stored) = (Vec::with_capacity(blocks), Vec::new());
         let mut uniform: HashMap<u32, u32> = HashMap::new();
         let mut block = vec![0.0; BLOCK_VALUES];
-        for i in 0..bx * by * bz {
-            fill_block(values, [i % bx, i / bx % by, i / (bx * by)], &mut block);
+        for i in 0..blocks {
+            fill_block(values, place_of(i, counts), &mut block);
             let next = (stored.len() / BLOCK_VALUES) as u32;
             let own = match same_everywhere(&block) {
                 Some(value) => *uniform.entry(value.to_bits()).or_insert(next),
@@ -144,48 +156,57 @@ impl SparseVoxels {
         blocks.saturating_mul(4).saturating_add(stored.saturating_mul(4 * BLOCK_VALUES as u64))
     }
 
-    /// The value of a voxel.
+    /// Where the stored block of a block begins in the values.
     #[inline]
-    pub fn get(&self, [x, y, z]: [usize; 3]) -> f32 {
+    fn start(&self, [x, y, z]: [usize; 3]) -> Option<usize> {
         let [bx, by, _] = self.blocks();
-        let stored = self.table[(z / BLOCK * by + y / BLOCK) * bx + x / BLOCK] as usize;
-        let [x, y, z] = [x % BLOCK, y % BLOCK, z % BLOCK];
-        self.values[stored * BLOCK_VALUES + (z * BLOCK_EDGE + y) * BLOCK_EDGE + x]
+        Some(*self.table.get((z * by + y) * bx + x)? as usize * BLOCK_VALUES)
     }
 
-    /// The values of a block.
-    pub fn block(&self, [x, y, z]: [usize; 3]) -> &[f32] {
-        let [bx, by, _] = self.blocks();
-        let stored = self.table[(z * by + y) * bx + x] as usize;
-        &self.values[stored * BLOCK_VALUES..][..BLOCK_VALUES]
+    /// Where a voxel stands in the values, in the block whose first cells begin there; `None` beyond the last
+    /// block.
+    #[inline]
+    pub fn offset(&self, voxel: [usize; 3]) -> Option<usize> {
+        Some(self.start(voxel.map(|v| v / BLOCK))? + inside(voxel.map(|v| v % BLOCK)))
+    }
+
+    /// The value of a voxel; 0 beyond the last block.
+    #[inline]
+    pub fn get(&self, voxel: [usize; 3]) -> f32 {
+        self.offset(voxel).map_or(0.0, |offset| self.values[offset])
+    }
+
+    /// The values of a block; none beyond the last.
+    pub fn block(&self, block: [usize; 3]) -> &[f32] {
+        self.start(block).map_or(&[], |start| &self.values[start..start + BLOCK_VALUES])
     }
 
     /// The values of a row of voxels along x.
     pub fn fill_row(&self, y: usize, z: usize, row: &mut [f32]) {
         let [bx, by, _] = self.blocks();
         let first = (z / BLOCK * by + y / BLOCK) * bx;
-        let inside = (z % BLOCK * BLOCK_EDGE + y % BLOCK) * BLOCK_EDGE;
+        let start = inside([0, y % BLOCK, z % BLOCK]);
         for (part, &stored) in row.chunks_mut(BLOCK).zip(&self.table[first..first + bx]) {
-            let from = stored as usize * BLOCK_VALUES + inside;
+            let from = stored as usize * BLOCK_VALUES + start;
             part.copy_from_slice(&self.values[from..from + part.len()]);
         }
     }
 
     /// What each stored block is everywhere, if it is.
-    pub(super) fn uniform(&self) -> Vec<Option<f32>> {
+    pub fn uniform(&self) -> Vec<Option<f32>> {
         self.values.par_chunks(BLOCK_VALUES).map(same_everywhere).collect()
     }
 
     /// Blocks that hold anything, x fastest.
     pub fn parts(&self) -> impl Iterator<Item = Part<'_>> {
-        let [bx, by, _] = self.blocks();
+        let counts = self.blocks();
         let uniform = self.uniform();
         self.table.iter().enumerate().filter_map(move |(i, &stored)| {
             let uniform = uniform[stored as usize];
             if uniform == Some(0.0) {
                 return None;
             }
-            let origin = [i % bx, i / bx % by, i / (bx * by)].map(|b| b * BLOCK);
+            let origin = place_of(i, counts).map(|b| b * BLOCK);
             let size = std::array::from_fn(|axis| BLOCK.min(self.dims[axis] - origin[axis]));
             let values = &self.values[stored as usize * BLOCK_VALUES..][..BLOCK_VALUES];
             Some(Part { origin, size, uniform, values })
@@ -202,7 +223,7 @@ impl SparseVoxels {
     pub(super) fn derived(&self, value: impl Fn([usize; 3]) -> f32 + Sync) -> Self {
         let counts = self.blocks();
         let [bx, by, _] = counts;
-        let position = |i: usize| [i % bx, i / bx % by, i / (bx * by)];
+        let position = |i: usize| place_of(i, counts);
         let uniform = self.uniform();
         // Voxels beyond a block count too, on every side.
         let even = |i: usize| {
@@ -221,8 +242,7 @@ impl SparseVoxels {
             let first = position(i).map(|b| b * BLOCK);
             let at = |k: usize, axis: usize| (first[axis] + k).min(self.dims[axis] - 1);
             for (k, filled) in block.iter_mut().enumerate() {
-                let (x, y, z) =
-                    (k % BLOCK_EDGE, k / BLOCK_EDGE % BLOCK_EDGE, k / BLOCK_EDGE / BLOCK_EDGE);
+                let [x, y, z] = place_of(k, [BLOCK_EDGE; 3]);
                 *filled = value([at(x, 0), at(y, 1), at(z, 2)]);
             }
         });
@@ -237,14 +257,14 @@ impl SparseVoxels {
 
     /// Repeats the last voxel of each axis in what blocks have beyond it.
     fn repeat_last(&mut self) -> Result<()> {
-        let [bx, by, _] = self.blocks();
+        let counts = self.blocks();
         let uniform = self.uniform();
         let mut uses = vec![0_u32; uniform.len()];
         for &stored in &self.table {
             uses[stored as usize] += 1;
         }
         for (i, &stored) in self.table.iter().enumerate() {
-            let block = [i % bx, i / bx % by, i / (bx * by)];
+            let block = place_of(i, counts);
             let last: [usize; 3] =
                 std::array::from_fn(|axis| (self.dims[axis] - 1 - block[axis] * BLOCK).min(BLOCK));
             if last == [BLOCK; 3] || uniform[stored as usize].is_some() {
@@ -255,14 +275,9 @@ impl SparseVoxels {
                 return Err(Error::value("sparse voxels", why));
             }
             let values = &mut self.values[stored as usize * BLOCK_VALUES..][..BLOCK_VALUES];
-            let at = |x: usize, y: usize, z: usize| (z * BLOCK_EDGE + y) * BLOCK_EDGE + x;
-            for z in 0..BLOCK_EDGE {
-                for y in 0..BLOCK_EDGE {
-                    for x in 0..BLOCK_EDGE {
-                        values[at(x, y, z)] =
-                            values[at(x.min(last[0]), y.min(last[1]), z.min(last[2]))];
-                    }
-                }
+            for k in 0..BLOCK_VALUES {
+                let place = place_of(k, [BLOCK_EDGE; 3]);
+                values[k] = values[inside(std::array::from_fn(|axis| place[axis].min(last[axis])))];
             }
         }
         Ok(())
@@ -307,7 +322,7 @@ fn same_everywhere(block: &[f32]) -> Option<f32> {
 }
 
 /// The values of a block of an array of shape (z, y, x); beyond its last voxel, as that.
-pub(super) fn fill_block(values: &Array3<f32>, block: [usize; 3], filled: &mut [f32]) {
+fn fill_block(values: &Array3<f32>, block: [usize; 3], filled: &mut [f32]) {
     let (nz, ny, nx) = values.dim();
     let [x0, y0, z0] = block.map(|b| b * BLOCK);
     for (i, row) in filled.chunks_exact_mut(BLOCK_EDGE).enumerate() {

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use ndarray::{Array3, Axis};
 use rayon::prelude::*;
 
-use super::sparse::{SparseVoxels, fill_block};
+use super::sparse::{SparseVoxels, place_of};
 
 /// A box of voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,9 +24,8 @@ impl Held {
 
     /// Voxel number `i` of them, x fastest.
     pub fn voxel(&self, i: usize) -> [usize; 3] {
-        let [nx, ny, _] = self.size;
-        let [x, y, z] = self.first;
-        [x + i % nx, y + i / nx % ny, z + i / (nx * ny)]
+        let inside = place_of(i, self.size);
+        std::array::from_fn(|axis| self.first[axis] + inside[axis])
     }
 }
 
@@ -141,14 +140,6 @@ impl Voxels {
         };
         let largest = |part: &[f32]| part.iter().copied().fold(0.0, f32::max);
         all.unwrap_or_default().par_chunks(1 << 16).map(largest).reduce(|| 0.0, f32::max)
-    }
-
-    /// The values of a block of [`SparseVoxels`]' shape.
-    pub fn fill_block(&self, block: [usize; 3], filled: &mut [f32]) {
-        match self {
-            Self::Dense(values) => fill_block(values, block, filled),
-            Self::Sparse(voxels) => filled.copy_from_slice(voxels.block(block)),
-        }
     }
 
     /// Makes what does not render 0, and says how many voxels that were: negative ones, NaN and infinities.

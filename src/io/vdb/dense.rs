@@ -5,9 +5,8 @@ use glam::IVec3;
 use ndarray::Array3;
 use rayon::prelude::*;
 
-use super::grid_type::slot_of;
+use super::canvas::Canvas;
 use super::index_box::IndexBox;
-use super::mask;
 use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
 use crate::error::{ErrorKind, Result};
@@ -78,7 +77,7 @@ impl<T: Value> Tree<T> {
                 slabs[slab_of(part.min.z)].leaves.push(leaf);
             }
         }
-        slabs.into_par_iter().for_each(|mut slab| slab.fill(&convert));
+        slabs.into_par_iter().for_each(|slab| slab.fill(&convert));
 
         let values = Array3::from_shape_vec((nz, ny, nx), values)
             .map_err(|error| crate::Error::value("dense grid", error.to_string()))?;
@@ -111,34 +110,10 @@ struct Slab<'a, T, U> {
 }
 
 impl<T: Value, U: Copy> Slab<'_, T, U> {
-    fn fill(&mut self, convert: &impl Fn(T, bool) -> U) {
-        for tile in std::mem::take(&mut self.tiles) {
-            let value = convert(tile.value, tile.active);
-            self.for_each_row(tile.bounds(), |row, _| row.fill(value));
-        }
-        for leaf in std::mem::take(&mut self.leaves) {
-            let stride = 1 << (2 * leaf.log_edge);
-            self.for_each_row(leaf.bounds(), |row, first| {
-                let first = slot_of(first, leaf.log_edge, 0);
-                for (voxel, slot) in row.iter_mut().zip((first..).step_by(stride)) {
-                    *voxel = convert(leaf.values[slot], mask::is_set(leaf.active, slot));
-                }
-            });
-        }
-    }
-
-    /// Runs `fill` on the slab's rows along x within `cube`, with the row's first voxel.
-    fn for_each_row(&mut self, cube: IndexBox, mut fill: impl FnMut(&mut [U], IVec3)) {
-        let Some(part) = cube.intersection(&self.bounds) else { return };
+    fn fill(self, convert: &impl Fn(T, bool) -> U) {
         let [nx, ny, _] = self.bounds.dims().map(|length| length as usize);
-        let offset = |index: i32, min: i32| (i64::from(index) - i64::from(min)) as usize;
-        let length = offset(part.max.x, part.min.x) + 1;
-        for z in part.min.z..=part.max.z {
-            for y in part.min.y..=part.max.y {
-                let row = offset(z, self.bounds.min.z) * ny + offset(y, self.bounds.min.y);
-                let start = row * nx + offset(part.min.x, self.bounds.min.x);
-                fill(&mut self.data[start..start + length], IVec3::new(part.min.x, y, z));
-            }
-        }
+        let mut canvas = Canvas { bounds: self.bounds, along: [nx, ny], values: self.data };
+        self.tiles.iter().for_each(|tile| canvas.add_tile(tile, convert));
+        self.leaves.iter().for_each(|leaf| canvas.add_leaf(leaf, convert));
     }
 }

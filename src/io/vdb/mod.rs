@@ -35,6 +35,7 @@
 
 mod blosc;
 mod builder;
+mod canvas;
 mod compression;
 mod dense;
 mod edit;

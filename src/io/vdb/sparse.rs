@@ -6,12 +6,12 @@ use std::collections::HashMap;
 use glam::IVec3;
 use rayon::prelude::*;
 
-use super::grid_type::slot_of;
+use super::canvas::Canvas;
 use super::index_box::IndexBox;
 use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
 use crate::error::{ErrorKind, Result};
-use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, MAX_DIM, SparseVoxels};
+use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, MAX_DIM, SparseVoxels, place_of};
 
 /// Blocks that a box may have.
 const MOST_BLOCKS: u64 = 1 << 26;
@@ -181,8 +181,7 @@ impl<'a, T: Value> Blocks<'a, T> {
                 self.overfull = true;
                 return None;
             }
-            let [nx, ny, _] = self.counts;
-            let block = [i % nx, i / nx % ny, i / (nx * ny)];
+            let block = place_of(i, self.counts);
             let ground = self.uniform[known as usize];
             self.table[i] = OWN | self.own.len() as u32;
             self.own.push(Own { block, ground, tiles: Vec::new(), leaves: Vec::new() });
@@ -200,38 +199,10 @@ impl<T: Value> Own<'_, T> {
         let last = IVec3::from_array(std::array::from_fn(|axis| {
             first[axis].saturating_add(edge).min(bounds.max[axis])
         }));
-        let own = IndexBox { min: first, max: last };
-        for tile in &self.tiles {
-            let value = convert(tile.value.to_f32());
-            each_row(&own, tile.bounds(), values, |row, _| row.fill(value));
-        }
-        for leaf in &self.leaves {
-            let stride = 1 << (2 * leaf.log_edge);
-            each_row(&own, leaf.bounds(), values, |row, voxel| {
-                let slots = (slot_of(voxel, leaf.log_edge, 0)..).step_by(stride);
-                for (value, slot) in row.iter_mut().zip(slots) {
-                    *value = convert(leaf.values[slot].to_f32());
-                }
-            });
-        }
-    }
-}
-
-/// Runs `fill` on a block's rows along x within `cube`, with the row's first voxel; `own` are the block's voxels.
-fn each_row(
-    own: &IndexBox,
-    cube: IndexBox,
-    values: &mut [f32],
-    mut fill: impl FnMut(&mut [f32], IVec3),
-) {
-    let Some(part) = cube.intersection(own) else { return };
-    let offset = |index: i32, min: i32| (index - min) as usize;
-    let length = offset(part.max.x, part.min.x) + 1;
-    for z in part.min.z..=part.max.z {
-        for y in part.min.y..=part.max.y {
-            let row = offset(z, own.min.z) * BLOCK_EDGE + offset(y, own.min.y);
-            let start = row * BLOCK_EDGE + offset(part.min.x, own.min.x);
-            fill(&mut values[start..start + length], IVec3::new(part.min.x, y, z));
-        }
+        let mut canvas =
+            Canvas { bounds: IndexBox { min: first, max: last }, along: [BLOCK_EDGE; 2], values };
+        let number = |value: T, _| convert(value.to_f32());
+        self.tiles.iter().for_each(|tile| canvas.add_tile(tile, number));
+        self.leaves.iter().for_each(|leaf| canvas.add_leaf(leaf, number));
     }
 }
