@@ -18,6 +18,8 @@ mod golden;
 mod info;
 mod lists;
 mod measures;
+#[cfg(unix)]
+mod nothing_lost;
 #[path = "fuzz/readers.rs"]
 mod readers;
 mod representations;

@@ -1,6 +1,5 @@
 //! `figures`: the paper's figures 2, 3 and 4 from the presets, as labelled contact sheets.
 
-use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -10,10 +9,11 @@ use super::progress::Bars;
 use super::say;
 use super::sheet::Sheet;
 use crate::backend::Backend;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
-use crate::io::{PendingFile, load_volume, png};
+use crate::io::output::{Inputs, MadeFolder, PendingFile};
+use crate::io::{load_volume, png};
 use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Surroundings, complete};
 use crate::scene::{LightView, Scene, descriptor};
@@ -39,7 +39,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.out;
-    fs::create_dir_all(folder).map_err(|error| Error::file(folder, error))?;
+    let _made = MadeFolder::create(folder)?;
+    let inputs = Inputs::default();
     let progress: Box<dyn Progress> =
         if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
     let painter = Painter { backend: backend::open(arguments.backend, None)?, progress };
@@ -55,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     ];
     for (name, draw) in figures {
         let path = folder.join(name);
-        let file = PendingFile::create(&path)?;
+        let file = PendingFile::create(&path, &inputs)?;
         let (width, height, rgb) = draw()?.into_rgb();
         file.finish_with(&png::encode_rgb(width, height, rgb)?)?;
         if !arguments.quiet {

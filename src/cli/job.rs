@@ -10,12 +10,22 @@ use super::progress::Bars;
 use super::{backend, say};
 use crate::backend::Backend;
 use crate::error::{Error, Result};
-use crate::io::load_ingredients;
+use crate::io::{Inputs, load_ingredients, source_files};
 use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Choice, Surroundings, complete};
 use crate::scene::{Scene, SceneFile, descriptor};
 use crate::settings::Settings;
 use crate::volume::presets::Preset;
+
+/// What is asked for, before anything large is read.
+pub(super) struct Request<'a> {
+    source: &'a SourceArguments,
+    choice: BackendChoice,
+    file: SceneFile,
+    surroundings: Surroundings,
+    /// All files that it is read from.
+    pub inputs: Inputs,
+}
 
 /// A scene ready to be computed.
 pub(super) struct Job {
@@ -26,10 +36,10 @@ pub(super) struct Job {
     quiet: bool,
 }
 
-impl Job {
-    /// Loads what the arguments name, chooses what they leave open, and says so.
+impl<'a> Request<'a> {
+    /// What the arguments ask for.
     pub(super) fn new(
-        arguments: &SceneArguments,
+        arguments: &'a SceneArguments,
         picture: Option<&PictureArguments>,
     ) -> Result<Self> {
         Self::open(&arguments.source, arguments.backend, |file| {
@@ -40,21 +50,31 @@ impl Job {
         })
     }
 
-    /// Loads what `source` names, with what `overlay` puts over its scene file, to be computed by
-    /// `choice`.
+    /// What `source` names, with what `overlay` puts over its scene file, to be computed by `choice`.
     pub(super) fn open(
-        source: &SourceArguments,
+        source: &'a SourceArguments,
         choice: BackendChoice,
         overlay: impl FnOnce(&mut SceneFile),
     ) -> Result<Self> {
+        let (mut file, surroundings) = described(&source.input)?;
+        source.overlay(&mut file);
+        overlay(&mut file);
+        // The scene file itself, or a name that is no file.
+        let mut inputs = Inputs::new([PathBuf::from(&source.input)]);
+        for table in file.volume.iter() {
+            inputs.extend(source_files(table)?);
+        }
+        Ok(Self { source, choice, file, surroundings, inputs })
+    }
+
+    /// Loads what is asked for, chooses what is left open, and says so.
+    pub(super) fn load(self) -> Result<Job> {
+        let Self { source, choice, file, surroundings, .. } = self;
         if let Some(threads) = source.threads {
             // Only a second pool in one process fails, and the program makes one.
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize);
             pool.build_global().map_err(|error| Error::value("threads", error.to_string()))?;
         }
-        let (mut file, surroundings) = described(&source.input)?;
-        source.overlay(&mut file);
-        overlay(&mut file);
         // A scene file's absolute parameters speak of stored values.
         let scan = surroundings == Surroundings::Studio;
         let (mut ingredients, mut notes) = (Vec::new(), Vec::new());
@@ -70,7 +90,7 @@ impl Job {
         let backend = backend::open(choice, settings.map)?;
         let progress: Box<dyn Progress> =
             if source.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
-        let job = Self { scene, settings, backend, progress, quiet: source.quiet };
+        let job = Job { scene, settings, backend, progress, quiet: source.quiet };
         for note in &notes {
             job.note(note);
         }
@@ -81,7 +101,9 @@ impl Job {
         }
         Ok(job)
     }
+}
 
+impl Job {
     /// Puts a line for people on stderr, unless they asked for quiet.
     pub(super) fn note(&self, line: &str) {
         if !self.quiet {

@@ -7,11 +7,12 @@ use clap::Args;
 
 use super::arguments::{OutputArguments, SceneArguments};
 use super::certify::{Certified, LimitArguments, choose};
-use super::job::{Job, default_output};
+use super::job::{Request, default_output};
 use crate::error::{Error, Result};
 use crate::io::coded_map::encode_coded_map;
+use crate::io::exr;
 use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
-use crate::io::{PendingFile, exr};
+use crate::io::output::{PendingFile, commit};
 use crate::scene::Media;
 use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, Map, ShadowMap};
@@ -35,12 +36,14 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     if path.extension().is_none_or(|ending| ending != "exr") {
         return Err(Error::contents(path, "a map's name must end in .exr"));
     }
-    let job = Job::new(&scene, None)?;
+    let request = Request::new(&scene, None)?;
+    let inputs = request.inputs.clone();
+    // A folder that takes no file is better known before the work than after it.
+    let tried = PendingFile::create(&path, &inputs)?;
+    let job = request.load()?;
     if let Some(kind) = job.settings.map.filter(|&kind| !written(kind)) {
         return Err(unwritten(kind));
     }
-    // A folder that takes no file is better known before the work than after it.
-    let tried = PendingFile::create(&path)?;
     let beams = job.scene.beams();
     let mut built = Vec::new();
     let begun = Instant::now();
@@ -55,10 +58,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let files = encode(&job.scene.media, &built, &path, statistics)?;
     drop(tried);
     let pending = files.iter().map(|file| {
-        let contents = vec![&file.contents[..]];
-        PendingFile::create(&file.path).map(|pending| (pending, contents))
+        let mut pending = PendingFile::create(&file.path, &inputs)?;
+        pending.put(&file.contents).map(|()| pending)
     });
-    PendingFile::finish_together(&pending.collect::<Result<Vec<_>>>()?)?;
+    commit(pending.collect::<Result<_>>()?)?;
     for Encoded { path, what, size, .. } in &files {
         job.note(&format!(
             "wrote {}: {what} {size}x{size} in {:.2} s, {}",

@@ -13,6 +13,8 @@ mod map;
 mod progress;
 mod render;
 mod sheet;
+#[cfg(unix)]
+mod signals;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -61,6 +63,8 @@ enum Command {
 
 /// Runs the program with `arguments`, of which the first is its own name.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
+    #[cfg(unix)]
+    signals::clean_up_after();
     let program = match Program::try_parse_from(arguments) {
         Ok(program) => program,
         Err(error) => {

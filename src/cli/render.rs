@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::arguments::{OutputArguments, PictureArguments, SceneArguments};
 use super::certify::{Certified, LimitArguments, choose};
-use super::job::{Job, default_output};
+use super::job::{Request, default_output};
 use crate::cpu::DeepView;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
@@ -51,7 +51,9 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, limits, picture, output } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "png"));
     let format = format(&path)?;
-    let job = Job::new(&scene, Some(&picture))?;
+    let request = Request::new(&scene, Some(&picture))?;
+    let file = PendingFile::create(&path, &request.inputs)?;
+    let job = request.load()?;
     if format == Format::Deep && (job.settings.samples, job.settings.shading) != ONE_RAY {
         let why = "a deep image takes one sample a pixel and physical shading";
         return Err(Error::contents(path, why));
@@ -61,7 +63,6 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         let why = "a deep image takes one light and grey extinction";
         return Err(Error::contents(path, why));
     }
-    let file = PendingFile::create(&path)?;
     let mut lit = Lit::new(job.settings.image_size);
     let mut deep = None;
     for beam in &beams {

@@ -1,6 +1,6 @@
 //! From what a user wrote of a volume to the volume: presets and files, their place in the world.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DMat4, DQuat, DVec3};
 
@@ -48,6 +48,30 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
         None => Ok(volume),
     };
     moved(volume?, table)
+}
+
+/// All files that the volume of `table` is read from: its own, others that hold its voxels or describe
+/// them, a transfer function's.
+///
+/// # Errors
+/// If its header cannot be read.
+pub fn source_files(table: &VolumeTable) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    if let Some(path) = &table.path {
+        match format_of(path, table)? {
+            format @ (Format::Npy
+            | Format::Nrrd
+            | Format::MetaImage
+            | Format::Nifti
+            | Format::Raw) => {
+                check_options(path, format, table)?;
+                files.extend_from_slice(DenseFile::open(path, format, table)?.files());
+            }
+            _ => files.push(path.clone()),
+        }
+    }
+    files.extend(table.transfer.as_ref().and_then(|transfer| transfer.file.clone()));
+    Ok(files)
 }
 
 /// A volume scaled about the world's origin, turned about the world's x, y and z axes in this order, then

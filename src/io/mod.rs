@@ -1,7 +1,5 @@
 //! Files in and out: one module a format, chosen by content and not by name. Knows no backend.
 
-mod atomic;
-mod atomic_folder;
 mod body;
 pub mod coded_map;
 pub mod deep_exr;
@@ -13,15 +11,15 @@ pub mod fragment_map;
 mod histogram;
 mod load;
 pub mod number;
+pub mod output;
 pub mod png;
 pub mod raw;
 pub mod remap;
 mod sidecar;
 pub mod vdb;
 
-pub use atomic::PendingFile;
-pub use atomic_folder::PendingFolder;
 pub use body::load_ingredients;
 pub use format::Format;
 pub use histogram::{FiniteRange, Histogram};
-pub use load::{check_options, format_of, load_color, load_volume};
+pub use load::{check_options, format_of, load_color, load_volume, source_files};
+pub use output::{Inputs, PendingFile, PendingFolder};

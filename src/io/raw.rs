@@ -62,7 +62,7 @@ pub fn undescribed(path: &Path, missing: &str) -> Error {
         path: path.to_owned(),
         why: format!(
             "no format that this program reads; raw voxels need {missing} (or a sidecar {})",
-            path.with_extension("toml").display()
+            Sidecar::path_beside(path).display()
         ),
     }
     .into()

@@ -1,5 +1,5 @@
-//! Sidecars: `NAME.toml` beside `NAME.raw` or `NAME.npy`, which says what the voxels' own file cannot.
-//! Knows no voxels.
+//! Sidecars: `NAME.raw.toml` beside `NAME.raw`, `NAME.npy.toml` beside `NAME.npy`, which say what the
+//! voxels' own file cannot. Older ones are called `NAME.toml`. Knows no voxels.
 
 use std::fmt::Write;
 use std::fs;
@@ -9,7 +9,6 @@ use glam::{DMat4, DVec3, IVec3};
 use serde::Deserialize;
 
 use super::dense::{DenseHeader, Lattice};
-use super::number::Endian;
 use crate::error::{Error, Result};
 
 /// What a sidecar says; every key is optional.
@@ -41,6 +40,8 @@ pub struct Sidecar {
     pub name: Option<String>,
     /// OpenVDB's class: `level set`, `fog volume`, `staggered`, `unknown`.
     pub class: Option<String>,
+    /// CRC-32 of the voxels' bytes, in hexadecimal: a sidecar of other voxels is refused.
+    pub crc32: Option<String>,
 }
 
 /// A number, or one for each component.
@@ -53,26 +54,67 @@ pub enum Background {
 }
 
 impl Sidecar {
-    /// Where the sidecar of the file `path` lies; `None` where `path` itself ends so.
-    pub fn path_beside(path: &Path) -> Option<PathBuf> {
-        let beside = path.with_extension("toml");
-        (beside != path).then_some(beside)
+    /// Where the sidecar of the file `path` is written.
+    pub fn path_beside(path: &Path) -> PathBuf {
+        let mut name = path.as_os_str().to_owned();
+        name.push(".toml");
+        PathBuf::from(name)
     }
 
     /// The sidecar of the file `path`, if there is one, and its own path.
     ///
     /// # Errors
-    /// If there is one that cannot be read.
+    /// If there is one that cannot be read, or that may as well be another file's.
     pub fn beside(path: &Path) -> Result<Option<(PathBuf, Self)>> {
-        let Some(beside) = Self::path_beside(path).filter(|beside| beside.is_file()) else {
+        // Beside a link, or else beside what it leads to.
+        let places = [Some(path.to_owned()), path.canonicalize().ok()];
+        for place in places.into_iter().flatten() {
+            let own = Self::path_beside(&place);
+            let text = if own.is_file() { Some(read(&own)?) } else { None };
+            if let Some(text) = text.filter(|text| !is_scene(text)) {
+                return Self::parse(&text)
+                    .map(|sidecar| Some((own.clone(), sidecar)))
+                    .map_err(|why| Error::contents(own, why));
+            }
+            if let Some(found) = Self::older_beside(&place)? {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    /// A sidecar `NAME.toml` of the file `path`, as they were called before.
+    fn older_beside(path: &Path) -> Result<Option<(PathBuf, Self)>> {
+        let older = path.with_extension("toml");
+        if older == path || !older.is_file() {
             return Ok(None);
-        };
-        let text = fs::read_to_string(&beside).map_err(|error| Error::file(&beside, error))?;
+        }
+        let text = read(&older)?;
         if is_scene(&text) {
             return Ok(None);
         }
-        let sidecar = Self::parse(&text).map_err(|why| Error::contents(&beside, why))?;
-        Ok(Some((beside, sidecar)))
+        let own_ending = path.extension().unwrap_or_default();
+        let other = PAYLOAD_ENDINGS.iter().filter(|&&ending| own_ending != ending).find(|ending| {
+            let other = path.with_extension(ending);
+            other.is_file() && !Self::path_beside(&other).is_file()
+        });
+        match other {
+            // NumPy's files say what they hold; what else lies there needs the sidecar.
+            Some(_) if own_ending == "npy" => return Ok(None),
+            Some(&"npy") | None => {}
+            Some(ending) => {
+                let (this, other) = (path.display(), path.with_extension(ending));
+                let own = Self::path_beside(path);
+                let why = format!(
+                    "it may describe {this} or {}; call it {}",
+                    other.display(),
+                    own.display()
+                );
+                return Err(Error::contents(older, why));
+            }
+        }
+        let sidecar = Self::parse(&text).map_err(|why| Error::contents(&older, why))?;
+        Ok(Some((older, sidecar)))
     }
 
     /// What the text of a sidecar says; else why it is none.
@@ -80,31 +122,17 @@ impl Sidecar {
         toml::from_str(text).map_err(|error| error.message().replace('\n', " "))
     }
 
-    /// Whether the sidecar `text` says of a file's voxels what their `header` does: of their place and
-    /// scale and, if `stored`, of how they lie in the file.
-    pub fn agrees(text: &[u8], header: &DenseHeader, stored: bool) -> bool {
-        let text = String::from_utf8_lossy(text);
-        let Ok(sidecar) = Self::parse(&text) else { return false };
-        let little = sidecar.endian.as_deref().is_none_or(|endian| endian == "little");
-        let one_byte = header.value_type.size() == 1;
-        let same_place = sidecar.world_from_index().unwrap_or(DMat4::IDENTITY)
-            == header.world_from_index
-            && sidecar.value_scale.unwrap_or([1.0, 0.0]) == header.scale;
-        let same_storage = sidecar.dims == Some(header.dims)
-            && sidecar.value_type.as_deref() == Some(header.value_type.name())
-            && sidecar.components.unwrap_or(1) == header.components
-            && (one_byte || little == (header.endian == Endian::Little));
-        same_place && (same_storage || !stored)
-    }
-
-    /// Makes sure that the sidecar of the file `path` would not replace a scene file.
+    /// Makes sure that the sidecar of the file `path` would replace nothing but a sidecar.
     ///
     /// # Errors
-    /// If it would.
-    pub fn refuse_scene_beside(path: &Path) -> Result<()> {
-        let Some(beside) = Self::path_beside(path) else { return Ok(()) };
-        if fs::read_to_string(&beside).is_ok_and(|text| is_scene(&text)) {
-            let why = "a scene file, where the sidecar of the output belongs";
+    /// If there is something else in its place.
+    pub fn refuse_other_beside(path: &Path) -> Result<()> {
+        let beside = Self::path_beside(path);
+        if beside.exists() && read(&beside).and_then(|text| Ok(Self::parse(&text).is_ok()))? {
+            return Ok(());
+        }
+        if beside.exists() {
+            let why = "no sidecar, where that of the output belongs; left as it is";
             return Err(Error::contents(beside, why));
         }
         Ok(())
@@ -128,8 +156,17 @@ impl Sidecar {
     /// Puts into `header` what does not depend on how the voxels are stored.
     ///
     /// # Errors
-    /// If `up` is no axis.
+    /// If `up` is no axis or `crc32` no number.
     pub(super) fn describe(&self, header: &mut DenseHeader) -> Result<()> {
+        header.crc32 = match &self.crc32 {
+            Some(text) => Some(u32::from_str_radix(text, 16).map_err(|_| {
+                Error::value(
+                    "crc32",
+                    format!("'{text}' is not a number of up to 8 hexadecimal digits"),
+                )
+            })?),
+            None => None,
+        };
         header.world_from_index = self.world_from_index().unwrap_or(DMat4::IDENTITY);
         let origin = DVec3::from(self.index_origin.unwrap_or_default());
         let whole = origin.as_ivec3();
@@ -146,6 +183,13 @@ impl Sidecar {
         header.name.clone_from(&self.name);
         header.class.clone_from(&self.class);
         Ok(())
+    }
+
+    /// Whether it can be a sidecar of voxels with this `header`, as far as it says.
+    pub(super) fn fits(&self, header: &DenseHeader) -> bool {
+        self.dims.is_none_or(|dims| dims == header.dims)
+            && self.value_type.as_deref().is_none_or(|name| name == header.value_type.name())
+            && self.components.is_none_or(|count| count == header.components)
     }
 
     /// The sidecar's text.
@@ -178,8 +222,16 @@ impl Sidecar {
         line("up", quoted(&self.up));
         line("name", quoted(&self.name));
         line("class", quoted(&self.class));
+        line("crc32", quoted(&self.crc32));
         text
     }
+}
+
+/// Endings of files that a sidecar called `NAME.toml` may describe.
+const PAYLOAD_ENDINGS: [&str; 5] = ["raw", "npy", "bin", "dat", "img"];
+
+fn read(path: &Path) -> Result<String> {
+    fs::read_to_string(path).map_err(|error| Error::file(path, error))
 }
 
 /// Whether the text is a scene file, which is no sidecar though it may have its name.

@@ -1,11 +1,11 @@
 //! Dense volumes that are written read back as they were; what is made of them follows closed forms.
 
 use deepshadow::ErrorKind;
-use deepshadow::io::Format;
 use deepshadow::io::dense::{DenseFile, DenseGrid, DenseTarget};
 use deepshadow::io::number::ValueType;
 use deepshadow::io::remap::{Remap, Span};
 use deepshadow::io::vdb::{Grid, IndexBox};
+use deepshadow::io::{Format, Inputs};
 use deepshadow::scene::file::VolumeTable;
 use deepshadow::volume::Axis;
 use glam::{DMat4, DVec3, IVec3};
@@ -57,12 +57,15 @@ fn through(grid: &DenseGrid, name: &str, packed: bool) -> (DenseGrid, Vec<String
     let folder = TempDir::new().unwrap();
     let path = folder.path().join(name);
     let target = DenseTarget::of_path(&path).unwrap();
-    let written = target.encode(grid.clone(), &path, packed).unwrap();
-    let paths: Vec<_> = written.files.iter().map(|file| file.path.clone()).collect();
-    assert_eq!(paths, target.paths(&path, packed));
-    for file in &written.files {
-        std::fs::write(&file.path, file.parts.concat()).unwrap();
-    }
+    let written = target.promise(&path, packed, &Inputs::default()).unwrap();
+    let written = written.write(grid.clone()).unwrap();
+    assert_eq!(written.paths[0], path);
+    let mut names: Vec<_> = written.paths.iter().map(|path| path.file_name().unwrap()).collect();
+    names.sort();
+    let mut found: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    found.sort_by_key(|entry| entry.as_ref().unwrap().file_name());
+    let found: Vec<_> = found.iter().map(|entry| entry.as_ref().unwrap().file_name()).collect();
+    assert_eq!(found, names);
     let format = Format::of_file(&path).unwrap();
     let file = DenseFile::open(&path, format, &VolumeTable::default()).unwrap();
     (DenseGrid::read(&file).unwrap(), written.lost)

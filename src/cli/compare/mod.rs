@@ -18,7 +18,7 @@ use clap::Args;
 
 use super::arguments::{SourceArguments, above_0, count, size, valid};
 use super::backend::BackendChoice;
-use super::job::Job;
+use super::job::Request;
 use super::print;
 use crate::accuracy::largest_optical_depth;
 use crate::error::{Error, Result};
@@ -107,9 +107,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         None => Method::all(),
     };
     let path = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.source.input));
-    let mut job = open(arguments)?;
+    let request = open(arguments)?;
+    let folder = PendingFolder::create(&path, &FILES, &request.inputs)?;
+    let mut job = request.load()?;
     methods::check_filter(&job.settings)?;
-    let folder = PendingFolder::create(&path, &FILES)?;
     let settings = job.settings.clone();
     let mut deepest = 0.0;
     for Beam { scene, .. } in job.scene.beams() {
@@ -158,8 +159,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json { print(&json) } else { Ok(()) }
 }
 
-fn open(arguments: &Arguments) -> Result<Job> {
-    Job::open(&arguments.source, BackendChoice::Cpu, |file| {
+fn open(arguments: &Arguments) -> Result<Request<'_>> {
+    Request::open(&arguments.source, BackendChoice::Cpu, |file| {
         file.shadow.size = Some(arguments.map_size.unwrap_or(MAP_SIZE));
         let [width, height] = arguments.size.unwrap_or(IMAGE_SIZE);
         (file.image.width, file.image.height) = (Some(width), Some(height));

@@ -4,21 +4,21 @@ mod arguments;
 mod output;
 mod sparse;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::progress::Bars;
 use super::say;
 use crate::error::{Error, Result};
-use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile, DenseGrid, DenseTarget};
+use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile, DenseGrid, DenseOutput, DenseTarget};
 use crate::io::number::ValueType;
 use crate::io::remap::{Remap, Span};
 use crate::io::vdb::VdbFile;
-use crate::io::{Format, check_options, format_of};
+use crate::io::{Format, Inputs, check_options, format_of};
 use crate::progress::{Progress, Silent};
 use crate::scene::file::VolumeTable;
 pub(super) use arguments::Arguments;
 use arguments::Wanted;
-use output::{Converted, Output, Target, spare_input};
+use output::{Output, Target};
 
 /// What is to be done, and who is told.
 struct Job<'a> {
@@ -35,40 +35,39 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let target = Target::new(path, wanted.compression.as_deref())?;
     let format = format_of(input, &table)?;
     check_options(input, format, &table)?;
-    let output = Output::promise(path, target)?;
     let quiet = arguments.quiet;
     let progress: Box<dyn Progress> =
         if quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
     let job = Job { table, wanted, output: path, quiet, progress };
-    let mut header = None;
-    let converted = match (format, target) {
-        (Format::OpenVdb, Target::OpenVdb(compression)) => {
-            job.vdb_to_vdb(&VdbFile::open(input)?, compression)?
-        }
-        (Format::OpenVdb, Target::Dense { format, packed }) => {
-            let grid = job.dense_of_vdb(&VdbFile::open(input)?)?;
-            job.encode(grid, format, packed)?
-        }
-        (_, target) => {
-            let file = DenseFile::open(input, format, &job.table)?;
-            job.progress.begin("convert", 3);
-            let grid = DenseGrid::read(&file)?;
-            header = Some(file.header().clone());
-            job.progress.advance(1);
-            let grid = job.edited(grid)?;
-            match target {
-                Target::OpenVdb(compression) => job.dense_to_vdb(grid, compression)?,
-                Target::Dense { format, packed } => job.encode(grid, format, packed)?,
+    let (paths, what) = if format == Format::OpenVdb {
+        let file = VdbFile::open(input)?;
+        match Output::promise(path, target, &Inputs::new([input.to_owned()]))? {
+            Output::OpenVdb(output, compression) => job.vdb_to_vdb(&file, output, compression)?,
+            Output::Dense(output, format) => {
+                let grid = job.dense_of_vdb(&file)?;
+                job.encode(grid, output, format)?
             }
         }
+    } else {
+        let file = DenseFile::open(input, format, &job.table)?;
+        let output = Output::promise(path, target, &Inputs::new(file.files().to_vec()))?;
+        job.progress.begin("convert", 3);
+        let grid = DenseGrid::read(&file)?;
+        drop(file);
+        job.progress.advance(1);
+        let grid = job.edited(grid)?;
+        match output {
+            Output::OpenVdb(output, compression) => job.dense_to_vdb(grid, output, compression)?,
+            Output::Dense(output, format) => job.encode(grid, output, format)?,
+        }
     };
-    spare_input(input, format, header.as_ref(), &converted.files)?;
-    output.finish(&converted.files)?;
-    let names: Vec<String> =
-        converted.files.iter().map(|file| file.path.display().to_string()).collect();
-    job.note(&format!("wrote {}: {}", names.join(" and "), converted.what));
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    job.note(&format!("wrote {}: {what}", names.join(" and ")));
     Ok(())
 }
+
+/// The files that were written, and what is in them, for people.
+type Converted = (Vec<PathBuf>, String);
 
 impl Job<'_> {
     /// Puts a line for people on stderr, unless they asked for quiet.
@@ -111,7 +110,12 @@ impl Job<'_> {
     }
 
     /// The files of a dense format.
-    fn encode(&self, mut grid: DenseGrid, format: DenseTarget, packed: bool) -> Result<Converted> {
+    fn encode(
+        &self,
+        mut grid: DenseGrid,
+        output: DenseOutput,
+        format: DenseTarget,
+    ) -> Result<Converted> {
         let half = self.wanted.half.then_some(ValueType::F16);
         if self.wanted.to_type.is_some_and(|to| half.is_some_and(|half| half != to)) {
             return Err(Error::value("half", "means f16, but another type is asked for"));
@@ -131,10 +135,10 @@ impl Job<'_> {
         let vector = if components > 1 { format!(" x {components}") } else { String::new() };
         let what = format!("{x} x {y} x {z} voxels of {}{vector}", grid.value_type.name());
         self.progress.advance(1);
-        let written = format.encode(grid, self.output, packed)?;
+        let written = output.write(grid)?;
         self.note_lost(&written.lost);
         self.progress.advance(1);
-        Ok(Converted { files: written.files, what })
+        Ok((written.paths, what))
     }
 
     /// How values become numbers of type `to`, said aloud where they change.

@@ -4,16 +4,15 @@ use std::collections::BTreeMap;
 
 use glam::{DMat4, IVec3};
 
-use super::Job;
-use super::output::Converted;
+use super::{Converted, Job};
 use crate::error::{Error, ErrorKind, Result};
-use crate::io::dense::{DenseGrid, OutputFile};
-use crate::io::fog;
+use crate::io::dense::DenseGrid;
 use crate::io::number::ValueType as Number;
 use crate::io::vdb::{
     Compression, Grid, GridHeader, IndexBox, MetaValue, Metadata, NewGrid, Transform, ValueType,
     VdbFile, VdbWriter,
 };
+use crate::io::{PendingFile, fog};
 
 /// Metadata that other fields of a dense grid hold, or that speaks of the file it comes from.
 const UNDERSTOOD: [&str; 3] = ["name", "class", "is_saved_as_half_float"];
@@ -22,7 +21,12 @@ const UNDERSTOOD: [&str; 3] = ["name", "class", "is_saved_as_half_float"];
 const DENSITY: &str = "density";
 
 impl Job<'_> {
-    pub(super) fn vdb_to_vdb(&self, file: &VdbFile, compression: Compression) -> Result<Converted> {
+    pub(super) fn vdb_to_vdb(
+        &self,
+        file: &VdbFile,
+        output: PendingFile,
+        compression: Compression,
+    ) -> Result<Converted> {
         let chosen = self.chosen_grids(file)?;
         let headers: Vec<&GridHeader> = chosen.iter().map(|&index| &file.grids()[index]).collect();
         let names: Vec<&str> = headers.iter().map(|header| header.name.as_str()).collect();
@@ -53,12 +57,13 @@ impl Job<'_> {
         }
         let count = chosen.len();
         let grids = if count == 1 { "grid" } else { "grids" };
-        self.vdb_file(writer, &format!("{count} {grids}, {compression}"))
+        self.vdb_file(writer, output, &format!("{count} {grids}, {compression}"))
     }
 
     pub(super) fn dense_to_vdb(
         &self,
         grid: DenseGrid,
+        output: PendingFile,
         compression: Compression,
     ) -> Result<Converted> {
         let name = if grid.name.is_empty() { DENSITY.to_owned() } else { grid.name.clone() };
@@ -90,7 +95,11 @@ impl Job<'_> {
         let mut writer = VdbWriter::new(&[&name], compression, &file_metadata);
         writer.add(new.with_half(half))?;
         self.progress.advance(1);
-        self.vdb_file(writer, &format!("'{name}', {x} x {y} x {z} voxels{what}, {compression}"))
+        self.vdb_file(
+            writer,
+            output,
+            &format!("'{name}', {x} x {y} x {z} voxels{what}, {compression}"),
+        )
     }
 
     /// The active bounding box of one grid, or the box that was asked for, in the grid's own type.
@@ -231,11 +240,11 @@ impl Job<'_> {
         }
     }
 
-    fn vdb_file(&self, writer: VdbWriter, what: &str) -> Result<Converted> {
+    fn vdb_file(&self, writer: VdbWriter, output: PendingFile, what: &str) -> Result<Converted> {
         let bytes = writer.finish()?;
         let what = format!("{what}, {} bytes", bytes.len());
-        let file = OutputFile { path: self.output.to_owned(), parts: vec![bytes] };
-        Ok(Converted { files: vec![file], what })
+        output.finish_with(&bytes)?;
+        Ok((vec![self.output.to_owned()], what))
     }
 }
 

@@ -7,7 +7,7 @@ use super::header_lines::{HeaderLines, Style};
 use super::input::Input;
 use super::payload::{Packing, Payload};
 use super::write::{numbers, one_line, steps};
-use super::{DenseHeader, placed};
+use super::{DenseHeader, named_by, placed};
 use crate::error::{Error, Result};
 use crate::io::number::{Endian, ValueType};
 
@@ -107,7 +107,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     } else if name.starts_with("LIST") || name.contains('%') {
         return Err(input.bad("its voxels lie in several files, which is not read"));
     } else {
-        let path = input.path.with_file_name("").join(name);
+        let path = named_by(input.path, name);
         let size = std::fs::metadata(&path).map_err(|error| Error::file(&path, error))?.len();
         (path, 0, size)
     };

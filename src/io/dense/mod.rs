@@ -37,6 +37,7 @@ use ndarray::Array3;
 use super::format::Format;
 use super::number::{Endian, ValueType};
 use super::raw;
+use super::sidecar::Sidecar;
 use super::vdb::{IndexBox, Statistics};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::Aabb;
@@ -47,7 +48,7 @@ use input::Input;
 use payload::{PART, Packing, Payload};
 pub use voxels::Voxels;
 use voxels::{arranged, densities};
-pub use write::{DenseTarget, OutputFile, Written};
+pub use write::{DenseOutput, DenseTarget, Written};
 
 /// Bytes that a volume may take, unless the user says otherwise.
 pub const DEFAULT_MAX_BYTES: u64 = 4 << 30;
@@ -94,6 +95,8 @@ pub struct DenseHeader {
     pub class: Option<String>,
     /// What a sparse grid says beyond its box.
     pub sparse: Option<SparsePart>,
+    /// CRC-32 that the voxels' bytes have, where the file says so.
+    pub crc32: Option<u32>,
     /// How the voxels are packed, in a word.
     pub compression: &'static str,
     /// Everything else that it says, in the order of the file.
@@ -141,6 +144,7 @@ impl DenseHeader {
             background: None,
             class: None,
             sparse: None,
+            crc32: None,
             compression: "none",
             metadata: Vec::new(),
         }
@@ -165,6 +169,7 @@ pub struct DenseFile {
     format: Format,
     header: DenseHeader,
     payload: Payload,
+    files: Vec<PathBuf>,
     file_bytes: u64,
     max_bytes: u64,
 }
@@ -216,7 +221,21 @@ impl DenseFile {
             return Err(input.bad(why));
         }
         let file_bytes = input.size;
-        Ok(Self { path: path.to_owned(), format, header, payload, file_bytes, max_bytes })
+        let mut files = vec![path.to_owned()];
+        files.extend(payload.path().map(Path::to_owned));
+        if let Format::Raw | Format::Npy = format {
+            files.extend(Sidecar::beside(path)?.map(|(path, _)| path));
+        }
+        let payload = match header.crc32 {
+            Some(crc32) => Payload::Checked(Box::new(payload), crc32),
+            None => payload,
+        };
+        Ok(Self { path: path.to_owned(), format, header, payload, files, file_bytes, max_bytes })
+    }
+
+    /// All files that it is read from: itself, one that holds its voxels, a sidecar.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
     }
 
     /// What the file is.
@@ -271,7 +290,7 @@ impl DenseFile {
         let row = header.components * header.value_type.size() * header.dims[0];
         let rows = (PART / row).max(1) * row;
         let mut values = Vec::new();
-        self.payload.read_parts(&self.path, header.bytes() as usize, rows, |part| {
+        self.payload.read_parts(&self.path, header.bytes() as usize, rows, &mut |part| {
             if values.is_empty() && part.len() == rows {
                 // As many as are due: a first part has come.
                 values.reserve_exact(header.dims.iter().product());
@@ -324,6 +343,14 @@ impl Payload {
     fn bare(path: &Path, offset: u64) -> Self {
         Self::Stored { path: path.to_owned(), offset, packing: Packing::Bare, skip: 0 }
     }
+}
+
+/// The file `name` that the header `path` names: beside it or, where it is a link and nothing is there,
+/// beside what the link leads to.
+fn named_by(path: &Path, name: &str) -> PathBuf {
+    let beside = path.with_file_name("").join(name);
+    let led_to = || path.canonicalize().ok().map(|path| path.with_file_name("").join(name));
+    if beside.exists() { beside } else { led_to().filter(|path| path.exists()).unwrap_or(beside) }
 }
 
 /// The same place and axes with other distances between voxels.

@@ -55,6 +55,10 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         header.order = Order::ZFastest;
     }
     if let Some((beside, sidecar)) = Sidecar::beside(input.path)? {
+        if !sidecar.fits(&header) {
+            let why = format!("it describes other voxels than {}", input.path.display());
+            return Err(Error::contents(beside, why));
+        }
         let described = sidecar.describe(&mut header);
         described.map_err(|error| Error::contents(beside, error.to_string()))?;
     }

@@ -1,8 +1,6 @@
 //! NRRD (`.nrrd`, and `.nhdr` with the voxels in a second file): raw, gzip or text, with spacings
 //! or with axes and an origin in a world of the file's own.
 
-use std::path::PathBuf;
-
 use glam::DVec3;
 
 use super::grid::DenseGrid;
@@ -10,7 +8,7 @@ use super::header_lines::{HeaderLines, Style};
 use super::input::Input;
 use super::payload::{Packing, Payload};
 use super::write::{numbers, one_line, steps};
-use super::{DenseHeader, placed};
+use super::{DenseHeader, named_by, placed};
 use crate::error::Result;
 use crate::io::number::{Endian, ValueType};
 
@@ -154,7 +152,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
             return Err(input.bad("its voxels lie in several files, which is not read"));
         }
         Some(name) => {
-            let path: PathBuf = input.path.with_file_name("").join(name);
+            let path = named_by(input.path, name);
             let size = std::fs::metadata(&path).map_err(|e| crate::Error::file(&path, e))?.len();
             (path, 0, size)
         }

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use flate2::Crc;
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
 use crate::error::{Error, Result};
@@ -31,23 +32,43 @@ pub(super) enum Payload {
     Stored { path: PathBuf, offset: u64, packing: Packing, skip: u64 },
     /// Unpacked while the header was read.
     Unpacked(Vec<u8>),
+    /// Bytes that have this CRC-32, or are others than were meant.
+    Checked(Box<Self>, u32),
 }
 
 impl Payload {
     /// The first `due` bytes; more may follow in the file, less is an error.
     pub(super) fn read(&self, file: &Path, due: usize) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        if let Self::Stored { packing: Packing::Gzip | Packing::Zlib, .. } = self {
+        let stored = match self {
+            Self::Checked(payload, _) => payload,
+            own => own,
+        };
+        if let Self::Stored { packing: Packing::Gzip | Packing::Zlib, .. } = stored {
             // Nobody knows whether as much will come.
-            return self.read_parts(file, due, PART, |part| bytes.extend(part)).map(|()| bytes);
+            let mut take = |part| bytes.extend::<Vec<u8>>(part);
+            return self.read_parts(file, due, PART, &mut take).map(|()| bytes);
         }
-        self.read_parts(file, due, due, |part| bytes = part).map(|()| bytes)
+        self.read_parts(file, due, due, &mut |part| bytes = part).map(|()| bytes)
     }
 
     /// Whether [`Payload::read_parts`] never holds more than a part.
     pub(super) fn comes_in_parts(&self) -> bool {
         use Packing::{Bare, Gzip, Zlib};
-        matches!(self, Self::Stored { packing: Bare | Gzip | Zlib, .. })
+        match self {
+            Self::Checked(payload, _) => payload.comes_in_parts(),
+            Self::Stored { packing, .. } => matches!(packing, Bare | Gzip | Zlib),
+            Self::Unpacked(_) => false,
+        }
+    }
+
+    /// The file that the bytes are in, if they are not at hand.
+    pub(super) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Stored { path, .. } => Some(path),
+            Self::Unpacked(_) => None,
+            Self::Checked(payload, _) => payload.path(),
+        }
     }
 
     /// Gives the first `due` bytes to `take` in order, `part` at a time and the rest at last; more may follow
@@ -57,7 +78,7 @@ impl Payload {
         file: &Path,
         due: usize,
         part: usize,
-        mut take: impl FnMut(Vec<u8>),
+        take: &mut dyn FnMut(Vec<u8>),
     ) -> Result<()> {
         let mut take_all = |path: &Path, bytes: &[u8]| {
             let bytes = bytes.get(..due).ok_or_else(|| short(path, bytes.len(), due))?;
@@ -65,6 +86,14 @@ impl Payload {
             Ok(())
         };
         let (path, offset, packing, skip) = match self {
+            Self::Checked(payload, crc32) => {
+                let mut found = Crc::new();
+                payload.read_parts(file, due, part, &mut |part| {
+                    found.update(&part);
+                    take(part);
+                })?;
+                return check(file, found.sum(), *crc32);
+            }
             Self::Unpacked(bytes) => return take_all(file, bytes),
             Self::Stored { path, offset, packing, skip } => (path, *offset, *packing, *skip),
         };
@@ -98,6 +127,17 @@ impl Payload {
         };
         if found < due { Err(short(path, found, due)) } else { Ok(()) }
     }
+}
+
+fn check(path: &Path, found: u32, due: u32) -> Result<()> {
+    if found == due {
+        return Ok(());
+    }
+    let why = format!(
+        "its voxels have the CRC-32 {found:08x} and its sidecar is that of {due:08x}: they do not belong \
+         together"
+    );
+    Err(Error::contents(path, why))
 }
 
 fn broken(path: &Path) -> impl Fn(std::io::Error) -> Error {

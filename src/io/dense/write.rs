@@ -1,19 +1,24 @@
 //! Dense voxels as files: which files a format has, and what it cannot hold. How a header looks is
 //! each format's own matter.
 
-use std::io::Write;
+use std::hash::{DefaultHasher, Hasher};
+use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
 
-use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
+use flate2::{Compression, Crc};
 use glam::{DMat4, DVec3};
 
 use super::grid::DenseGrid;
 use super::{metaimage, npy, nrrd};
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
+use crate::io::output::{Inputs, PendingFile, commit_then};
 use crate::io::remap::Remap;
 use crate::io::sidecar::{Background, Sidecar};
+
+/// Packed voxels that are kept in memory; more of them in a file without a name.
+const IN_MEMORY: usize = 1 << 24;
 
 /// A format that dense voxels are written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,20 +39,21 @@ pub enum DenseTarget {
     },
 }
 
-/// A file to be written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OutputFile {
-    /// Where it belongs.
-    pub path: PathBuf,
-    /// Its bytes, in pieces that follow one another.
-    pub parts: Vec<Vec<u8>>,
+/// The files of a grid in a format, promised.
+#[derive(Debug)]
+pub struct DenseOutput {
+    format: DenseTarget,
+    packed: bool,
+    main: PendingFile,
+    /// A sidecar, or the voxels of a header.
+    side: Option<PendingFile>,
 }
 
-/// What becomes of a grid in a format.
+/// What became of a grid in a format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Written {
     /// All files; the first is the one that was asked for.
-    pub files: Vec<OutputFile>,
+    pub paths: Vec<PathBuf>,
     /// What the format cannot hold, in words.
     pub lost: Vec<String>,
 }
@@ -80,88 +86,44 @@ impl DenseTarget {
         matches!(self, Self::Npy | Self::Raw)
     }
 
-    /// The files that a grid becomes at `path`; the first is `path` itself.
-    pub fn paths(self, path: &Path, packed: bool) -> Vec<PathBuf> {
-        let beside = match self {
-            Self::Npy | Self::Raw => Sidecar::path_beside(path),
-            Self::Nrrd { .. } | Self::MetaImage { .. } => {
-                self.voxels_ending(packed).map(|ending| path.with_extension(ending))
-            }
-        };
-        [Some(path.to_owned()), beside].into_iter().flatten().collect()
-    }
-
-    /// The ending of the second file that holds the voxels.
-    fn voxels_ending(self, packed: bool) -> Option<&'static str> {
-        match (self, packed) {
-            (Self::Nrrd { detached: true } | Self::MetaImage { detached: true }, false) => {
-                Some("raw")
-            }
-            (Self::Nrrd { detached: true }, true) => Some("raw.gz"),
-            (Self::MetaImage { detached: true }, true) => Some("zraw"),
-            _ => None,
-        }
-    }
-
-    /// The contents of the files that a grid becomes at `path`, the voxels `packed` where the format can.
+    /// Promises the files that a grid becomes at `path`, the voxels `packed` where the format can.
     ///
     /// # Errors
-    /// If a name cannot be put into a header.
-    pub fn encode(self, grid: DenseGrid, path: &Path, packed: bool) -> Result<Written> {
-        let mut lost = Vec::new();
-        let grid = if grid.value_type == ValueType::F16 && !self.has_half() {
-            lost.push("half floats (it has float, which holds all of them)".to_owned());
-            grid.retyped(ValueType::F32, Remap::Cast)
-        } else {
-            grid
-        };
-        lost.extend(self.losses(&grid));
+    /// As [`PendingFile::create`]; if there is something else where a sidecar belongs, or if a name
+    /// cannot be put into a header.
+    pub fn promise(self, path: &Path, packed: bool, inputs: &Inputs) -> Result<DenseOutput> {
         let packed = packed && self.compression().is_some();
-        let (voxels_path, name) = self.voxels_place(path, packed)?;
-        let name = name.as_deref();
-        let sidecar = matches!(self, Self::Npy | Self::Raw).then(|| sidecar(&grid).text());
-        let (level, nothing) = (Compression::default(), Vec::new());
-        let voxels = match self {
-            Self::Nrrd { .. } if packed => {
-                Some(pack(GzEncoder::new(nothing, level), &grid.bytes, GzEncoder::finish)?)
+        let main = PendingFile::create(path, inputs)?;
+        let place = main.path();
+        let side = match self {
+            Self::Npy | Self::Raw => {
+                Sidecar::refuse_other_beside(place)?;
+                Some(PendingFile::create(Sidecar::path_beside(place), inputs)?)
             }
-            Self::MetaImage { .. } if packed => {
-                Some(pack(ZlibEncoder::new(nothing, level), &grid.bytes, ZlibEncoder::finish)?)
+            Self::Nrrd { detached: true } | Self::MetaImage { detached: true } => {
+                // Its last name follows from the voxels.
+                let name = self.voxels_name(place, 0, packed)?;
+                Some(PendingFile::create(place.with_file_name(name), inputs)?)
             }
             _ => None,
         };
-        let head = match self {
-            Self::Npy => npy::head(&grid),
-            Self::Raw => Vec::new(),
-            Self::Nrrd { .. } => nrrd::head(&grid, packed, name).into_bytes(),
-            Self::MetaImage { .. } => {
-                metaimage::head(&grid, voxels.as_ref().map(Vec::len), name).into_bytes()
-            }
-        };
-        let voxels = voxels.unwrap_or(grid.bytes);
-        let mut files = match voxels_path {
-            Some(other) => vec![
-                OutputFile { path: path.to_owned(), parts: vec![head] },
-                OutputFile { path: other, parts: vec![voxels] },
-            ],
-            None => vec![OutputFile { path: path.to_owned(), parts: vec![head, voxels] }],
-        };
-        if let (Some(text), Some(path)) = (sidecar, Sidecar::path_beside(path)) {
-            files.push(OutputFile { path, parts: vec![text.into_bytes()] });
-        }
-        Ok(Written { files, lost })
+        Ok(DenseOutput { format: self, packed, main, side })
     }
 
-    /// Where the voxels go if not behind the header, and what the header calls that file.
-    fn voxels_place(self, path: &Path, packed: bool) -> Result<(Option<PathBuf>, Option<String>)> {
-        let Some(ending) = self.voxels_ending(packed) else { return Ok((None, None)) };
-        let other = path.with_extension(ending);
-        let name = other.file_name().and_then(|name| name.to_str()).map(str::to_owned);
-        let plain = |name: &String| name.trim() == name && !name.contains(char::is_control);
+    /// The name of the second file that holds the voxels, with a `hash` of them: what an older header
+    /// names is not written over, and a header never finds voxels of another one.
+    fn voxels_name(self, path: &Path, hash: u64, packed: bool) -> Result<String> {
+        let ending = match (self, packed) {
+            (_, false) => "raw",
+            (Self::Nrrd { .. }, true) => "raw.gz",
+            (_, true) => "zraw",
+        };
+        let name = path.file_name().and_then(|name| name.to_str());
+        let plain = |name: &&str| name.trim() == *name && !name.contains(char::is_control);
         let name = name.filter(plain).ok_or_else(|| {
             Error::contents(path, "its header cannot hold a name that is no plain text")
         })?;
-        Ok((Some(other), Some(name)))
+        Ok(format!("{name}.{hash:016x}.{ending}"))
     }
 
     fn losses(self, grid: &DenseGrid) -> Vec<String> {
@@ -202,6 +164,164 @@ impl DenseTarget {
     }
 }
 
+impl DenseOutput {
+    /// Writes `grid` and puts the files in their places, the one that was asked for last.
+    ///
+    /// # Errors
+    /// If they cannot be written; then older ones are unchanged.
+    pub fn write(mut self, grid: DenseGrid) -> Result<Written> {
+        let format = self.format;
+        let mut lost = Vec::new();
+        let grid = if grid.value_type == ValueType::F16 && !format.has_half() {
+            lost.push("half floats (it has float, which holds all of them)".to_owned());
+            grid.retyped(ValueType::F32, Remap::Cast)
+        } else {
+            grid
+        };
+        lost.extend(format.losses(&grid));
+        let voxels = &grid.bytes;
+        let mut paths = vec![self.main.target().to_owned()];
+        let obsolete = match format {
+            DenseTarget::Npy | DenseTarget::Raw => {
+                if format == DenseTarget::Npy {
+                    self.main.put(&npy::head(&grid))?;
+                }
+                self.main.put(voxels)?;
+                if let Some(side) = &mut self.side {
+                    side.put(sidecar(&grid).text().as_bytes())?;
+                }
+                None
+            }
+            DenseTarget::Nrrd { .. } | DenseTarget::MetaImage { .. } => match self.side.take() {
+                Some(mut side) => {
+                    let size = format.put_voxels(&mut side, voxels, self.packed)?;
+                    let place = self.main.path();
+                    let name = format.voxels_name(place, hash(voxels), self.packed)?;
+                    self.side = Some(side.renamed(&name)?);
+                    let head = format.head(&grid, self.packed.then_some(size), Some(&name));
+                    let obsolete = Obsolete { header: place.to_owned(), kept: name };
+                    self.main.put(head.as_bytes())?;
+                    Some(obsolete)
+                }
+                None if format == (DenseTarget::Nrrd { detached: false }) || !self.packed => {
+                    let head = format.head(&grid, self.packed.then_some(0), None);
+                    self.main.put(head.as_bytes())?;
+                    format.put_voxels(&mut self.main, voxels, self.packed)?;
+                    None
+                }
+                None => {
+                    // Its header says how long the packed voxels behind it are.
+                    let mut packed = tempfile::SpooledTempFile::new(IN_MEMORY);
+                    let failed = |error| Error::file(&paths[0], error);
+                    let size = pack(format, &mut packed, voxels).map_err(failed)?;
+                    self.main.put(format.head(&grid, Some(size), None).as_bytes())?;
+                    packed.rewind().map_err(failed)?;
+                    std::io::copy(&mut packed, &mut self.main).map_err(failed)?;
+                    None
+                }
+            },
+        };
+        paths.extend(self.side.as_ref().map(|side| side.target().to_owned()));
+        let files = self.side.into_iter().chain([self.main]).collect();
+        commit_then(files, || {
+            if let Some(obsolete) = obsolete {
+                obsolete.remove();
+            }
+        })?;
+        Ok(Written { paths, lost })
+    }
+}
+
+impl DenseTarget {
+    /// Writes voxels, packed or not; how many bytes they became.
+    fn put_voxels(self, file: &mut PendingFile, voxels: &[u8], packed: bool) -> Result<usize> {
+        if !packed {
+            return file.put(voxels).map(|()| voxels.len());
+        }
+        let target = file.target().to_owned();
+        pack(self, file, voxels).map_err(|error| Error::file(target, error))
+    }
+
+    /// The header, whose voxels take `packed` bytes or are not packed, in the file `name` or behind it.
+    fn head(self, grid: &DenseGrid, packed: Option<usize>, name: Option<&str>) -> String {
+        match self {
+            Self::MetaImage { .. } => metaimage::head(grid, packed, name),
+            _ => nrrd::head(grid, packed.is_some(), name),
+        }
+    }
+}
+
+/// Packs `voxels` as the format does; how many bytes they became.
+fn pack(format: DenseTarget, out: &mut dyn Write, voxels: &[u8]) -> std::io::Result<usize> {
+    let (level, mut counted) = (Compression::default(), Counted { out, count: 0 });
+    if let DenseTarget::MetaImage { .. } = format {
+        let mut encoder = ZlibEncoder::new(&mut counted, level);
+        encoder.write_all(voxels)?;
+        encoder.finish()?;
+    } else {
+        let mut encoder = GzEncoder::new(&mut counted, level);
+        encoder.write_all(voxels)?;
+        encoder.finish()?;
+    }
+    Ok(counted.count)
+}
+
+/// Counts what goes through.
+struct Counted<'a> {
+    out: &'a mut dyn Write,
+    count: usize,
+}
+
+impl Write for Counted<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.count += written;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// Voxels of earlier headers of the same name.
+struct Obsolete {
+    header: PathBuf,
+    kept: String,
+}
+
+impl Obsolete {
+    /// Removes them: files that are named as [`DenseTarget::voxels_name`] names them.
+    fn remove(&self) {
+        let Some(name) = self.header.file_name().and_then(|name| name.to_str()) else { return };
+        let folder = match self.header.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let other = entry.file_name();
+            let Some(other) = other.to_str() else { continue };
+            let hashed = other.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
+            let is_ours =
+                hashed.and_then(|rest| rest.split_once('.')).is_some_and(|(hash, ending)| {
+                    let hex = hash.bytes().all(|byte| byte.is_ascii_hexdigit());
+                    hash.len() == 16 && hex && ["raw", "raw.gz", "zraw"].contains(&ending)
+                });
+            if is_ours && other != self.kept {
+                // One that stays is a waste of room and no harm.
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+/// A number that differs where voxels differ.
+fn hash(voxels: &[u8]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    hasher.write(voxels);
+    hasher.finish()
+}
+
 fn is_sheared(world_from_index: &DMat4) -> bool {
     let [x, y, z] = [0, 1, 2].map(|axis| world_from_index.col(axis).truncate().normalize_or_zero());
     [x.dot(y), y.dot(z), z.dot(x)].iter().any(|cosine| cosine.abs() > 1e-9)
@@ -210,6 +330,8 @@ fn is_sheared(world_from_index: &DMat4) -> bool {
 /// What stands beside numbers that have no header, or one that knows no places.
 fn sidecar(grid: &DenseGrid) -> Sidecar {
     let rows = grid.world_from_index.transpose().to_cols_array_2d();
+    let mut crc = Crc::new();
+    crc.update(&grid.bytes);
     Sidecar {
         dims: Some(grid.dims),
         value_type: Some(grid.value_type.name().to_owned()),
@@ -226,16 +348,8 @@ fn sidecar(grid: &DenseGrid) -> Sidecar {
         up: grid.up.map(|up| up.name().to_owned()),
         name: (!grid.name.is_empty()).then(|| grid.name.clone()),
         class: grid.class.clone(),
+        crc32: Some(format!("{:08x}", crc.sum())),
     }
-}
-
-fn pack<W: Write>(
-    mut encoder: W,
-    bytes: &[u8],
-    finish: impl Fn(W) -> std::io::Result<Vec<u8>>,
-) -> Result<Vec<u8>> {
-    let packed = encoder.write_all(bytes).and_then(|()| finish(encoder));
-    packed.map_err(|error| Error::value("compression", error.to_string()))
 }
 
 /// Numbers with `separator` between them, each with all its digits.

@@ -1,0 +1,188 @@
+//! Files that are promised before the work and put in their places after it, several together. It
+//! knows nothing of what is in them.
+
+use std::fs::{self, File};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::draft::Draft;
+use super::inputs::Inputs;
+use super::leftovers::Placing;
+use super::lock::FolderLock;
+use super::place::{Place, folder};
+use super::stream;
+use crate::error::{Error, Result};
+
+/// A file to be written once its contents are known. Until it is committed nothing lies in the folder
+/// and an older file of that name is unchanged; dropped, it leaves nothing.
+#[derive(Debug)]
+pub struct PendingFile {
+    target: PathBuf,
+    place: Place,
+    inputs: Inputs,
+    /// Begun with the first byte.
+    draft: Option<Draft>,
+    /// A pipe whose reader is there already, or a device.
+    stream: Option<File>,
+}
+
+impl PendingFile {
+    /// Promises a file that will be `target`. Made before the work whose result it takes, it tells
+    /// at once whether there is a place to write to. Links are followed, an older file's mode is kept,
+    /// and pipes and devices get all bytes when they are committed.
+    ///
+    /// # Errors
+    /// If `target` is one of `inputs`; if its folder does not exist or cannot be written to; if it is
+    /// a folder or may not be written over.
+    pub fn create(target: impl AsRef<Path>, inputs: &Inputs) -> Result<Self> {
+        let target = target.as_ref().to_owned();
+        inputs.refuse(&target)?;
+        let failed = |error| Error::file(&target, error);
+        let place = Place::of(&target).map_err(failed)?;
+        place.check().map_err(failed)?;
+        let stream = match &place {
+            Place::Stream(path) => stream::open_now(path).map_err(failed)?,
+            // Gone again at once: a run that is interrupted leaves nothing.
+            Place::File(_) => {
+                drop(Draft::create(&place).map_err(failed)?);
+                None
+            }
+        };
+        Ok(Self { place, inputs: inputs.clone(), draft: None, stream, target })
+    }
+
+    /// The name that it was promised under.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Where the file will lie, links followed; a pipe or device itself.
+    pub fn path(&self) -> &Path {
+        match &self.place {
+            Place::File(path) | Place::Stream(path) => path,
+        }
+    }
+
+    /// The same file under the name `name` in the same folder.
+    ///
+    /// # Errors
+    /// As [`PendingFile::create`].
+    pub fn renamed(mut self, name: &str) -> Result<Self> {
+        let draft = self.draft.take();
+        let named = Self::create(folder(self.path()).join(name), &self.inputs)?;
+        Ok(Self { draft, ..named })
+    }
+
+    /// Puts a file with `contents` in its place.
+    ///
+    /// # Errors
+    /// If it cannot be written or renamed; then nothing is left behind.
+    pub fn finish_with(mut self, contents: &[u8]) -> Result<()> {
+        self.put(contents)?;
+        commit(vec![self])
+    }
+
+    /// Adds `bytes` to the file.
+    ///
+    /// # Errors
+    /// If they cannot be written.
+    pub fn put(&mut self, bytes: &[u8]) -> Result<()> {
+        self.write_all(bytes).map_err(|error| Error::file(&self.target, error))
+    }
+
+    fn draft(&mut self) -> io::Result<&mut Draft> {
+        let draft = match self.draft.take() {
+            Some(draft) => draft,
+            None => Draft::create(&self.place)?,
+        };
+        Ok(self.draft.insert(draft))
+    }
+}
+
+impl Write for PendingFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.draft()?.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.draft()?.flush()
+    }
+}
+
+impl Seek for PendingFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.draft()?.seek(to)
+    }
+}
+
+/// Puts several files in their places: none before all of them are written. The last one comes last,
+/// so that who sees it sees the others.
+///
+/// # Errors
+/// If one cannot be written or renamed; then no new file is left behind.
+pub fn commit(files: Vec<PendingFile>) -> Result<()> {
+    commit_then(files, || ())
+}
+
+/// As [`commit`]; `after` is done before another run puts files into the same folder.
+///
+/// # Errors
+/// As [`commit`].
+pub fn commit_then(files: Vec<PendingFile>, after: impl FnOnce()) -> Result<()> {
+    let (mut drafts, mut streams) = (Vec::new(), Vec::new());
+    for mut file in files {
+        file.inputs.refuse(&file.target)?;
+        let flushed = file.draft().and_then(Draft::flushed);
+        flushed.map_err(|error| Error::file(&file.target, error))?;
+        let Some(draft) = file.draft else { continue };
+        match file.place {
+            Place::File(path) => drafts.push((file.target, path, draft)),
+            Place::Stream(path) => streams.push((file.target, path, file.stream, draft)),
+        }
+    }
+    if !drafts.is_empty() {
+        let mut folders: Vec<PathBuf> =
+            drafts.iter().map(|(_, path, _)| folder(path).to_owned()).collect();
+        // Always in the same order, so that two runs never wait for each other.
+        folders.sort();
+        folders.dedup();
+        let _locks: Vec<FolderLock> = folders.iter().map(|path| FolderLock::take(path)).collect();
+        place_all(drafts)?;
+        after();
+    }
+    for (target, path, stream, draft) in streams {
+        draft.pour(stream, &path).map_err(|error| Error::file(&target, error))?;
+    }
+    Ok(())
+}
+
+/// Puts each draft where it belongs, in order.
+fn place_all(drafts: Vec<(PathBuf, PathBuf, Draft)>) -> Result<()> {
+    let _placing = Placing::begin();
+    let mut new = Vec::new();
+    for (target, path, draft) in drafts {
+        match place_one(&path, draft) {
+            Ok(is_new) => new.extend(is_new.then_some(path)),
+            Err(error) => {
+                for path in new {
+                    // Nothing more can be done about one that stays.
+                    let _ = fs::remove_file(path);
+                }
+                return Err(Error::file(target, error));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Puts `draft` at `path`; whether nothing was there before.
+fn place_one(path: &Path, draft: Draft) -> io::Result<bool> {
+    let is_new = fs::symlink_metadata(path).is_err();
+    if is_new && draft.link_new(path).is_some() {
+        return Ok(true);
+    }
+    let leftover = draft.named(path)?;
+    fs::rename(leftover.path(), path)?;
+    leftover.placed();
+    Ok(is_new)
+}

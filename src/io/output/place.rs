@@ -1,0 +1,77 @@
+//! Where the name of an output leads: through links to a file, or to a pipe or device. It writes
+//! nothing.
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// Links that may follow one another, as many as Linux takes.
+const MOST_LINKS: usize = 40;
+
+/// What a file is to be put to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// A file, or none yet: replaced as a whole.
+    File(PathBuf),
+    /// A pipe or a device, which takes bytes one after another.
+    Stream(PathBuf),
+}
+
+impl Place {
+    /// Where `target` leads. A link keeps pointing where it does, also to what is not there yet.
+    pub(super) fn of(target: &Path) -> io::Result<Self> {
+        let named = target.file_name().is_some() && !ends_as_folder(target);
+        if !named {
+            let is_folder = target.is_dir();
+            let kind = if is_folder { ErrorKind::IsADirectory } else { ErrorKind::InvalidFilename };
+            return Err(io::Error::from(kind));
+        }
+        let mut path = target.to_owned();
+        for _ in 0..MOST_LINKS {
+            let metadata = match fs::symlink_metadata(&path) {
+                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::File(path)),
+                metadata => metadata?,
+            };
+            if metadata.is_dir() {
+                return Err(io::Error::from(ErrorKind::IsADirectory));
+            }
+            if metadata.is_file() {
+                return Ok(Self::File(path));
+            }
+            if !metadata.is_symlink() || is_descriptor(&path) {
+                return Ok(Self::Stream(path));
+            }
+            path = folder(&path).join(fs::read_link(&path)?);
+        }
+        Err(io::Error::other("too many links follow one another"))
+    }
+
+    /// Makes sure that what is there may be written over.
+    pub(super) fn check(&self) -> io::Result<()> {
+        match self {
+            Self::File(path) if path.exists() => {
+                OpenOptions::new().append(true).open(path).map(drop)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The folder that `path` lies in.
+pub(super) fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Whether the name says that it is a folder's.
+fn ends_as_folder(path: &Path) -> bool {
+    path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
+}
+
+/// Whether the link `path` stands for an open file of a process, such as standard output: what it
+/// shows is not where a file could be put.
+fn is_descriptor(path: &Path) -> bool {
+    folder(path).canonicalize().is_ok_and(|folder| folder.starts_with("/proc"))
+}

@@ -1,0 +1,53 @@
+//! Pipes and devices as places of outputs. It knows nothing of files.
+
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::path::Path;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Longest wait for a program to read from a pipe.
+const PATIENCE: Duration = Duration::from_secs(10);
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// Opens the pipe or device `path` if that takes no waiting; `None` for a pipe that nobody reads yet.
+pub(super) fn open_now(path: &Path) -> io::Result<Option<File>> {
+    let mut options = OpenOptions::new();
+    options.write(true);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+
+        use rustix::fs::OFlags;
+        use rustix::io::Errno;
+
+        let is_pipe = std::fs::metadata(path)?.file_type().is_fifo();
+        if is_pipe {
+            let mut at_once = options.clone();
+            at_once.custom_flags(OFlags::NONBLOCK.bits() as i32);
+            let reader = match at_once.open(path) {
+                Err(error) if Errno::from_io_error(&error) == Some(Errno::NXIO) => return Ok(None),
+                reader => reader?,
+            };
+            // Writing waits while the pipe is full; the first of the two keeps the reader.
+            let file = options.open(path).map(Some);
+            drop(reader);
+            return file;
+        }
+    }
+    options.open(path).map(Some)
+}
+
+/// Opens the pipe or device `path`, once somebody reads from it.
+pub(super) fn open(path: &Path) -> io::Result<File> {
+    let begun = Instant::now();
+    loop {
+        if let Some(file) = open_now(path)? {
+            return Ok(file);
+        }
+        if begun.elapsed() > PATIENCE {
+            return Err(io::Error::other("no program reads from this pipe"));
+        }
+        sleep(PAUSE);
+    }
+}
