@@ -9,6 +9,8 @@ use deepshadow::io::deep_exr::{Attribute, DeepFile};
 use exr::prelude::{AttributeValue, read_first_flat_layer_from_file};
 use tempfile::TempDir;
 
+use super::support::Picture;
+
 /// The program, also where the tests run from an archive on another machine.
 pub fn program() -> String {
     std::env::var("NEXTEST_BIN_EXE_deepshadow")
@@ -65,8 +67,8 @@ fn render_writes_a_picture_named_after_the_input() {
     for what in ["light direction", "ground height", "camera position", "wrote bucky.png", "cpu"] {
         assert!(said.contains(what), "'{what}' is missing in: {said}");
     }
-    let picture = image::open(folder.path().join("bucky.png")).unwrap().to_rgb8();
-    assert_eq!(picture.dimensions(), (40, 30));
+    let picture = Picture::open(folder.path().join("bucky.png"));
+    assert_eq!((picture.size, picture.channels), ([40, 30], 3));
     let [darkest, brightest] =
         picture.pixels().fold([255, 0], |[lo, hi], p| [lo.min(p[0]), hi.max(p[0])]);
     assert!(
@@ -81,8 +83,9 @@ fn quiet_says_nothing_and_transparent_writes_alpha() {
     let output = folder.run(&format!("render rods {SMALL} --quiet --transparent -o t.png"));
     must_succeed(&output);
     assert!(stderr(&output).is_empty(), "{}", stderr(&output));
-    let picture = image::open(folder.path().join("t.png")).unwrap().to_rgba8();
-    assert_eq!(picture.get_pixel(0, 0)[3], 0, "nothing in the corner");
+    let picture = Picture::open(folder.path().join("t.png"));
+    assert_eq!(picture.channels, 4);
+    assert_eq!(picture.bytes[3], 0, "nothing in the corner");
     assert!(picture.pixels().any(|p| p[3] > 250), "an opaque rod");
 }
 
@@ -345,8 +348,8 @@ fn figures_draws_all_three_sheets() {
     let folder = Folder::new();
     must_succeed(&folder.run("figures -o sheets --backend cpu"));
     for (name, width) in [("figure-2.png", 5), ("figure-3.png", 3), ("figure-4.png", 3)] {
-        let sheet = image::open(folder.path().join("sheets").join(name)).unwrap().to_rgb8();
-        assert_eq!(sheet.width(), 8 + width * 328, "{name}");
+        let sheet = Picture::open(folder.path().join("sheets").join(name));
+        assert_eq!(sheet.size[0], 8 + width * 328, "{name}");
         let bright = sheet.pixels().filter(|p| p[0] > 200).count();
         assert!(bright > 500, "{name} shows something: {bright} bright pixels");
     }

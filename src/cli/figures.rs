@@ -58,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let path = folder.join(name);
         let file = PendingFile::create(&path, &inputs)?;
         let (width, height, rgb) = draw()?.into_rgb();
-        file.finish_with(&png::encode_rgb(width, height, rgb)?)?;
+        file.finish_with(&png::encode_rgb(width, height, &rgb)?)?;
         if !arguments.quiet {
             say(&format!("wrote {}, {}", path.display(), painter.backend.description()));
         }

@@ -1,8 +1,4 @@
-//! Pictures for screens.
-
-use std::io::Cursor;
-
-use image::ImageFormat;
+//! Pictures for screens. Knows nothing of how they were made.
 
 use crate::error::{Error, Result};
 use crate::image::Image;
@@ -15,10 +11,10 @@ use crate::image::Image;
 pub fn encode(image: &Image, exposure: f32) -> Result<Vec<u8>> {
     let rgba = image.to_srgb8(exposure);
     if rgba.chunks_exact(4).all(|pixel| pixel[3] == 255) {
-        let rgb = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-        encode_rgb(image.width, image.height, rgb)
+        let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        encode_rgb(image.width, image.height, &rgb)
     } else {
-        encoded(image::RgbaImage::from_raw(image.width, image.height, rgba))
+        encoded(image.width, image.height, png::ColorType::Rgba, &rgba)
     }
 }
 
@@ -26,17 +22,18 @@ pub fn encode(image: &Image, exposure: f32) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// If `rgb` does not hold `3 * width * height` values or the encoder fails.
-pub fn encode_rgb(width: u32, height: u32, rgb: Vec<u8>) -> Result<Vec<u8>> {
-    encoded(image::RgbImage::from_raw(width, height, rgb))
+pub fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>> {
+    encoded(width, height, png::ColorType::Rgb, rgb)
 }
 
-fn encoded<P>(buffer: Option<image::ImageBuffer<P, Vec<u8>>>) -> Result<Vec<u8>>
-where
-    P: image::PixelWithColorType<Subpixel = u8>,
-{
-    let failed = |why: String| Error::value("png", why);
-    let buffer = buffer.ok_or_else(|| failed("pixels do not fill the picture".to_owned()))?;
-    let mut bytes = Cursor::new(Vec::new());
-    buffer.write_to(&mut bytes, ImageFormat::Png).map_err(|error| failed(error.to_string()))?;
-    Ok(bytes.into_inner())
+fn encoded(width: u32, height: u32, colour: png::ColorType, pixels: &[u8]) -> Result<Vec<u8>> {
+    let failed = |error: png::EncodingError| Error::value("png", error.to_string());
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(colour);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(pixels).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(bytes)
 }

@@ -28,3 +28,26 @@ pub fn rms(errors: impl IntoIterator<Item = f64>) -> f64 {
         errors.into_iter().fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
     f64::sqrt(sum / f64::max(count, 1.0))
 }
+
+/// A PNG as it is read back: pixels of 3 or 4 channels, row by row.
+pub struct Picture {
+    pub size: [u32; 2],
+    pub channels: usize,
+    pub bytes: Vec<u8>,
+}
+
+impl Picture {
+    pub fn open(path: impl AsRef<std::path::Path>) -> Self {
+        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        assert_eq!(info.bit_depth, png::BitDepth::Eight);
+        let channels = info.color_type.samples();
+        Self { size: [info.width, info.height], channels, bytes }
+    }
+
+    pub fn pixels(&self) -> impl Iterator<Item = &[u8]> {
+        self.bytes.chunks_exact(self.channels)
+    }
+}

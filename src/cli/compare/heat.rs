@@ -27,9 +27,9 @@ pub(super) fn picture(image: &Image, exposure: f32) -> Result<String> {
 
 /// Differences of 0..1, `width` a row, as a data URI of their colours.
 pub(super) fn differences(width: u32, values: &[f32]) -> Result<String> {
-    let rgb = values.iter().flat_map(|&value| colour(value.into())).collect();
+    let rgb: Vec<u8> = values.iter().flat_map(|&value| colour(value.into())).collect();
     let height = values.len() / (width as usize).max(1);
-    Ok(data_uri(&png::encode_rgb(width, height as u32, rgb)?))
+    Ok(data_uri(&png::encode_rgb(width, height as u32, &rgb)?))
 }
 
 /// The colours from left to right, for CSS.
