@@ -3,12 +3,15 @@
 
 use std::fmt::Write;
 use std::fs;
+use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use flate2::CrcReader;
 use glam::{DMat4, DVec3, IVec3};
 use serde::Deserialize;
 
 use super::dense::{DenseHeader, Lattice};
+use super::number::ValueType;
 use crate::error::{Error, Result};
 
 /// What a sidecar says; every key is optional.
@@ -42,6 +45,9 @@ pub struct Sidecar {
     pub class: Option<String>,
     /// CRC-32 of the voxels' bytes, in hexadecimal: a sidecar of other voxels is refused.
     pub crc32: Option<String>,
+    /// That of the voxels which are being replaced: what an ended run leaves speaks of them, or of the
+    /// new ones.
+    pub older: Option<Box<Self>>,
 }
 
 /// A number, or one for each component.
@@ -72,15 +78,37 @@ impl Sidecar {
             let own = Self::path_beside(&place);
             let text = if own.is_file() { Some(read(&own)?) } else { None };
             if let Some(text) = text.filter(|text| !is_scene(text)) {
-                return Self::parse(&text)
-                    .map(|sidecar| Some((own.clone(), sidecar)))
-                    .map_err(|why| Error::contents(own, why));
+                let sidecar = Self::parse(&text).map_err(|why| Error::contents(&own, why))?;
+                return Ok(Some((own, sidecar.of(&place))));
             }
             if let Some(found) = Self::older_beside(&place)? {
                 return Ok(Some(found));
             }
         }
         Ok(None)
+    }
+
+    /// Of this one and the older one in it, that of the file `path`.
+    fn of(mut self, path: &Path) -> Self {
+        match self.older.take() {
+            Some(older) if !self.has_voxels(path) => *older,
+            _ => self,
+        }
+    }
+
+    /// Whether the file `path` ends with the voxels that this is of; unknown is no.
+    fn has_voxels(&self, path: &Path) -> bool {
+        let has = || {
+            let number = self.value_type.as_deref()?.parse::<ValueType>().ok()?.size();
+            let counts = self.dims?.into_iter().chain([self.components.unwrap_or(1), number]);
+            let bytes = counts.map(|count| count as u64).try_fold(1, u64::checked_mul)?;
+            let mut file = fs::File::open(path).ok()?;
+            file.seek(SeekFrom::End(-i64::try_from(bytes).ok()?)).ok()?;
+            let mut read = CrcReader::new(file);
+            std::io::copy(&mut read, &mut std::io::sink()).ok()?;
+            Some(self.crc32 == Some(format!("{:08x}", read.crc().sum())))
+        };
+        has().unwrap_or(false)
     }
 
     /// A sidecar `NAME.toml` of the file `path`, as they were called before.
@@ -223,6 +251,9 @@ impl Sidecar {
         line("name", quoted(&self.name));
         line("class", quoted(&self.class));
         line("crc32", quoted(&self.crc32));
+        if let Some(older) = &self.older {
+            let _ = write!(text, "[older]\n{}", older.text());
+        }
         text
     }
 }

@@ -47,6 +47,7 @@ pub struct DenseOutput {
     main: PendingFile,
     /// A sidecar, or the voxels of a header.
     side: Option<PendingFile>,
+    inputs: Inputs,
 }
 
 /// What became of a grid in a format.
@@ -107,7 +108,7 @@ impl DenseTarget {
             }
             _ => None,
         };
-        Ok(DenseOutput { format: self, packed, main, side })
+        Ok(DenseOutput { format: self, packed, main, side, inputs: inputs.clone() })
     }
 
     /// The name of the second file that holds the voxels, with a `hash` of them: what an older header
@@ -181,6 +182,7 @@ impl DenseOutput {
         lost.extend(format.losses(&grid));
         let voxels = &grid.bytes;
         let mut paths = vec![self.main.target().to_owned()];
+        let mut first = None;
         let obsolete = match format {
             DenseTarget::Npy | DenseTarget::Raw => {
                 if format == DenseTarget::Npy {
@@ -188,7 +190,16 @@ impl DenseOutput {
                 }
                 self.main.put(voxels)?;
                 if let Some(side) = &mut self.side {
-                    side.put(sidecar(&grid).text().as_bytes())?;
+                    let own = sidecar(&grid);
+                    // First one of both voxels, the old and the new ones, then the new, then its own.
+                    let older = Sidecar::beside(self.main.path()).ok().flatten();
+                    if let Some((_, older)) = older {
+                        let mut both = PendingFile::create(side.target(), &self.inputs)?;
+                        let older = Some(Box::new(older));
+                        both.put(Sidecar { older, ..own.clone() }.text().as_bytes())?;
+                        first = Some(both);
+                    }
+                    side.put(own.text().as_bytes())?;
                 }
                 None
             }
@@ -222,7 +233,11 @@ impl DenseOutput {
             },
         };
         paths.extend(self.side.as_ref().map(|side| side.target().to_owned()));
-        let files = self.side.into_iter().chain([self.main]).collect();
+        let files = match first {
+            Some(first) => [Some(first), Some(self.main), self.side],
+            None => [self.side, Some(self.main), None],
+        };
+        let files = files.into_iter().flatten().collect();
         commit_then(files, || {
             if let Some(obsolete) = obsolete {
                 obsolete.remove();
@@ -349,6 +364,7 @@ fn sidecar(grid: &DenseGrid) -> Sidecar {
         name: (!grid.name.is_empty()).then(|| grid.name.clone()),
         class: grid.class.clone(),
         crc32: Some(format!("{:08x}", crc.sum())),
+        older: None,
     }
 }
 

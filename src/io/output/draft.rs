@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::leftovers::{Leftover, PREFIX};
+use super::leftovers::{Leftover, PREFIX, take_away};
 use super::place::{Place, folder};
 use super::stream;
 
@@ -107,20 +107,31 @@ impl Draft {
         }
     }
 
-    /// The file under a name of its own beside `path`.
-    pub(super) fn named(self, path: &Path) -> io::Result<Leftover> {
+    /// The file under a name of its own beside `path`: number `turn` of those that only the holder of the
+    /// folder's lock gives, or any.
+    pub(super) fn named(self, path: &Path, turn: Option<usize>) -> io::Result<Leftover> {
         match self {
             Self::Named(_, leftover) => Ok(leftover),
             #[cfg(target_os = "linux")]
             Self::Unnamed(file) => {
                 let mut file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
-                let mut builder = tempfile::Builder::new();
-                builder.prefix(PREFIX);
-                let linked = Leftover::new(
-                    || kept(builder.make_in(folder(path), |name| link(&file, name))?),
-                    |(_, linked)| linked.clone(),
-                );
-                if let Ok((_, leftover)) = linked {
+                let linked = match turn {
+                    Some(turn) => {
+                        let name = turn_name(path, turn);
+                        Leftover::new(|| link(&file, &name), |()| name.clone())
+                            .map(|(_, name)| name)
+                    }
+                    None => {
+                        let mut builder = tempfile::Builder::new();
+                        builder.prefix(PREFIX);
+                        Leftover::new(
+                            || kept(builder.make_in(folder(path), |name| link(&file, name))?),
+                            |(_, linked)| linked.clone(),
+                        )
+                        .map(|(_, name)| name)
+                    }
+                };
+                if let Ok(leftover) = linked {
                     return Ok(leftover);
                 }
                 // Without /proc its contents go into a file that has a name.
@@ -132,6 +143,20 @@ impl Draft {
             }
             Self::Held(_) => Err(io::Error::other("no file")),
         }
+    }
+}
+
+/// Names that files have between being written and being in their places, one after another: who holds the
+/// folder's lock gives them, and takes away what an ended run left under them.
+fn turn_name(path: &Path, turn: usize) -> PathBuf {
+    folder(path).join(format!("{PREFIX}{turn}"))
+}
+
+/// Takes away what an ended run left in `folder`, whose lock is held.
+pub(super) fn sweep(folder: &Path) {
+    const TURNS: usize = 8;
+    for turn in 0..TURNS {
+        take_away(&folder.join(format!("{PREFIX}{turn}")));
     }
 }
 
@@ -167,8 +192,13 @@ fn kept<F>(file: NamedTempFile<F>) -> io::Result<(F, PathBuf)> {
     Ok((file, path.keep()?))
 }
 
-/// A new folder beside `path`.
-pub(super) fn folder_beside(path: &Path) -> io::Result<Leftover> {
+/// A new folder beside `path`, under the first of its turns' names if the folder's lock `is_held`.
+pub(super) fn folder_beside(path: &Path, is_held: bool) -> io::Result<Leftover> {
+    if is_held {
+        let name = turn_name(path, 0);
+        return Leftover::new(|| std::fs::create_dir(&name), |()| name.clone())
+            .map(|(_, name)| name);
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);
     #[cfg(unix)]

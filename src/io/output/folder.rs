@@ -5,7 +5,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::draft::{Draft, folder_beside};
+use super::draft::{Draft, folder_beside, sweep};
 use super::inputs::Inputs;
 use super::leftovers::{Leftover, Placing};
 use super::lock::FolderLock;
@@ -55,13 +55,16 @@ impl PendingFolder {
             draft.write_all(contents).and_then(|()| draft.flushed()).map_err(failed)?;
             drafts.push((name, draft));
         }
-        let _lock = FolderLock::take(folder(&self.target));
+        let lock = FolderLock::take(folder(&self.target));
         let _placing = Placing::begin();
-        let filled = folder_beside(&self.target).map_err(failed)?;
+        if lock.is_held() {
+            sweep(folder(&self.target));
+        }
+        let filled = folder_beside(&self.target, lock.is_held()).map_err(failed)?;
         for (name, draft) in drafts {
             let path = filled.path().join(name);
             if draft.link_new(&path).is_none() {
-                let named = draft.named(&path).map_err(failed)?;
+                let named = draft.named(&path, None).map_err(failed)?;
                 fs::rename(named.path(), &path).map_err(failed)?;
                 named.placed();
             }

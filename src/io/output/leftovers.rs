@@ -79,7 +79,7 @@ fn forget(path: &Path) {
 }
 
 /// Removes a file or a folder; what cannot be removed stays.
-fn take_away(path: &Path) {
+pub(super) fn take_away(path: &Path) {
     if fs::remove_file(path).is_ok() {
         return;
     }

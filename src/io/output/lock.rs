@@ -13,9 +13,14 @@ const PAUSE: Duration = Duration::from_millis(2);
 
 /// A folder that no other run puts files into while this lives; advisory, and gone with the process.
 /// Where the system has no such locks there is none.
-pub(super) struct FolderLock(#[allow(dead_code)] Option<File>);
+pub(super) struct FolderLock(Option<File>);
 
 impl FolderLock {
+    /// Whether it was to be had.
+    pub(super) fn is_held(&self) -> bool {
+        self.0.is_some()
+    }
+
     pub(super) fn take(folder: &Path) -> Self {
         let Ok(file) = File::open(folder) else { return Self(None) };
         let begun = Instant::now();

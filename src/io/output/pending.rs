@@ -5,9 +5,9 @@ use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::draft::Draft;
+use super::draft::{Draft, sweep};
 use super::inputs::Inputs;
-use super::leftovers::Placing;
+use super::leftovers::{Leftover, Placing};
 use super::lock::FolderLock;
 use super::place::{Place, folder};
 use super::stream;
@@ -146,8 +146,12 @@ pub fn commit_then(files: Vec<PendingFile>, after: impl FnOnce()) -> Result<()> 
         // Always in the same order, so that two runs never wait for each other.
         folders.sort();
         folders.dedup();
-        let _locks: Vec<FolderLock> = folders.iter().map(|path| FolderLock::take(path)).collect();
-        place_all(drafts)?;
+        let locks: Vec<FolderLock> = folders.iter().map(|path| FolderLock::take(path)).collect();
+        let are_held = locks.iter().all(FolderLock::is_held);
+        if are_held {
+            folders.iter().for_each(|folder| sweep(folder));
+        }
+        place_all(drafts, are_held)?;
         after();
     }
     for (target, path, stream, draft) in streams {
@@ -157,11 +161,22 @@ pub fn commit_then(files: Vec<PendingFile>, after: impl FnOnce()) -> Result<()> 
 }
 
 /// Puts each draft where it belongs, in order.
-fn place_all(drafts: Vec<(PathBuf, PathBuf, Draft)>) -> Result<()> {
+fn place_all(drafts: Vec<(PathBuf, PathBuf, Draft)>, are_held: bool) -> Result<()> {
     let _placing = Placing::begin();
+    // All that takes time comes before the first of them is in its place.
+    let mut ready = Vec::new();
+    for (turn, (target, path, draft)) in drafts.into_iter().enumerate() {
+        let turn = are_held.then_some(turn);
+        let named = if fs::symlink_metadata(&path).is_err() {
+            Ready::New(draft)
+        } else {
+            Ready::Named(draft.named(&path, turn).map_err(|error| Error::file(&target, error))?)
+        };
+        ready.push((target, path, named));
+    }
     let mut new = Vec::new();
-    for (target, path, draft) in drafts {
-        match place_one(&path, draft) {
+    for (target, path, draft) in ready {
+        match draft.place(&path) {
             Ok(is_new) => new.extend(is_new.then_some(path)),
             Err(error) => {
                 for path in new {
@@ -175,14 +190,24 @@ fn place_all(drafts: Vec<(PathBuf, PathBuf, Draft)>) -> Result<()> {
     Ok(())
 }
 
-/// Puts `draft` at `path`; whether nothing was there before.
-fn place_one(path: &Path, draft: Draft) -> io::Result<bool> {
-    let is_new = fs::symlink_metadata(path).is_err();
-    if is_new && draft.link_new(path).is_some() {
-        return Ok(true);
+/// A whole file on its way to its place.
+enum Ready {
+    /// To be named where nothing is yet.
+    New(Draft),
+    /// To be renamed.
+    Named(Leftover),
+}
+
+impl Ready {
+    /// Puts it at `path`; whether nothing was there before.
+    fn place(self, path: &Path) -> io::Result<bool> {
+        let (named, is_new) = match self {
+            Self::New(draft) if draft.link_new(path).is_some() => return Ok(true),
+            Self::New(draft) => (draft.named(path, None)?, fs::symlink_metadata(path).is_err()),
+            Self::Named(named) => (named, false),
+        };
+        fs::rename(named.path(), path)?;
+        named.placed();
+        Ok(is_new)
     }
-    let leftover = draft.named(path)?;
-    fs::rename(leftover.path(), path)?;
-    leftover.placed();
-    Ok(is_new)
 }
