@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat4, DVec3, IVec3};
 use serde::Deserialize;
 
-use super::dense::{DenseHeader, Lattice};
+use super::dense::{DenseHeader, Lattice, Space};
 use super::number::Endian;
 use crate::error::{Error, Result};
 
@@ -35,6 +35,8 @@ pub struct Sidecar {
     pub background: Option<Background>,
     /// Slope and intercept: a value is the stored number times the first plus the second.
     pub value_scale: Option<[f64; 2]>,
+    /// What the world is: a name of NRRD's, as `left-posterior-superior`.
+    pub space: Option<String>,
     /// The axis that points up.
     pub up: Option<String>,
     /// What the grid is called.
@@ -89,6 +91,7 @@ impl Sidecar {
         let one_byte = header.value_type.size() == 1;
         let same_place = sidecar.world_from_index().unwrap_or(DMat4::IDENTITY)
             == header.world_from_index
+            && sidecar.space.as_deref() == header.space.map(Space::name)
             && sidecar.value_scale.unwrap_or([1.0, 0.0]) == header.scale;
         let same_storage = sidecar.dims == Some(header.dims)
             && sidecar.value_type.as_deref() == Some(header.value_type.name())
@@ -128,7 +131,7 @@ impl Sidecar {
     /// Puts into `header` what does not depend on how the voxels are stored.
     ///
     /// # Errors
-    /// If `up` is no axis.
+    /// If `up` is no axis or `space` no space.
     pub(super) fn describe(&self, header: &mut DenseHeader) -> Result<()> {
         header.world_from_index = self.world_from_index().unwrap_or(DMat4::IDENTITY);
         let origin = DVec3::from(self.index_origin.unwrap_or_default());
@@ -136,6 +139,17 @@ impl Sidecar {
         if whole.as_dvec3() == origin && whole != IVec3::ZERO {
             let world_from_index = self.world_from_lattice().unwrap_or(DMat4::IDENTITY);
             header.lattice = Some(Lattice { world_from_index, origin: whole });
+        }
+        if let Some(text) = &self.space {
+            let Some((space, ours_from_its)) = Space::named(text) else {
+                let why = format!("'{text}' is none of {}", Space::names());
+                return Err(Error::value("space", why));
+            };
+            header.space = Some(space);
+            header.world_from_index = ours_from_its * header.world_from_index;
+            if let Some(lattice) = &mut header.lattice {
+                lattice.world_from_index = ours_from_its * lattice.world_from_index;
+            }
         }
         header.background = self.background.as_ref().map(|background| match background {
             Background::Number(number) => vec![*number; header.components.min(16)],
@@ -175,6 +189,7 @@ impl Sidecar {
         };
         line("background", self.background.as_ref().map(background));
         line("value_scale", self.value_scale.map(|scale| list(&scale)));
+        line("space", quoted(&self.space));
         line("up", quoted(&self.up));
         line("name", quoted(&self.name));
         line("class", quoted(&self.class));

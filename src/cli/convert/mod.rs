@@ -52,6 +52,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         (_, target) => {
             let file = DenseFile::open(input, format, &job.table)?;
             job.progress.begin("convert", 3);
+            for note in &file.header().notes {
+                job.note(note);
+            }
             let grid = DenseGrid::read(&file)?;
             header = Some(file.header().clone());
             job.progress.advance(1);

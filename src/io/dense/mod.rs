@@ -23,6 +23,7 @@ mod pvm;
 mod pvm_stream;
 mod resample;
 mod retype;
+mod space;
 mod to_vdb;
 mod voxels;
 mod vti;
@@ -45,6 +46,7 @@ use crate::volume::{self, Axis, Volume};
 pub use grid::DenseGrid;
 use input::Input;
 use payload::{PART, Packing, Payload};
+pub use space::Space;
 pub use voxels::Voxels;
 use voxels::{arranged, densities};
 pub use write::{DenseTarget, OutputFile, Written};
@@ -84,6 +86,8 @@ pub struct DenseHeader {
     pub scale: [f64; 2],
     /// From voxel index (x, y, z), centres at integers, to the file's own world.
     pub world_from_index: DMat4,
+    /// What that world is, where the file says so. A patient's is LPS, whatever the file's own was.
+    pub space: Option<Space>,
     /// The axis that points up, where the file says so.
     pub up: Option<Axis>,
     /// The larger grid of indices that the voxels are a box of, where the file says so.
@@ -98,6 +102,8 @@ pub struct DenseHeader {
     pub compression: &'static str,
     /// Everything else that it says, in the order of the file.
     pub metadata: Vec<(String, String)>,
+    /// What was taken for granted where the file leaves it open, in words, with the option that decides.
+    pub notes: Vec<String>,
 }
 
 /// Indices that go on beyond a box of voxels.
@@ -136,6 +142,7 @@ impl DenseHeader {
             order: Order::XFastest,
             scale: [1.0, 0.0],
             world_from_index: DMat4::IDENTITY,
+            space: None,
             up: None,
             lattice: None,
             background: None,
@@ -143,6 +150,7 @@ impl DenseHeader {
             sparse: None,
             compression: "none",
             metadata: Vec::new(),
+            notes: Vec::new(),
         }
     }
 
@@ -215,6 +223,7 @@ impl DenseFile {
             let why = format!("its axes and spacing have no inverse (determinant {determinant})");
             return Err(input.bad(why));
         }
+        header.notes.extend(payload.surplus(header.bytes()));
         let file_bytes = input.size;
         Ok(Self { path: path.to_owned(), format, header, payload, file_bytes, max_bytes })
     }
@@ -320,6 +329,14 @@ impl DenseFile {
 }
 
 impl Payload {
+    /// A word on bytes of the file behind the `due` ones of the voxels.
+    fn surplus(&self, due: u128) -> Option<String> {
+        let Self::Stored { path, offset, packing: Packing::Bare, .. } = self else { return None };
+        let size = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
+        let more = u128::from(size.saturating_sub(*offset)).checked_sub(due).filter(|&n| n > 0)?;
+        Some(format!("{}: {more} bytes behind the voxels are not read", path.display()))
+    }
+
     /// Voxels as they are from byte `offset` of `path` on.
     fn bare(path: &Path, offset: u64) -> Self {
         Self::Stored { path: path.to_owned(), offset, packing: Packing::Bare, skip: 0 }
