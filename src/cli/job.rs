@@ -120,7 +120,7 @@ fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
         return Ok((descriptor(preset)?, Surroundings::Studio));
     }
     let path = Path::new(input);
-    if path.extension().is_some_and(|ending| ending == "toml") {
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
         return Ok((SceneFile::parse(&text, path)?, Surroundings::Void));
     }

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, limits, output, statistics } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "exr"));
-    if path.extension().is_none_or(|ending| ending != "exr") {
+    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("exr")) {
         return Err(Error::contents(path, "a map's name must end in .exr"));
     }
     let request = Request::new(&scene, None)?;

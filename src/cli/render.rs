@@ -37,10 +37,11 @@ enum Format {
 }
 
 fn format(path: &Path) -> Result<Format> {
-    if path.to_string_lossy().ends_with(".deep.exr") {
+    let name = path.to_string_lossy().to_ascii_lowercase();
+    if name.ends_with(".deep.exr") {
         return Ok(Format::Deep);
     }
-    match path.extension().and_then(|ending| ending.to_str()) {
+    match Path::new(&name).extension().and_then(|ending| ending.to_str()) {
         Some("png") => Ok(Format::Png),
         Some("exr") => Ok(Format::Exr),
         _ => Err(Error::contents(path, "a picture's name must end in .png, .exr or .deep.exr")),

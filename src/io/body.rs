@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::histogram::Histogram;
-use super::load::{load_color, load_volume};
+use super::load::{load_color, load_noted, load_volume};
 use crate::error::{Error, Result};
 use crate::scene::automatic::{Ingredients, window};
 use crate::scene::file::VolumeTable;
@@ -32,7 +32,7 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
     };
     let window_given = table.window.or(own);
     let asked = VolumeTable { window: window_given, ..table.clone() };
-    let mut volume = load_volume(&asked)?;
+    let mut volume = load_noted(&asked, &mut notes)?;
     if volume.replaced() > 0 {
         let count = volume.replaced();
         notes.push(format!("{count} negative or non-finite voxels count as 0"));

@@ -19,6 +19,11 @@ use crate::volume::{Axis, Volume, world_from_index_in_bounds};
 /// If there is no such preset or file, if the file is not what it is said to be, or if a value of
 /// `table` cannot be used.
 pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
+    load_noted(table, &mut Vec::new())
+}
+
+/// [`load_volume`], with `notes` of what was taken for granted where a file leaves it open.
+pub(super) fn load_noted(table: &VolumeTable, notes: &mut Vec<String>) -> Result<Volume> {
     let up = table.up.as_deref().map(str::parse::<Axis>).transpose()?;
     let volume = match (&table.preset, &table.path) {
         (Some(_), Some(_)) => return Err(Error::value("volume", "give path or preset, not both")),
@@ -32,7 +37,7 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
             let volume = preset.parse::<Preset>()?.volume(up.unwrap_or_default())?;
             table.window.map_or(Ok(volume.clone()), |window| volume.windowed(window))?
         }
-        (None, Some(path)) => load_file(path, table, up)?,
+        (None, Some(path)) => load_file(path, table, up, notes)?,
     };
     let volume = match table.bounds {
         Some(_) if sparse(&volume) => {
@@ -143,11 +148,18 @@ fn sparse(volume: &Volume) -> bool {
 }
 
 /// Opens a file by what it begins with, or as `table` says.
-fn load_file(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
+fn load_file(
+    path: &Path,
+    table: &VolumeTable,
+    up: Option<Axis>,
+    notes: &mut Vec<String>,
+) -> Result<Volume> {
     let format = format_of(path, table)?;
     check_options(path, format, table)?;
     if format != Format::OpenVdb {
-        return DenseFile::open(path, format, table)?.volume(up, table.window);
+        let file = DenseFile::open(path, format, table)?;
+        notes.extend_from_slice(&file.header().notes);
+        return file.volume(up, table.window);
     }
     let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
     let volume = fog::load(path, table.grid.as_deref(), max_bytes, table.window)?;

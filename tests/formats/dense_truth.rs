@@ -8,7 +8,7 @@ use deepshadow::scene::file::VolumeTable;
 use deepshadow::{ErrorKind, Result};
 use glam::{DMat4, DVec3};
 
-use super::dense_fixtures::{Case, cases, gzip, nifti, npy, vti};
+use super::dense_fixtures::{Case, cases, dds, gzip, nifti, npy, vti};
 
 /// Opens a file as what it begins with.
 pub fn open(path: &Path) -> Result<DenseFile> {
@@ -75,8 +75,9 @@ fn spacing_replaces_lengths_and_keeps_axes_and_origin() {
 fn up_turns_the_files_world() {
     let table = VolumeTable { up: Some("z".to_owned()), ..VolumeTable::default() };
     let world = loaded("nifti_sform", &table);
-    // The file's z is 7 at the first voxel and now points up; its y points away from the viewer.
-    assert_eq!(world.transform_point3(DVec3::ZERO), DVec3::new(5.0, 7.0, -6.0));
+    // The file's z is 7 at the first voxel and now points up; its y, 6 to the front of the patient and so -6 in
+    // LPS, points away from the viewer.
+    assert_eq!(world.transform_point3(DVec3::ZERO), DVec3::new(-5.0, 7.0, 6.0));
 }
 
 #[test]
@@ -107,6 +108,23 @@ fn nifti_slope_and_intercept_make_the_values() {
     let density = open(&case.write(&folder)).unwrap().voxels().unwrap().density();
     assert_eq!(density[[0, 0, 1]], -2.5);
     assert_eq!(density[[1, 1, 2]], 2.5);
+}
+
+/// The library's own writer leaves out zeros of the end marker that would begin a byte.
+#[test]
+fn a_pvm_stream_without_the_end_of_its_end_marker_is_whole() {
+    let pvm = [b"PVM\n3 2 2\n1\n", &(0..12).collect::<Vec<u8>>()[..]].concat();
+    let whole = dds(&pvm, 'd', 1, 1);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("v.pvm");
+    let read = |cut: usize| {
+        std::fs::write(&path, &whole[..whole.len() - cut]).unwrap();
+        open(&path).and_then(|file| file.voxels()).map(|voxels| voxels.bytes().to_vec())
+    };
+    for cut in [0, 1] {
+        assert_eq!(read(cut).unwrap(), (0..12).collect::<Vec<u8>>(), "{cut} bytes cut");
+    }
+    assert!(read(2).is_err());
 }
 
 #[test]

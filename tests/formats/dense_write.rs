@@ -47,6 +47,7 @@ fn grid(value_type: ValueType, components: usize) -> DenseGrid {
         world_from_index: DMat4::from_translation(DVec3::new(1e3, 0.1, -7.3)) * turn * stretch,
         origin: IVec3::new(-3, 0, 77),
         value_scale: [1.0, 0.0],
+        space: None,
         up: None,
         metadata: Vec::new(),
     }

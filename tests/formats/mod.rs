@@ -2,8 +2,10 @@
 
 mod deep_exr;
 mod deep_exr_odd;
+mod dense_ambiguous;
 mod dense_fixtures;
 mod dense_hostile;
+mod dense_spaces;
 mod dense_truth;
 mod dense_write;
 mod fuzz_targets;

@@ -52,6 +52,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let file = DenseFile::open(input, format, &job.table)?;
         let output = Output::promise(path, target, &Inputs::new(file.files().to_vec()))?;
         job.progress.begin("convert", 3);
+        for note in &file.header().notes {
+            job.note(note);
+        }
         let grid = DenseGrid::read(&file)?;
         drop(file);
         job.progress.advance(1);

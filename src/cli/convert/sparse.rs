@@ -6,7 +6,7 @@ use glam::{DMat4, IVec3};
 
 use super::{Converted, Job};
 use crate::error::{Error, ErrorKind, Result};
-use crate::io::dense::DenseGrid;
+use crate::io::dense::{DenseGrid, Space};
 use crate::io::number::ValueType as Number;
 use crate::io::vdb::{
     Compression, Grid, GridHeader, IndexBox, MetaValue, Metadata, NewGrid, Transform, ValueType,
@@ -15,7 +15,10 @@ use crate::io::vdb::{
 use crate::io::{PendingFile, fog};
 
 /// Metadata that other fields of a dense grid hold, or that speaks of the file it comes from.
-const UNDERSTOOD: [&str; 3] = ["name", "class", "is_saved_as_half_float"];
+const UNDERSTOOD: [&str; 4] = ["name", "class", "is_saved_as_half_float", SPACE];
+
+/// The metadata that says what a grid's world is, by a name of NRRD's.
+const SPACE: &str = "space";
 
 /// What a grid without another name is called in OpenVDB files, where programs look for it.
 const DENSITY: &str = "density";
@@ -70,7 +73,8 @@ impl Job<'_> {
         let scalar = if grid.components == 1 { "fog volume" } else { "unknown" };
         let class = grid.class.clone().unwrap_or_else(|| scalar.to_owned());
         let place = grid.world_from_index;
-        let metadata = grid.metadata.clone();
+        let mut metadata = grid.metadata.clone();
+        metadata.extend(grid.space.map(|space| (SPACE.to_owned(), space.name().to_owned())));
         if let Some(up) = grid.up {
             self.note_lost(&[format!("that {} points up (render it with --up)", up.name())]);
         }
@@ -128,6 +132,11 @@ impl Job<'_> {
         let mut dense = DenseGrid::of_vdb(&grid, bounds, place, self.max_bytes())
             .map_err(|error| with_advice(error, "--crop, --max-bytes"))?;
         self.progress.advance(1);
+        let space = header.metadata.get(SPACE).map(ToString::to_string);
+        if let Some((space, ours_from_its)) = space.and_then(|name| Space::named(&name)) {
+            dense.space = Some(space);
+            dense.world_from_index = ours_from_its * dense.world_from_index;
+        }
         dense.name.clone_from(&header.name);
         dense.class = Some(header.class().to_owned());
         // What the grid says comes before what the whole file says.

@@ -7,6 +7,7 @@ use serde_json::Value as Json;
 
 use super::deep::DeepReport;
 use super::json;
+use crate::cli::say;
 use crate::error::{Error, Result};
 use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile};
 use crate::io::format::Format;
@@ -79,6 +80,9 @@ impl Report {
             }
             _ => {
                 let file = DenseFile::open(path, format, table)?;
+                for note in &file.header().notes {
+                    say(note);
+                }
                 let grid = GridReport::of_dense(&file, statistics, statistics && histograms)?;
                 report.grids.push(grid);
             }
@@ -165,7 +169,11 @@ impl GridReport {
             world_from_index: Some(header.world_from_index),
             statistics: Vec::new(),
             histogram: None,
-            metadata: header.metadata.iter().map(text).collect(),
+            metadata: {
+                let space =
+                    header.space.map(|space| ("space".to_owned(), Json::from(space.name())));
+                header.metadata.iter().map(text).chain(space).collect()
+            },
             compression: header.compression.to_owned(),
             file_bytes: file.file_bytes(),
             memory_bytes: u64::try_from(header.memory_bytes()).ok(),

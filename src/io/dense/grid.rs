@@ -4,7 +4,7 @@
 use glam::{DMat4, IVec3};
 use rayon::prelude::*;
 
-use super::{DenseFile, DenseHeader, Order};
+use super::{DenseFile, DenseHeader, Order, Space};
 use crate::error::{Error, Result};
 use crate::io::number::{Endian, ValueType};
 use crate::io::vdb::{AnyValue, Grid, IndexBox};
@@ -38,6 +38,8 @@ pub struct DenseGrid {
     pub origin: IVec3,
     /// Slope and intercept: a value is the stored number times the first plus the second.
     pub value_scale: [f64; 2],
+    /// What the world is, where it is known.
+    pub space: Option<Space>,
     /// The axis that points up, where it is known.
     pub up: Option<Axis>,
     /// Everything else.
@@ -45,7 +47,8 @@ pub struct DenseGrid {
 }
 
 /// What readers put into other fields, or what says how a file is laid out.
-const UNDERSTOOD: [&str; 30] = [
+const UNDERSTOOD: [&str; 34] = [
+    "AnatomicalOrientation",
     "BinaryDataByteOrderMSB",
     "CompressedData",
     "CompressedDataSize",
@@ -63,6 +66,8 @@ const UNDERSTOOD: [&str; 30] = [
     "Position",
     "Rotation",
     "TransformMatrix",
+    "axis maxs",
+    "axis mins",
     "byte skip",
     "byteskip",
     "centerings",
@@ -72,6 +77,7 @@ const UNDERSTOOD: [&str; 30] = [
     "kinds",
     "line skip",
     "lineskip",
+    "space",
     "space dimension",
     "space origin",
     "spacings",
@@ -107,6 +113,7 @@ impl DenseGrid {
             world_from_index,
             origin,
             value_scale: [1.0, 0.0],
+            space: header.space,
             up: header.up,
             metadata,
         };
@@ -151,6 +158,7 @@ impl DenseGrid {
             world_from_index,
             origin: bounds.min,
             value_scale: [1.0, 0.0],
+            space: None,
             up: None,
             metadata: Vec::new(),
         })

@@ -23,6 +23,7 @@ mod pvm;
 mod pvm_stream;
 mod resample;
 mod retype;
+mod space;
 mod to_vdb;
 mod voxels;
 mod vti;
@@ -46,6 +47,7 @@ use crate::volume::{self, Axis, Volume};
 pub use grid::DenseGrid;
 use input::Input;
 use payload::{PART, Packing, Payload};
+pub use space::Space;
 pub use voxels::Voxels;
 use voxels::{arranged, densities};
 pub use write::{DenseOutput, DenseTarget, Written};
@@ -85,6 +87,8 @@ pub struct DenseHeader {
     pub scale: [f64; 2],
     /// From voxel index (x, y, z), centres at integers, to the file's own world.
     pub world_from_index: DMat4,
+    /// What that world is, where the file says so. A patient's is LPS, whatever the file's own was.
+    pub space: Option<Space>,
     /// The axis that points up, where the file says so.
     pub up: Option<Axis>,
     /// The larger grid of indices that the voxels are a box of, where the file says so.
@@ -101,6 +105,8 @@ pub struct DenseHeader {
     pub compression: &'static str,
     /// Everything else that it says, in the order of the file.
     pub metadata: Vec<(String, String)>,
+    /// What was taken for granted where the file leaves it open, in words, with the option that decides.
+    pub notes: Vec<String>,
 }
 
 /// Indices that go on beyond a box of voxels.
@@ -139,6 +145,7 @@ impl DenseHeader {
             order: Order::XFastest,
             scale: [1.0, 0.0],
             world_from_index: DMat4::IDENTITY,
+            space: None,
             up: None,
             lattice: None,
             background: None,
@@ -147,6 +154,7 @@ impl DenseHeader {
             crc32: None,
             compression: "none",
             metadata: Vec::new(),
+            notes: Vec::new(),
         }
     }
 
@@ -220,6 +228,7 @@ impl DenseFile {
             let why = format!("its axes and spacing have no inverse (determinant {determinant})");
             return Err(input.bad(why));
         }
+        header.notes.extend(payload.surplus(header.bytes()));
         let file_bytes = input.size;
         let mut files = vec![path.to_owned()];
         files.extend(payload.path().map(Path::to_owned));
@@ -339,6 +348,14 @@ impl DenseFile {
 }
 
 impl Payload {
+    /// A word on bytes of the file behind the `due` ones of the voxels.
+    fn surplus(&self, due: u128) -> Option<String> {
+        let Self::Stored { path, offset, packing: Packing::Bare, .. } = self else { return None };
+        let size = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
+        let more = u128::from(size.saturating_sub(*offset)).checked_sub(due).filter(|&n| n > 0)?;
+        Some(format!("{}: {more} bytes behind the voxels are not read", path.display()))
+    }
+
     /// Voxels as they are from byte `offset` of `path` on.
     fn bare(path: &Path, offset: u64) -> Self {
         Self::Stored { path: path.to_owned(), offset, packing: Packing::Bare, skip: 0 }

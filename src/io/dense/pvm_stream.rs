@@ -32,6 +32,12 @@ impl Bits<'_> {
         self.at += count as usize;
         Some((window >> shift) & ((1 << count) - 1))
     }
+
+    /// The next `count` bits, at most 16; those behind the end are zeros.
+    fn take_padded(&mut self, count: u32) -> u32 {
+        let left = (self.bytes.len() * 8).saturating_sub(self.at).min(count as usize) as u32;
+        self.take(left).unwrap_or(0) << (count - left)
+    }
 }
 
 /// Unpacks a stream, which says its own end, to at most `limit` bytes.
@@ -42,7 +48,8 @@ pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec
     let strip = bits.take(16).ok_or_else(ends)? as usize + 1;
     let mut unpacked: Vec<u8> = Vec::new();
     loop {
-        let count = bits.take(7).ok_or_else(ends)? as usize;
+        // The library's own writer cuts the end's zeros where they would begin a byte.
+        let count = bits.take_padded(7) as usize;
         if count == 0 {
             break;
         }

@@ -10,7 +10,7 @@ use flate2::{Compression, Crc};
 use glam::{DMat4, DVec3};
 
 use super::grid::DenseGrid;
-use super::{metaimage, npy, nrrd};
+use super::{Space, metaimage, npy, nrrd};
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
 use crate::io::output::{Inputs, PendingFile, commit_then};
@@ -160,6 +160,12 @@ impl DenseTarget {
             lost.push(
                 "that axes are not at right angles, for programs that expect them so".to_owned(),
             );
+        }
+        if let (Self::MetaImage { .. }, Some(space)) = (self, grid.space)
+            && space != Space::Lps
+        {
+            let consequence = "programs will take it for a patient's, LPS";
+            lost.push(format!("the space '{}' ({consequence})", space.name()));
         }
         lost
     }
@@ -337,9 +343,12 @@ fn hash(voxels: &[u8]) -> u64 {
     hasher.finish()
 }
 
-fn is_sheared(world_from_index: &DMat4) -> bool {
+/// A cosine between axes that is no more than rounding: headers hold single precision, or text of six digits.
+const RIGHT_ANGLE: f64 = 1e-5;
+
+pub(super) fn is_sheared(world_from_index: &DMat4) -> bool {
     let [x, y, z] = [0, 1, 2].map(|axis| world_from_index.col(axis).truncate().normalize_or_zero());
-    [x.dot(y), y.dot(z), z.dot(x)].iter().any(|cosine| cosine.abs() > 1e-9)
+    [x.dot(y), y.dot(z), z.dot(x)].iter().any(|cosine| cosine.abs() > RIGHT_ANGLE)
 }
 
 /// What stands beside numbers that have no header, or one that knows no places.
@@ -360,6 +369,7 @@ fn sidecar(grid: &DenseGrid) -> Sidecar {
             several => Background::Vector(several.to_vec()),
         }),
         value_scale: (grid.value_scale != [1.0, 0.0]).then_some(grid.value_scale),
+        space: grid.space.map(|space| space.name().to_owned()),
         up: grid.up.map(|up| up.name().to_owned()),
         name: (!grid.name.is_empty()).then(|| grid.name.clone()),
         class: grid.class.clone(),
