@@ -10,7 +10,7 @@ use exr::prelude::{AttributeValue, read_first_flat_layer_from_file};
 use tempfile::TempDir;
 
 /// The program, also where the tests run from an archive on another machine.
-fn program() -> String {
+pub fn program() -> String {
     std::env::var("NEXTEST_BIN_EXE_deepshadow")
         .unwrap_or_else(|_| env!("CARGO_BIN_EXE_deepshadow").to_owned())
 }

@@ -13,7 +13,7 @@ use crate::io::coded_map::encode_coded_map;
 use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::{PendingFile, exr};
 use crate::scene::Media;
-use crate::settings::MapKind;
+use crate::settings::{MapKind, Settings};
 use crate::shadow::{FragmentMap, Map, ShadowMap};
 
 #[derive(Debug, Args)]
@@ -29,6 +29,13 @@ pub(super) struct Arguments {
     statistics: bool,
 }
 
+impl Arguments {
+    /// Threads that are asked for.
+    pub(super) fn threads(&self) -> Option<u32> {
+        self.scene.source.threads
+    }
+}
+
 pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, limits, output, statistics } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "exr"));
@@ -41,6 +48,8 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     }
     // A folder that takes no file is better known before the work than after it.
     let tried = PendingFile::create(&path)?;
+    let no_picture = Settings { image_size: [1; 2], ..job.settings.clone() };
+    job.backend.check_room(&no_picture)?;
     let beams = job.scene.beams();
     let mut built = Vec::new();
     let begun = Instant::now();

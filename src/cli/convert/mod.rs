@@ -52,14 +52,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         (_, target) => {
             let file = DenseFile::open(input, format, &job.table)?;
             job.progress.begin("convert", 3);
-            let grid = DenseGrid::read(&file)?;
             header = Some(file.header().clone());
-            job.progress.advance(1);
-            let grid = job.edited(grid)?;
-            match target {
-                Target::OpenVdb(compression) => job.dense_to_vdb(grid, compression)?,
-                Target::Dense { format, packed } => job.encode(grid, format, packed)?,
-            }
+            job.dense_file(&file, target)?
         }
     };
     spare_input(input, format, header.as_ref(), &converted.files)?;
@@ -89,16 +83,32 @@ impl Job<'_> {
         self.table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES)
     }
 
+    /// What becomes of a file of dense voxels.
+    fn dense_file(&self, file: &DenseFile, target: Target) -> Result<Converted> {
+        if let Target::OpenVdb(compression) = target
+            && let Some(converted) = self.streamed_to_vdb(file, compression)?
+        {
+            return Ok(converted);
+        }
+        let grid = DenseGrid::read(file)?;
+        self.progress.advance(1);
+        let grid = self.edited(grid)?;
+        match target {
+            Target::OpenVdb(compression) => self.dense_to_vdb(grid, compression),
+            Target::Dense { format, packed } => self.encode(grid, format, packed),
+        }
+    }
+
     /// All steps but the last, which gives the numbers another type.
     fn edited(&self, mut grid: DenseGrid) -> Result<DenseGrid> {
         if let Some(bounds) = self.wanted.crop {
             grid = grid.cropped(bounds)?;
         }
         if let Some(least) = self.wanted.threshold {
-            grid = grid.without_below(least);
+            grid = grid.without_below(least)?;
         }
         if self.wanted.magnitude {
-            grid = grid.magnitude();
+            grid = grid.magnitude()?;
         }
         self.resampled(grid)
     }
@@ -122,7 +132,7 @@ impl Job<'_> {
             return Err(Error::value("type", why));
         }
         let remap = self.remap(|| grid.span(), grid.value_type, to);
-        grid = grid.retyped(to, remap);
+        grid = grid.retyped(to, remap)?;
         // Who gives a range wants new values; without one they stay what they were.
         if self.wanted.range.is_none() {
             grid.value_scale = remap.value_scale();

@@ -7,12 +7,12 @@ use glam::{DMat4, IVec3};
 use super::Job;
 use super::output::Converted;
 use crate::error::{Error, ErrorKind, Result};
-use crate::io::dense::{DenseGrid, OutputFile};
+use crate::io::dense::{DenseFile, DenseGrid, OutputFile};
 use crate::io::fog;
 use crate::io::number::ValueType as Number;
 use crate::io::vdb::{
-    Compression, Grid, GridHeader, IndexBox, MetaValue, Metadata, NewGrid, Transform, ValueType,
-    VdbFile, VdbWriter,
+    Compression, Grid, GridHeader, IndexBox, MetaValue, Metadata, NewGrid, SurveyDepth, Transform,
+    ValueType, VdbFile, VdbWriter,
 };
 
 /// Metadata that other fields of a dense grid hold, or that speaks of the file it comes from.
@@ -39,7 +39,7 @@ impl Job<'_> {
                 self.progress.advance(2);
                 continue;
             }
-            let grid = self.sparsely_edited(file.load(index)?);
+            let grid = self.sparsely_edited(self.loaded(file, index)?);
             let (grid, place) = self.sparsely_resampled(grid, file, header)?;
             let grid = self.retyped(grid)?;
             self.progress.advance(1);
@@ -61,11 +61,42 @@ impl Job<'_> {
         grid: DenseGrid,
         compression: Compression,
     ) -> Result<Converted> {
-        let name = if grid.name.is_empty() { DENSITY.to_owned() } else { grid.name.clone() };
-        let scalar = if grid.components == 1 { "fog volume" } else { "unknown" };
-        let class = grid.class.clone().unwrap_or_else(|| scalar.to_owned());
-        let place = grid.world_from_index;
-        let metadata = grid.metadata.clone();
+        let known = grid.without_bytes();
+        let sparse = grid.active.is_some() || grid.background.is_some();
+        self.note_numbers(&known);
+        let grid = self.retyped(grid.into_vdb()?)?;
+        self.progress.advance(1);
+        let count = grid.active_voxel_count();
+        let half = self.half(known.value_type == Number::F16);
+        let new = NewGrid::new(grid, &known.world_from_index).with_half(half);
+        let mut writer = vdb_writer(&known, compression);
+        writer.add(described(new, &known))?;
+        self.progress.advance(1);
+        self.written(writer, &known, sparse.then_some(count), compression)
+    }
+
+    /// The same for a file whose voxels can go into leaves as they come, if nothing is to be done with them.
+    pub(super) fn streamed_to_vdb(
+        &self,
+        file: &DenseFile,
+        compression: Compression,
+    ) -> Result<Option<Converted>> {
+        if !self.wanted.is_nothing() {
+            return Ok(None);
+        }
+        let Some((known, packed)) = file.packed_vdb(compression)? else { return Ok(None) };
+        self.note_numbers(&known);
+        self.progress.advance(2);
+        let count = known.background.is_some().then(|| packed.active_voxel_count());
+        let new = described(NewGrid::described(&known.world_from_index), &known);
+        let mut writer = vdb_writer(&known, compression);
+        packed.write(&mut writer, new)?;
+        self.progress.advance(1);
+        self.written(writer, &known, count, compression).map(Some)
+    }
+
+    /// Says what becomes of a dense grid's numbers and what is lost of it.
+    fn note_numbers(&self, grid: &DenseGrid) {
         if let Some(up) = grid.up {
             self.note_lost(&[format!("that {} points up (render it with --up)", up.name())]);
         }
@@ -73,23 +104,18 @@ impl Job<'_> {
         if from != to && self.wanted.to_type.is_none() && from != Number::F16 {
             self.note(&format!("{} become {}, which holds them", from.name(), to.name()));
         }
-        let [x, y, z] = grid.dims;
-        let active = grid.active.is_some() || grid.background.is_some();
-        let grid = self.retyped(grid.into_vdb()?)?;
-        self.progress.advance(1);
-        let count = grid.active_voxel_count();
-        let what = if active { format!(", {count} of them active") } else { String::new() };
-        let mut new = NewGrid::new(grid, &place).with_class(&class);
-        for (key, text) in metadata {
-            new.metadata().set(&key, MetaValue::String(text));
-        }
-        let half = self.half(from == Number::F16);
-        let mut file_metadata = Metadata::default();
-        let creator = concat!("deepshadow ", env!("CARGO_PKG_VERSION"));
-        file_metadata.set("creator", MetaValue::String(creator.to_owned()));
-        let mut writer = VdbWriter::new(&[&name], compression, &file_metadata);
-        writer.add(new.with_half(half))?;
-        self.progress.advance(1);
+    }
+
+    /// The file of a dense grid, of which `active` voxels are active if not all.
+    fn written(
+        &self,
+        writer: VdbWriter,
+        grid: &DenseGrid,
+        active: Option<u64>,
+        compression: Compression,
+    ) -> Result<Converted> {
+        let (name, [x, y, z]) = (vdb_name(grid), grid.dims);
+        let what = active.map(|count| format!(", {count} of them active")).unwrap_or_default();
         self.vdb_file(writer, &format!("'{name}', {x} x {y} x {z} voxels{what}, {compression}"))
     }
 
@@ -113,7 +139,7 @@ impl Job<'_> {
         }
         let place = affine(header).map_err(refused)?;
         self.progress.begin("convert", 3);
-        let grid = self.sparsely_edited(file.load(index)?);
+        let grid = self.sparsely_edited(self.loaded(file, index)?);
         let bounds = self.wanted.crop.or_else(|| grid.active_bounds());
         let bounds = bounds.ok_or_else(|| refused("it has no active voxels".to_owned()))?;
         let mut dense = DenseGrid::of_vdb(&grid, bounds, place, self.max_bytes())
@@ -149,6 +175,19 @@ impl Job<'_> {
             return Err(Error::contents(file.path(), "it has no grid that can be read"));
         }
         Ok(chosen)
+    }
+
+    /// A grid of a file, unless it takes more memory than allowed.
+    fn loaded(&self, file: &VdbFile, index: usize) -> Result<Grid> {
+        let needed = file.survey(index, SurveyDepth::Topology)?.memory_bytes;
+        if needed > self.max_bytes() {
+            let what = format!("{}: grid '{}'", file.path().display(), file.grids()[index].name);
+            let (needed, limit) =
+                (format!("{needed} bytes"), format!("{} bytes", self.max_bytes()));
+            let limit = format!("{limit} (--max-bytes)");
+            return Err(ErrorKind::Limit { what, needed, limit }.into());
+        }
+        file.load(index)
     }
 
     fn sparsely_edited(&self, mut grid: Grid) -> Grid {
@@ -232,11 +271,34 @@ impl Job<'_> {
     }
 
     fn vdb_file(&self, writer: VdbWriter, what: &str) -> Result<Converted> {
-        let bytes = writer.finish()?;
-        let what = format!("{what}, {} bytes", bytes.len());
-        let file = OutputFile { path: self.output.to_owned(), parts: vec![bytes] };
+        let parts = writer.finish_parts()?;
+        let what = format!("{what}, {} bytes", parts.iter().map(Vec::len).sum::<usize>());
+        let file = OutputFile { path: self.output.to_owned(), parts };
         Ok(Converted { files: vec![file], what })
     }
+}
+
+/// What a dense grid is called in OpenVDB files.
+fn vdb_name(grid: &DenseGrid) -> &str {
+    if grid.name.is_empty() { DENSITY } else { &grid.name }
+}
+
+/// A file of a dense grid.
+fn vdb_writer(grid: &DenseGrid, compression: Compression) -> VdbWriter {
+    let mut metadata = Metadata::default();
+    let creator = concat!("deepshadow ", env!("CARGO_PKG_VERSION"));
+    metadata.set("creator", MetaValue::String(creator.to_owned()));
+    VdbWriter::new(&[vdb_name(grid)], compression, &metadata)
+}
+
+/// A new grid with the class and the metadata of a dense one.
+fn described(new: NewGrid, grid: &DenseGrid) -> NewGrid {
+    let scalar = if grid.components == 1 { "fog volume" } else { "unknown" };
+    let mut new = new.with_class(grid.class.as_deref().unwrap_or(scalar));
+    for (key, text) in &grid.metadata {
+        new.metadata().set(key, MetaValue::String(text.clone()));
+    }
+    new
 }
 
 /// The place of a grid; why there is none that can be used.

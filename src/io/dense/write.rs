@@ -111,7 +111,7 @@ impl DenseTarget {
         let mut lost = Vec::new();
         let grid = if grid.value_type == ValueType::F16 && !self.has_half() {
             lost.push("half floats (it has float, which holds all of them)".to_owned());
-            grid.retyped(ValueType::F32, Remap::Cast)
+            grid.retyped(ValueType::F32, Remap::Cast)?
         } else {
             grid
         };
