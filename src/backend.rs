@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
+use crate::memory;
 use crate::progress::Progress;
 use crate::scene::{LightView, Media, Scene};
 use crate::settings::{MapKind, Settings, Slices};
@@ -23,6 +24,14 @@ pub trait Backend {
     /// Whether maps of `kind` are built and marched through here.
     fn builds(&self, kind: MapKind) -> bool {
         matches!(kind, MapKind::Threshold | MapKind::Fragments)
+    }
+
+    /// Makes sure, before any work, that there is room for the picture and the map of `settings`.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] with what they take, if there is none.
+    fn check_room(&self, settings: &Settings) -> Result<()> {
+        check_host(settings)
     }
 
     /// Pass `trace_threshold`: marches from the light through every texel of a map. Texels are
@@ -217,6 +226,27 @@ pub trait Backend {
         }
         Ok((image, maps))
     }
+}
+
+/// Makes sure that the host has room for the picture and the map of `settings`.
+///
+/// # Errors
+/// [`crate::ErrorKind::Limit`] with what they take, if it has none.
+pub fn check_host(settings: &Settings) -> Result<()> {
+    // The sum of all beams, that of one, and the file.
+    const COPIES: u64 = 3;
+    const PIXEL: u64 = 16;
+    let [width, height] = settings.image_size;
+    let texels = u64::from(settings.map_size) * u64::from(settings.map_size);
+    let texel = match settings.map {
+        Some(MapKind::Coded(coding)) => codec(coding).stride() as u64,
+        // Lists ask for their own.
+        Some(_) | None => PIXEL,
+    };
+    let picture = u64::from(width) * u64::from(height) * PIXEL * COPIES;
+    memory::check(picture, &format!("a picture of {width}x{height}"))?;
+    let size = settings.map_size;
+    memory::check(picture + texels * texel * COPIES, &format!("a map of {size}x{size}"))
 }
 
 fn unbuilt(backend: &str) -> Error {

@@ -7,7 +7,7 @@ use crate::support::project;
 
 /// Lowest first.
 const LAYERS: [&[&str]; 9] = [
-    &["error", "math", "progress"],
+    &["error", "math", "memory", "progress", "quote"],
     &["image", "settings", "volume"],
     &["scene"],
     &["frame"],

@@ -15,6 +15,7 @@ mod embedding;
 mod formats;
 mod fragments;
 mod golden;
+mod hostile;
 mod info;
 mod lists;
 mod measures;

@@ -14,7 +14,7 @@ use crate::io::exr;
 use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::output::{PendingFile, commit};
 use crate::scene::Media;
-use crate::settings::MapKind;
+use crate::settings::{MapKind, Settings};
 use crate::shadow::{FragmentMap, Map, ShadowMap};
 
 #[derive(Debug, Args)]
@@ -28,6 +28,13 @@ pub(super) struct Arguments {
     /// Of a fragment map only what its lists come to, as a flat image: count, front, back, A.
     #[arg(long)]
     statistics: bool,
+}
+
+impl Arguments {
+    /// Threads that are asked for.
+    pub(super) fn threads(&self) -> Option<u32> {
+        self.scene.source.threads
+    }
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<()> {
@@ -44,6 +51,8 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     if let Some(kind) = job.settings.map.filter(|&kind| !written(kind)) {
         return Err(unwritten(kind));
     }
+    let no_picture = Settings { image_size: [1; 2], ..job.settings.clone() };
+    job.backend.check_room(&no_picture)?;
     let beams = job.scene.beams();
     let mut built = Vec::new();
     let begun = Instant::now();

@@ -48,6 +48,13 @@ fn format(path: &Path) -> Result<Format> {
     }
 }
 
+impl Arguments {
+    /// Threads that are asked for.
+    pub(super) fn threads(&self) -> Option<u32> {
+        self.scene.source.threads
+    }
+}
+
 pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, limits, picture, output } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "png"));
@@ -64,6 +71,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         let why = "a deep image takes one light and grey extinction";
         return Err(Error::contents(path, why));
     }
+    job.backend.check_room(&job.settings)?;
     let mut lit = Lit::new(job.settings.image_size);
     let mut deep = None;
     for beam in &beams {

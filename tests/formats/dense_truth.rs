@@ -38,7 +38,7 @@ fn every_format_gives_its_values_and_its_place() {
         assert!(file.format().name().starts_with(prefix), "{}: {:?}", case.name, file.format());
         assert_eq!(file.header().dims, [3, 2, 2], "{}", case.name);
         assert_close(file.header().world_from_index, case.world_from_index, case.name);
-        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density();
+        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density().unwrap();
         assert_eq!(density.dim(), (2, 2, 3), "{}", case.name);
         let expected: Vec<f32> = (0..12_u8).map(f32::from).collect();
         assert_eq!(density.iter().copied().collect::<Vec<_>>(), expected, "{}", case.name);
@@ -105,7 +105,7 @@ fn nifti_slope_and_intercept_make_the_values() {
         world_from_index: DMat4::IDENTITY,
     };
     let folder = tempfile::tempdir().unwrap();
-    let density = open(&case.write(&folder)).unwrap().voxels().unwrap().density();
+    let density = open(&case.write(&folder)).unwrap().voxels().unwrap().density().unwrap();
     assert_eq!(density[[0, 0, 1]], -2.5);
     assert_eq!(density[[1, 1, 2]], 2.5);
 }
@@ -134,7 +134,7 @@ fn vectors_and_colours_become_their_length() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("v.nrrd");
     std::fs::write(&path, [head.as_bytes(), &[3, 4, 6, 8]].concat()).unwrap();
-    let density = open(&path).unwrap().voxels().unwrap().density();
+    let density = open(&path).unwrap().voxels().unwrap().density().unwrap();
     assert_eq!(density.iter().copied().collect::<Vec<_>>(), [5.0, 10.0]);
 }
 
@@ -254,7 +254,7 @@ fn real_files_hold_what_other_readers_find_in_them() {
         let Some(path) = shared(name) else { continue };
         let file = open(&path).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(file.header().dims, dims, "{name}");
-        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density();
+        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density().unwrap();
         let found: f64 = density.iter().map(|&v| f64::from(v)).sum();
         assert!((found - sum).abs() <= 1e-9 * sum.abs(), "{name}: {found} instead of {sum}");
         assert_eq!(density[[z, y, x]], value, "{name}");

@@ -194,13 +194,20 @@ impl GridReport {
                 report.statistics = vec![sparse.statistics];
             }
         } else if values {
-            let voxels = file.voxels()?;
+            // Nothing is kept: voxels may be more than memory holds.
             let mut tallies = vec![Tally::default(); header.components];
-            voxels.for_each(|value, component| tallies[component].add(value));
+            let mut range = FiniteRange::default();
+            file.scan(|values, densities| {
+                for (&value, component) in values.iter().zip((0..header.components).cycle()) {
+                    tallies[component].add(value);
+                }
+                densities.iter().for_each(|&density| range.add(density));
+            })?;
             report.statistics = tallies.iter().map(Tally::statistics).collect();
-            if with_histogram {
-                let density = voxels.density();
-                report.histogram = histogram(|each| density.iter().for_each(|&value| each(value)));
+            if let (true, Some(range)) = (with_histogram, range.0) {
+                let mut histogram = Histogram::new(range, BINS);
+                file.scan(|_, densities| densities.iter().for_each(|&one| histogram.add(one, 1)))?;
+                report.histogram = Some(histogram);
             }
         }
         Ok(report)
@@ -242,14 +249,4 @@ impl Tally {
         }
         Statistics { min, max, mean: sum / count as f64, nan_count }
     }
-}
-
-/// The histogram of what `values` hands to what it is given; `None` without finite numbers. It is
-/// run twice.
-fn histogram(values: impl Fn(&mut dyn FnMut(f32))) -> Option<Histogram> {
-    let mut range = FiniteRange::default();
-    values(&mut |value| range.add(value));
-    let mut histogram = Histogram::new(range.0?, BINS);
-    values(&mut |value| histogram.add(value, 1));
-    Some(histogram)
 }

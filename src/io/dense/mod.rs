@@ -24,6 +24,7 @@ mod pvm_stream;
 mod resample;
 mod retype;
 mod space;
+mod stream_to_vdb;
 mod to_vdb;
 mod voxels;
 mod vti;
@@ -36,24 +37,29 @@ use glam::{DMat4, DVec3, IVec3};
 use ndarray::Array3;
 
 use super::format::Format;
-use super::number::{Endian, ValueType};
+use super::number::{Endian, ValueType, decode};
 use super::raw;
 use super::sidecar::Sidecar;
 use super::vdb::{IndexBox, Statistics};
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::Aabb;
+use crate::memory;
 use crate::scene::file::VolumeTable;
 use crate::volume::{self, Axis, Volume};
 pub use grid::DenseGrid;
 use input::Input;
 use payload::{PART, Packing, Payload};
 pub use space::Space;
+pub use stream_to_vdb::PackedGrid;
 pub use voxels::Voxels;
 use voxels::{arranged, densities};
 pub use write::{DenseOutput, DenseTarget, Written};
 
 /// Bytes that a volume may take, unless the user says otherwise.
 pub const DEFAULT_MAX_BYTES: u64 = 4 << 30;
+
+/// Bytes that are looked through at once.
+const SCANNED: usize = 1 << 20;
 
 /// The most numbers that a voxel may have.
 const MAX_COMPONENTS: usize = 16;
@@ -302,11 +308,33 @@ impl DenseFile {
         self.payload.read_parts(&self.path, header.bytes() as usize, rows, &mut |part| {
             if values.is_empty() && part.len() == rows {
                 // As many as are due: a first part has come.
-                values.reserve_exact(header.dims.iter().product());
+                memory::reserve(&mut values, header.dims.iter().product(), "voxels")?;
             }
-            values.extend(densities(header, &part));
+            let own = densities(header, &part);
+            memory::reserve(&mut values, own.len(), "voxels")?;
+            values.extend(own);
+            Ok(())
         })?;
-        Ok(arranged(header, values))
+        arranged(header, values)
+    }
+
+    /// Looks through the voxels without keeping them: `each` is given the numbers of some rows, one for each
+    /// component, and what a renderer would make of them.
+    ///
+    /// # Errors
+    /// As [`DenseFile::voxels`].
+    pub fn scan(&self, mut each: impl FnMut(&[f64], &[f32])) -> Result<()> {
+        let header = &self.header;
+        self.check_memory(header.bytes())?;
+        let [slope, intercept] = header.scale;
+        let row = header.components * header.value_type.size() * header.dims[0];
+        let rows = (SCANNED / row).max(1) * row;
+        self.payload.read_parts(&self.path, header.bytes() as usize, rows, &mut |part| {
+            let numbers =
+                decode(&part, header.value_type, header.endian, |v| v * slope + intercept);
+            each(&numbers, &densities(header, &part));
+            Ok(())
+        })
     }
 
     /// # Errors

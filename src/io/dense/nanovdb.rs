@@ -17,6 +17,7 @@ use super::{DenseHeader, Lattice, SparsePart};
 use crate::error::Result;
 use crate::io::number::ValueType;
 use crate::io::vdb::{IndexBox, Statistics};
+use crate::memory;
 
 /// Bytes of the file's header, of a grid's entry, of a grid before its tree, of the tree.
 const FILE: usize = 16;
@@ -153,7 +154,7 @@ fn densify(input: &Input, grid: &Bytes) -> Result<(DenseHeader, Vec<u8>)> {
         grid,
         bounds,
         dims,
-        values: vec![background; voxels as usize],
+        values: memory::filled(voxels as usize, background, "a dense grid")?,
         sum: 0.0,
         range: [f64::INFINITY, f64::NEG_INFINITY],
         counts: [0; 2],

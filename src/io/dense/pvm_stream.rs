@@ -1,6 +1,8 @@
 //! The compression of the Erlangen volume library ("DDS v3d" and "v3e"): differences to a
 //! prediction, in runs of as many bits as each run needs. Knows nothing of volumes.
 
+use crate::memory;
+
 /// Which of the two streams; they differ in how far apart interleaved bytes may lie.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Version {
@@ -60,6 +62,7 @@ pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec
             0 => 0,
             code => code + 1,
         };
+        memory::grow(&mut unpacked, count, "its voxels").map_err(|error| error.to_string())?;
         let middle = (1 << width) / 2;
         for _ in 0..count {
             let stored = bits.take(width).ok_or_else(ends)?;
@@ -78,19 +81,20 @@ pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec
     if skip > 1 {
         let block = if version == Version::E { skip * BLOCK } else { unpacked.len().max(1) };
         for block in unpacked.chunks_mut(block) {
-            interleave(block, skip);
+            interleave(block, skip)?;
         }
     }
     Ok(unpacked)
 }
 
 /// Puts bytes that lie in `skip` planes, one after the other, beside each other again.
-fn interleave(block: &mut [u8], skip: usize) {
-    let planes = block.to_vec();
+fn interleave(block: &mut [u8], skip: usize) -> Result<(), String> {
+    let planes = memory::copied(block, "its voxels").map_err(|error| error.to_string())?;
     let mut stored = planes.into_iter();
     for plane in 0..skip {
         for (place, byte) in block.iter_mut().skip(plane).step_by(skip).zip(&mut stored) {
             *place = byte;
         }
     }
+    Ok(())
 }

@@ -7,10 +7,11 @@ use super::grid::DenseGrid;
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
 use crate::io::remap::Remap;
-use crate::io::vdb::{Grid, IndexBox, Tree, TreeBuilder, Value};
+use crate::io::vdb::{Grid, IndexBox, LeafVoxels, Tree, TreeBuilder, Value};
+use crate::memory;
 
 /// Edge of a leaf, in voxels.
-const EDGE: i32 = 8;
+pub(super) const EDGE: i32 = 8;
 
 impl DenseGrid {
     /// The type that a grid of OpenVDB's holds these numbers in, each exactly but for 64-bit integers
@@ -39,7 +40,7 @@ impl DenseGrid {
         {
             return Err(Error::value("type", format!("{largest} is beyond OpenVDB's int64")));
         }
-        let grid = self.retyped(to, Remap::Cast);
+        let grid = self.retyped(to, Remap::Cast)?;
         Ok(match (grid.components, to) {
             (1, ValueType::F32) => grid.tree::<f32>()?.into(),
             (1, ValueType::F64) => grid.tree::<f64>()?.into(),
@@ -57,35 +58,46 @@ impl DenseGrid {
 
     fn tree<T: Value>(&self) -> Result<Tree<T>> {
         let bounds = self.bounds()?;
-        let mut background = [T::default()];
-        if let Some(values) = &self.background {
-            T::decode(&self.encoded(values), &mut background);
-        }
-        let [background] = background;
+        let bytes = self.bytes.len() / T::BYTES * size_of::<T>();
+        memory::check(bytes as u64, "a tree of all voxels")?;
+        let background = self.tree_background();
         let mut builder = TreeBuilder::new(background);
-        let blocks = |axis: usize| (bounds.min[axis] & !(EDGE - 1)..=bounds.max[axis]).step_by(8);
         // A layer of leaves at a time.
-        for x in blocks(0) {
-            let origins: Vec<IVec3> =
-                blocks(1).flat_map(|y| blocks(2).map(move |z| IVec3::new(x, y, z))).collect();
-            let leaves: Vec<_> = origins
-                .into_par_iter()
-                .map(|origin| (origin, self.block(origin, &bounds, background)))
-                .collect();
-            for (origin, block) in leaves {
+        for x in leaves_along(&bounds, 0) {
+            for (origin, block) in self.leaves(&bounds, &[x], background) {
                 builder.put_block(origin, block);
             }
         }
         Ok(builder.finish())
     }
 
-    /// The 8^3 voxels from `origin` on, z fastest, and which of them are active.
-    fn block<T: Value>(
+    /// The value around the box.
+    pub(super) fn tree_background<T: Value>(&self) -> T {
+        let mut background = [T::default()];
+        if let Some(values) = &self.background {
+            T::decode(&self.encoded(values), &mut background);
+        }
+        background[0]
+    }
+
+    /// The leaves that lie within `bounds`, those of the box, at places `along_x`.
+    pub(super) fn leaves<T: Value>(
         &self,
-        origin: IVec3,
         bounds: &IndexBox,
+        along_x: &[i32],
         background: T,
-    ) -> (Vec<T>, [u64; 8]) {
+    ) -> Vec<(IVec3, LeafVoxels<T>)> {
+        let all = along_x.iter().flat_map(|&x| {
+            leaves_along(bounds, 1)
+                .flat_map(move |y| leaves_along(bounds, 2).map(move |z| IVec3::new(x, y, z)))
+        });
+        let origins: Vec<IVec3> = all.collect();
+        let leaf = |origin| (origin, self.block(origin, bounds, background));
+        origins.into_par_iter().map(leaf).collect()
+    }
+
+    /// The 8^3 voxels from `origin` on, z fastest, and which of them are active.
+    fn block<T: Value>(&self, origin: IVec3, bounds: &IndexBox, background: T) -> LeafVoxels<T> {
         let mut values = vec![background; 512];
         let mut active = [0_u64; 8];
         let cube = IndexBox { min: origin, max: origin | (EDGE - 1) };
@@ -113,4 +125,9 @@ impl DenseGrid {
         }
         (values, active)
     }
+}
+
+/// Where leaves that touch a box begin along an axis.
+pub(super) fn leaves_along(bounds: &IndexBox, axis: usize) -> impl Iterator<Item = i32> + use<> {
+    (bounds.min[axis] & !(EDGE - 1)..=bounds.max[axis]).step_by(EDGE as usize)
 }

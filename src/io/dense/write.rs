@@ -181,7 +181,7 @@ impl DenseOutput {
         let mut lost = Vec::new();
         let grid = if grid.value_type == ValueType::F16 && !format.has_half() {
             lost.push("half floats (it has float, which holds all of them)".to_owned());
-            grid.retyped(ValueType::F32, Remap::Cast)
+            grid.retyped(ValueType::F32, Remap::Cast)?
         } else {
             grid
         };

@@ -84,11 +84,25 @@ impl<T: Value> TreeBuilder<T> {
     pub(in crate::io) fn put_block(&mut self, origin: IVec3, voxels: (Vec<T>, [u64; WORDS])) {
         let leaf = LeafVoxels { values: voxels.0, active: voxels.1 };
         match leaf.constant() {
-            Some((value, false)) if value.same_bits(self.background) => {}
-            Some((value, active)) => {
-                self.fill(IndexBox::cube(origin, EDGES[0]), value, active);
-            }
+            Some((value, active)) => self.put_constant(origin, value, active),
             None => *self.leaf(origin) = leaf,
+        }
+    }
+
+    /// The value and activity of all voxels of a leaf, if they have the same.
+    pub(super) fn constant(values: &[T], active: &[u64; WORDS]) -> Option<(T, bool)> {
+        let first = *values.first()?;
+        let on = active[0] & 1 == 1;
+        let word = if on { u64::MAX } else { 0 };
+        let alike = active.iter().all(|&other| other == word)
+            && values.iter().all(|&value| value.same_bits(first));
+        alike.then_some((first, on))
+    }
+
+    /// The leaf at `origin` as a tile; where there was none before, one of the background is none.
+    pub(super) fn put_constant(&mut self, origin: IVec3, value: T, active: bool) {
+        if active || !value.same_bits(self.background) {
+            self.fill(IndexBox::cube(origin, EDGES[0]), value, active);
         }
     }
 
@@ -217,12 +231,7 @@ impl<T: Value> Node<T> {
 impl<T: Value> LeafVoxels<T> {
     /// The value and activity of all voxels, if they have the same.
     fn constant(&self) -> Option<(T, bool)> {
-        let first = *self.values.first()?;
-        let active = self.active[0] & 1 == 1;
-        let word = if active { u64::MAX } else { 0 };
-        let alike = self.active.iter().all(|&other| other == word)
-            && self.values.iter().all(|&value| value.same_bits(first));
-        alike.then_some((first, active))
+        TreeBuilder::constant(&self.values, &self.active)
     }
 }
 

@@ -11,6 +11,7 @@ use super::index_box::IndexBox;
 use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
 use crate::error::{ErrorKind, Result};
+use crate::memory;
 use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, MAX_DIM, SparseVoxels, place_of};
 
 /// Blocks that a box may have.
@@ -76,7 +77,7 @@ impl<T: Value> Tree<T> {
             counts: blocks.map(|n| n as usize),
             uniform: vec![self.background().to_f32()],
             own: Vec::new(),
-            table: vec![0; count as usize],
+            table: memory::filled(count as usize, 0, "blocks of a sparse grid")?,
             room: (left / SparseVoxels::bytes_of(0, 1)) as usize,
             overfull: false,
         };
@@ -107,10 +108,11 @@ impl<'a, T: Value> Blocks<'a, T> {
     /// `convert`.
     ///
     /// # Errors
-    /// Never with the blocks of a tree.
+    /// If there is no memory for them.
     pub fn fill(self, convert: impl Fn(f32) -> f32 + Sync) -> Result<SparseVoxels> {
         let Self { bounds, uniform, own, mut table, .. } = self;
-        let mut values = vec![0.0; (uniform.len() + own.len()) * BLOCK_VALUES];
+        let stored = (uniform.len() + own.len()) * BLOCK_VALUES;
+        let mut values = memory::filled(stored, 0.0, "voxels of a sparse grid")?;
         let (constant, rest) = values.split_at_mut(uniform.len() * BLOCK_VALUES);
         for (block, value) in constant.chunks_exact_mut(BLOCK_VALUES).zip(&uniform) {
             block.fill(convert(*value));

@@ -36,6 +36,15 @@ pub struct Ingredients {
     pub emission_field: Option<Arc<Volume>>,
 }
 
+impl Ingredients {
+    /// Bytes of all voxels.
+    pub fn bytes(&self) -> u64 {
+        let more = self.color.iter().flatten().chain(&self.modulation).chain(&self.emission_field);
+        let all = more.chain([&self.volume]).map(|volume| volume.voxels().bytes() as u64);
+        all.fold(0, u64::saturating_add)
+    }
+}
+
 impl From<Volume> for Ingredients {
     fn from(volume: Volume) -> Self {
         Self {

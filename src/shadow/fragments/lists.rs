@@ -4,6 +4,7 @@
 use super::FragmentMap;
 use crate::kernel::fitting::{Fitter, truncated};
 use crate::kernel::fragments::{Node, OPAQUE_OPTICAL_DEPTH};
+use crate::memory;
 
 /// What a caster leaves on a texel's ray: a slab of medium between two depths, or a surface at one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -149,6 +150,7 @@ impl<T: Copy> Runs<T> {
         if self.starts.is_empty() {
             self.starts.push(0);
         }
+        memory::grow(&mut self.nodes, nodes.len(), "a map's lists")?;
         self.nodes.extend_from_slice(nodes);
         self.starts.push(FragmentMap::counted(self.nodes.len())?);
         Ok(())
@@ -164,6 +166,7 @@ impl<T: Copy> Runs<T> {
         }
         let before = self.nodes.len();
         FragmentMap::counted(before + other.nodes.len())?;
+        memory::grow(&mut self.nodes, other.nodes.len(), "a map's lists")?;
         self.nodes.extend_from_slice(&other.nodes);
         self.starts.extend(other.starts.iter().skip(1).map(|start| before as u32 + start));
         Ok(())
