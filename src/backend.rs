@@ -158,7 +158,7 @@ pub trait Backend {
                 Ok(Map::Coded(CodedMap::new(bytes, coding, view, &frame)))
             }
             MapKind::Visibility => {
-                let tolerance = settings.tolerance as f32;
+                let tolerance = settings.finer(settings.tolerance) as f32;
                 let lists =
                     self.trace_visibility(media, &frame.with_all_slabs(), tolerance, progress)?;
                 Ok(Map::Visibility(VisibilityMap::new(lists, tolerance, view, &frame)))

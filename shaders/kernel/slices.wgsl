@@ -47,7 +47,7 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
 // As many samples as the voxels of a length of a ray ask for; rounding asks for none.
 fn samples_over(ray: Ray, step: f32) -> u32 {
     let voxel_lengths = step * length(ray.direction);
-    return u32(clamp(ceil(voxel_lengths * SLAB_SAMPLES_PER_VOXEL - 0.01), 1.0, 65536.0));
+    return u32(clamp(ceil(voxel_lengths * frame.rates.w - 0.01), 1.0, 65536.0));
 }
 
 // Depths of the front and the back of slab i in the volume; empty if the second is not greater.
@@ -107,4 +107,11 @@ fn four_optical_depths(slabs: Slabs, batch: Batch) -> vec4<f32> {
         );
     }
     return sums * steps * frame.domain_min.w;
+}
+
+// Optical depth of a slab as long as a batch's last one with the density at its end.
+fn end_optical_depth(slabs: Slabs, batch: Batch) -> f32 {
+    let step = max(batch.backs.w - batch.fronts.w, 0.0);
+    let half = 0.5 * step / f32(slabs.samples);
+    return density_along(slabs.ray, batch.backs.w, half) * (step * frame.domain_min.w);
 }

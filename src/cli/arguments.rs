@@ -77,6 +77,10 @@ pub(super) struct SceneArguments {
     /// Texels along each edge of the map [512].
     #[arg(long, value_name = "N", value_parser = count(8192), help_heading = "Shadow map")]
     pub map_size: Option<u32>,
+    /// How much finer steps, slabs and tolerances are than usual, 0.125 to 64; twice as much shows whether a
+    /// picture has converged [1].
+    #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Shadow map")]
+    pub quality: Option<f64>,
     /// Steps along a light ray at most [512].
     #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Shadow map")]
     pub steps: Option<u32>,
@@ -197,6 +201,7 @@ impl SceneArguments {
             shadow.crossing => self.crossing.clone(),
             shadow.thresholds => self.thresholds.map(|t| t.0),
             shadow.size => self.map_size,
+            shadow.quality => self.quality,
             shadow.steps => self.steps,
             shadow.slices => self.slices.clone(),
             shadow.tolerance => self.tolerance,

@@ -33,7 +33,7 @@ pub(super) fn trace_grid(
             let (enter, _) = light_extent(frame, light.x, light.y);
             let ray = light_ray(frame, light.x, light.y).transformed(&frame.index_from_frame);
             let way = [enter, light.z.max(enter)];
-            let samples = samples_over(&ray, way[1] - way[0]);
+            let samples = samples_over(frame, &ray, way[1] - way[0]);
             let optical_depth = ray_optical_depth(&sampler, frame, &ray, way, samples);
             *value = ((-optical_depth).exp() * 255.0).round() as u8;
         }

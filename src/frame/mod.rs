@@ -19,13 +19,13 @@ pub use steps::{
     LIGHT_STEPS_LEAST, LIGHT_STEPS_PER_VOXEL, LOOKUP_WEIGHT, SLAB_SAMPLES_PER_VOXEL,
     SLABS_PER_VOXEL, VIEW_STEPS_LEAST, VIEW_STEPS_MOST, VIEW_STEPS_PER_VOXEL,
 };
-use steps::{bricks, marching, planes, steps};
+use steps::{UNLIMITED, bricks, limits, marching, planes, reach, steps};
 
 /// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
 /// the most that floats bear, which sets how close to a surface they are right).
 const EXPONENTIAL_SHARPNESS: f64 = 80.0;
 /// Transmittance below which a camera ray ends: a quarter of what an 8-bit picture can show.
-pub const OPAQUE_TRANSMITTANCE: f32 = 1.0 / 1024.0;
+const OPAQUE_TRANSMITTANCE: f64 = 1.0 / 1024.0;
 
 /// Parameters of a frame, in uniform-buffer layout: vectors of four throughout.
 #[repr(C)]
@@ -46,13 +46,18 @@ pub struct Frame {
     /// xyz: brick at that space's origin; w unused.
     pub brick_offset: Vec4,
     /// Steps for each voxel length: along light rays of threshold maps, slabs of fragment maps, along camera
-    /// rays; w unused.
+    /// rays; w: samples of density in a slab for each voxel length.
     pub rates: Vec4,
-    /// World lengths that those steps may have where the media change most, in the same order; w unused.
+    /// World lengths that those steps may have where the media change most, in the same order; w:
+    /// transmittance below which a camera ray ends.
     pub lengths: Vec4,
     /// World lengths that no such step may exceed; w: four steps of a camera ray share a lookup if they are
     /// no longer together.
     pub longest: Vec4,
+    /// Differences of optical depth between neighbouring steps, times the light that is left, beyond which those of
+    /// threshold maps' rays and slabs are cut; optical depth of a camera ray's sample beyond which its steps
+    /// are; share of a pixel's light that several of those have one lookup for.
+    pub limits: Vec4,
     /// xyz: scattering albedo; w: Henyey-Greenstein g.
     pub albedo: Vec4,
 
@@ -109,7 +114,8 @@ pub struct Frame {
     /// tolerance of fits, the truncation of raw lists (both of transmittance).
     pub slices: Vec4,
     /// x: how steep exponential shadow tests are, 1 / world length, 0 for exact ones; y: octaves of
-    /// multiple scattering, 0 for none; the rest unused.
+    /// multiple scattering, 0 for none; z: how far apart in depth the fronts of neighbouring texels' shadows
+    /// are still those of one surface, 0 where media are too thin for that to matter; w unused.
     pub filtering: Vec4,
 
     /// Picture width and height, camera rays a pixel, texels along the map's edge.
@@ -136,6 +142,7 @@ impl Frame {
             && shading == 0
             && self.filtering.x == 0.0
             && self.filtering.y == 0.0
+            && self.filtering.z == 0.0
             && self.light_position.w == 0.0
     }
 
@@ -176,8 +183,9 @@ impl Frame {
             if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
         let planes = planes(settings, light, media);
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
-        let tolerance = if exponential { 0.0 } else { settings.tolerance };
-        let [rates, lengths, longest] = marching(media, settings, tolerance);
+        let tolerance = if exponential { 0.0 } else { settings.finer(settings.tolerance) };
+        let [rates, mut lengths, longest] = marching(media, settings, tolerance);
+        lengths.w = settings.finer(OPAQUE_TRANSMITTANCE) as f32;
         let [brick_scale, brick_offset] = bricks(media);
         let frame = Self {
             index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
@@ -192,6 +200,7 @@ impl Frame {
             rates,
             lengths,
             longest,
+            limits: limits(settings, tolerance),
             albedo: medium.albedo.as_vec3().extend(medium.phase_g as f32),
             light_origin: at(light.origin),
             light_origin_u: along(light.origin_u),
@@ -220,9 +229,14 @@ impl Frame {
                 far as f32,
                 // Exponential tests are made fragment by fragment: all of them are kept.
                 tolerance as f32,
-                settings.truncation as f32,
+                settings.finer(settings.truncation) as f32,
             ),
-            filtering: Vec4::new(sharpness as f32, settings.octaves as f32, 0.0, 0.0),
+            filtering: Vec4::new(
+                sharpness as f32,
+                settings.octaves as f32,
+                reach(settings, light, media) as f32,
+                0.0,
+            ),
             sizes: [
                 settings.image_size[0],
                 settings.image_size[1],
@@ -251,7 +265,9 @@ impl Frame {
     #[must_use]
     pub fn with_all_slabs(mut self) -> Self {
         (self.slices.z, self.slices.w) = (0.0, 0.0);
-        (self.rates.y, self.lengths.y) = (SLABS_PER_VOXEL, 0.0);
+        // Quality is in the number of samples.
+        let quality = self.rates.w / SLAB_SAMPLES_PER_VOXEL;
+        (self.rates.y, self.lengths.y) = (quality * SLABS_PER_VOXEL, 0.0);
         self
     }
 
@@ -259,12 +275,13 @@ impl Frame {
     pub fn take_light_steps(&mut self, count: u32) {
         [self.steps[0], self.steps[1]] = [count; 2];
         (self.lengths.x, self.lengths.y) = (0.0, 0.0);
+        (self.limits.x, self.limits.y) = (UNLIMITED, UNLIMITED);
     }
 
     /// From now on takes exactly as many steps along every camera ray, all as long as each other.
     pub fn take_view_steps(&mut self, count: u32) {
         [self.steps[2], self.steps[3]] = [count; 2];
-        self.lengths.z = 0.0;
+        (self.lengths.z, self.limits.z) = (0.0, UNLIMITED);
     }
 
     /// All vectors, for checks.

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::scene::{LightView, Media};
-use crate::settings::{Crossing, Settings, Shading, Slices};
+use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
 
 /// Steps along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all.
 pub const LIGHT_STEPS_PER_VOXEL: f32 = 8.0;
@@ -31,6 +31,23 @@ const VIEW_BEND: f64 = 0.0025;
 const LOOKUP_DEPTH: f64 = 0.3;
 /// The same over a step of a camera ray, whatever the slope: one place speaks for the light of all of it.
 const VIEW_DEPTH: f64 = 0.15;
+/// Bend of optical depth within a step of a threshold map's ray, times the light that is left, beyond which
+/// steps are cut: four times what they are made for.
+const MOST_LIGHT_BEND: f64 = 0.01;
+/// The same within a slab, as a share of the tolerance.
+const MOST_SLAB_BEND: f64 = 1.0;
+/// The tolerance that slabs are cut by where all of them are kept.
+const RAW_TOLERANCE: f64 = 0.002;
+/// Optical depth of a sample of a camera ray, half a step, beyond which steps are cut. Over a step whose light
+/// falls as fast as the camera's, one lookup in the middle errs by a twenty-fourth of the square of its optical
+/// depth: .17 %.
+const SAMPLE_DEPTH: f64 = 0.08;
+/// Optical depth of a texel's width that is no matter.
+const THIN_TEXEL: f64 = 0.1;
+/// Slope against the light of what counts as one surface, in depth over a texel's width.
+const STEEPEST_SURFACE: f64 = 6.0;
+/// A limit that nothing reaches.
+pub(super) const UNLIMITED: f32 = 1e30;
 /// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
 const BATCH_VOXELS: f64 = 9.0;
 /// Samples in a slab for each voxel length of it, at least one.
@@ -46,11 +63,12 @@ pub(super) fn steps(settings: &Settings) -> [u32; 4] {
     // The paper marches with a fixed number of steps.
     let view_most = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
     let light_most = settings.steps;
-    if paper {
+    let steps = if paper {
         [light_most, light_most, view_most, view_most]
     } else {
         [LIGHT_STEPS_LEAST.min(light_most), light_most, VIEW_STEPS_LEAST.min(view_most), view_most]
-    }
+    };
+    steps.map(|count| settings.more(count))
 }
 
 /// Steps for each voxel length ([`Frame::rates`]) and how long they may be ([`Frame::lengths`],
@@ -64,41 +82,82 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [V
         .fold(1e30, f64::min);
     let roughness = media.occupancy().roughness();
     // (most steps for each voxel, bend, samples a step)
+    let quality = settings.quality;
     let passes = [
-        (LIGHT_STEPS_PER_VOXEL, LIGHT_BEND, 1.0),
+        (LIGHT_STEPS_PER_VOXEL, settings.finer(LIGHT_BEND), 1.0),
         (SLABS_PER_VOXEL, SLAB_BEND * tolerance, 1.0),
-        (VIEW_STEPS_PER_VOXEL, VIEW_BEND, 2.0),
+        (VIEW_STEPS_PER_VOXEL, settings.finer(VIEW_BEND), 2.0),
     ];
+    let passes = passes.map(|(most, bend, samples)| (quality * f64::from(most), bend, samples));
+    let samples = (quality * f64::from(SLAB_SAMPLES_PER_VOXEL)) as f32;
     let [mut rates, mut lengths, mut longest] = [Vec4::ZERO; 3];
     if settings.shading == Shading::Paper || media.plain().is_none() {
         // As many steps as were asked for, or nothing is known of the slopes: all as long as each other.
-        let rates = passes.map(|(most, ..)| most);
-        return [Vec3::from_array(rates).extend(0.0), lengths, longest];
+        let rates = passes.map(|(most, ..)| most as f32);
+        return [Vec3::from_array(rates).extend(samples), lengths, longest];
     }
     for (i, (most, bend, samples)) in passes.into_iter().enumerate() {
-        let most = f64::from(most);
         let length = if roughness > 0.0 {
             samples * (8.0 * bend * voxel / roughness).sqrt()
         } else {
             voxel / most
         };
-        let rate = (voxel / length.max(1e-3 * voxel)).clamp(LEAST_PER_VOXEL, most);
+        let rate = (voxel / length.max(1e-3 * voxel)).clamp(quality * LEAST_PER_VOXEL, most);
         (rates[i], lengths[i]) = (rate as f32, length as f32);
     }
-    longest = Vec3::splat((0.25 * BATCH_VOXELS * voxel) as f32).extend(0.0);
-    let densest = media.first().medium.density_scale * f64::from(media.largest());
+    rates.w = samples;
+    longest = Vec3::splat((0.25 * BATCH_VOXELS * voxel / quality) as f32).extend(0.0);
+    let densest = media.densest();
     let known = roughness > 0.0 && densest > 0.0;
     if known {
-        longest.w = (LOOKUP_DEPTH / densest) as f32;
+        longest.w = (LOOKUP_DEPTH / densest / quality) as f32;
     }
     if densest > 0.0 {
-        lengths.z = lengths.z.min((VIEW_DEPTH / densest) as f32);
+        lengths.z = lengths.z.min((VIEW_DEPTH / densest / quality) as f32);
     }
     if settings.crossing != Crossing::Exact {
         // Depths are wrong by as much as steps are long.
-        (rates.x, lengths.x) = (LIGHT_STEPS_PER_VOXEL, 0.0);
+        (rates.x, lengths.x) = (passes[0].0 as f32, 0.0);
     }
     [rates, lengths, longest]
+}
+
+/// What a batch of steps may hold before it is taken again with shorter ones ([`Frame::limits`]), which
+/// happens where a medium is so dense that steps by its voxels are too long: how far optical depth may bend
+/// within a step of a threshold map's ray and a slab, as a share of the light that is left, and the optical
+/// depth of a sample of a camera ray. And the share of a pixel's light that steps may have one lookup for.
+pub(super) fn limits(settings: &Settings, tolerance: f64) -> Vec4 {
+    let shared = settings.finer(f64::from(LOOKUP_WEIGHT)) as f32;
+    if settings.shading == Shading::Paper {
+        return Vec3::splat(UNLIMITED).extend(shared);
+    }
+    let bend = match settings.crossing {
+        Crossing::Exact => settings.finer(MOST_LIGHT_BEND) as f32,
+        Crossing::Smoothstep | Crossing::Bucket => UNLIMITED,
+    };
+    let slab = if tolerance > 0.0 { tolerance } else { settings.finer(RAW_TOLERANCE) };
+    // As differences of the optical depths of two steps side by side: eight times what a line errs by.
+    let (bend, slab) = (8.0 * bend, 8.0 * MOST_SLAB_BEND * slab);
+    Vec4::new(bend, slab as f32, (SAMPLE_DEPTH / settings.quality) as f32, shared)
+}
+
+/// How far apart in depth the fronts of neighbouring texels' shadows are those of one surface: some texels'
+/// width; 0 where a texel's width of the densest medium is so thin that none has a front to speak of, and where
+/// lookups are not of depths that are exact.
+pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f64 {
+    let exponential = settings.filter.window() != (0, false);
+    if exponential || settings.lookup == Lookup::Paper || settings.shading == Shading::Paper {
+        return 0.0;
+    }
+    let [_, far] = light.axial_extent(media);
+    let across = |origin: DVec3, direction: DVec3| match light.position {
+        Some(_) => direction.length() * far,
+        None => origin.length(),
+    };
+    let width =
+        across(light.origin_u, light.direction_u).max(across(light.origin_v, light.direction_v));
+    let texel = width / f64::from(settings.map_size);
+    if media.densest() * texel > THIN_TEXEL { STEEPEST_SURFACE * texel } else { 0.0 }
 }
 
 /// [`Frame::brick_scale`], [`Frame::brick_offset`].
@@ -120,7 +179,9 @@ pub(super) fn planes(settings: &Settings, light: &LightView, media: &Media) -> u
         Slices::Auto | Slices::Ray => 0,
         Slices::Planes | Slices::Raster => {
             let slabs = light.axial_voxels(media) * f64::from(SLABS_PER_VOXEL);
-            (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps)
+            let slabs =
+                (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps);
+            settings.more(slabs)
         }
     }
 }

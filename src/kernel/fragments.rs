@@ -37,6 +37,20 @@ pub fn optical_depth_between(nodes: &[Node], before: usize, depth: f32) -> f32 {
     }
 }
 
+/// Optical depth where a shadow's front is taken to be.
+pub const FRONT_DEPTH: f32 = 0.5;
+
+/// Depth where optical depth reaches [`FRONT_DEPTH`], or half of its last value if that is less; `None` without
+/// any.
+pub fn front_of(nodes: &[Node]) -> Option<f32> {
+    let last = nodes.last().filter(|last| last.optical_depth > 0.0)?;
+    let wanted = FRONT_DEPTH.min(0.5 * last.optical_depth);
+    let (a, b) =
+        nodes.array_windows().map(|[a, b]| (a, b)).find(|(_, b)| b.optical_depth >= wanted)?;
+    let share = (wanted - a.optical_depth) / (b.optical_depth - a.optical_depth);
+    Some(a.depth + (b.depth - a.depth) * share.clamp(0.0, 1.0))
+}
+
 /// Transmittance at `depth` with each fragment's shadow test an exponential of the way from its
 /// front, `sharpness` in 1 / world length (exponential shadow maps, Annen et al. 2008, on each
 /// fragment in turn: real-time deep shadow maps for hair, "Spatial filtering").

@@ -105,6 +105,7 @@ tables! {
     ShadowTable {
         map: String,
         size: u32,
+        quality: f64,
         steps: u32,
         view_steps: u32,
         thresholds: [f64; 3],

@@ -199,6 +199,20 @@ impl Media {
         self.bodies.iter().flat_map(|body| body.volume.visible_points(share)).collect()
     }
 
+    /// A bound of extinction anywhere, 1 / world length: what all bodies have where they are densest.
+    pub fn densest(&self) -> f64 {
+        let densest = |Body { volume, medium }: &Body| {
+            let density = match &medium.transfer {
+                Some(function) => {
+                    function.points().iter().fold(0.0, |most, point| point.opacity.max(most))
+                }
+                None => f64::from(volume.largest()),
+            };
+            medium.density_scale * density
+        };
+        self.bodies.iter().map(densest).sum()
+    }
+
     /// The largest density of all.
     pub fn largest(&self) -> f32 {
         self.bodies.iter().map(|body| body.volume.largest()).fold(0.0, f32::max)

@@ -8,7 +8,9 @@ use rayon::prelude::*;
 use super::ShadowMap;
 use crate::frame::Frame;
 use crate::kernel::light::light_extent;
-use crate::kernel::threshold::{Curve, curve, optical_depth_at, transmittance_paper};
+use crate::kernel::threshold::{
+    Curve, SMALLEST_OPACITY, curve, optical_depth_at, transmittance_paper,
+};
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
 
@@ -90,6 +92,15 @@ impl ShadowMap for ThresholdMap {
             // Another thread may have been faster, with the same.
             let _ = self.curves.set(texels.map(|i| self.curve(i)).collect());
         }
+    }
+
+    fn front(&self, x: u32, y: u32) -> Option<f32> {
+        let [_, middle, _, a] = self.texels[y as usize * self.size as usize + x as usize];
+        (a >= SMALLEST_OPACITY).then_some(middle)
+    }
+
+    fn reach(&self) -> f32 {
+        self.frame.filtering.z
     }
 
     fn bytes(&self) -> u64 {
