@@ -1,6 +1,6 @@
 //! Where voxels lie in a patient's space, LPS: closed forms of what ITK makes of the same headers.
 
-use deepshadow::io::Format;
+use deepshadow::io::{Format, Inputs};
 use deepshadow::io::dense::{DenseFile, DenseGrid, DenseTarget, Space};
 use deepshadow::scene::file::VolumeTable;
 use glam::{DMat4, DVec3};
@@ -80,10 +80,8 @@ fn through(grid: &DenseGrid, name: &str) -> (DenseGrid, Vec<String>, String) {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join(name);
     let target = DenseTarget::of_path(&path).unwrap();
-    let written = target.encode(grid.clone(), &path, false).unwrap();
-    for file in &written.files {
-        std::fs::write(&file.path, file.parts.concat()).unwrap();
-    }
+    let output = target.promise(&path, false, &Inputs::default()).unwrap();
+    let written = output.write(grid.clone()).unwrap();
     let head = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
     (opened(&path), written.lost, head)
 }
