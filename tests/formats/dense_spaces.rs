@@ -1,7 +1,7 @@
 //! Where voxels lie in a patient's space, LPS: closed forms of what ITK makes of the same headers.
 
-use deepshadow::io::{Format, Inputs};
 use deepshadow::io::dense::{DenseFile, DenseGrid, DenseTarget, Space};
+use deepshadow::io::{Format, Inputs};
 use deepshadow::scene::file::VolumeTable;
 use glam::{DMat4, DVec3};
 use tempfile::TempDir;
