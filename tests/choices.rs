@@ -302,8 +302,10 @@ fn distances_without_their_class_are_said_to_be_such() {
     let whole = |[x, y, z]: [usize; 3]| distance(DVec3::new(x as f64, y as f64, z as f64));
     write_npy(&folder.path().join("v.npy"), [17; 3], whole);
     // Something signed that is no distance.
-    write_npy(&folder.path().join("w.npy"), [17; 3], |at| 100.0 * whole(at));
-    for (name, said) in [("v.vdb", true), ("v.npy", true), ("w.npy", false)] {
+    write_npy(&folder.path().join("w.npy"), [17; 3], |at| whole(at).powi(3));
+    // The lengths of distances may be others than those of voxels.
+    write_npy(&folder.path().join("u.npy"), [17; 3], |at| 40.0 * whole(at));
+    for (name, said) in [("v.vdb", true), ("v.npy", true), ("u.npy", true), ("w.npy", false)] {
         let (_, _, notes) = described(&format!("[volume]\npath = \"{name}\"\n"), folder.path());
         let found = notes.iter().any(|note| note.contains("--class level-set"));
         assert_eq!(found, said, "{name}: {notes:?}");

@@ -168,7 +168,7 @@ fn of_ct(metadata: &[(String, String)]) -> Option<bool> {
     let of_units = units.filter(|(_, value)| is(value, "hounsfield") || value.trim() == "HU");
     match (modality.map(|(_, value)| value.trim()), of_units) {
         (Some("CT" | "MET_MOD_CT"), _) | (_, Some(_)) => Some(true),
-        (Some("MET_MOD_UNKNOWN" | "MET_MOD_OTHER" | ""), _) | (None, _) => None,
+        (Some("MET_MOD_UNKNOWN" | "MET_MOD_OTHER" | "") | None, _) => None,
         (Some(_), _) => Some(false),
     }
 }

@@ -37,7 +37,9 @@ impl Ranks {
                 let values = values.as_slice().unwrap_or_default();
                 let parts = values.par_chunks((values.len() / 16).max(1 << 20)).map(|part| {
                     let mut classes = nothing();
-                    part.iter().for_each(|&value| add(&mut classes, value, 1));
+                    for &value in part {
+                        add(&mut classes, value, 1);
+                    }
                     classes
                 });
                 parts.reduce_with(|mut a, b| {

@@ -3,42 +3,48 @@
 
 use ndarray::ArrayView3;
 
-/// Distances of as many voxels to the surface are looked at.
-const NEAR: f64 = 1.5;
-/// Voxels that must lie so near for an answer, and that are looked at for one.
+/// Voxels beside the surface that must be there for an answer.
 const FEWEST: usize = 32;
-const ENOUGH: usize = 100_000;
+/// How far slopes may be from the one in their middle, as shares of it.
+const SAME: std::ops::Range<f64> = 0.7..1.3;
+/// How many of ten must be as near.
+const MOST: usize = 8;
 
-/// Whether values of shape (z, y, x), of voxels that are `steps` (x, y, z) long, are negative inside, positive all
-/// around, and change by what the way changes near where they are 0.
-pub(super) fn look_like_distances(values: &ArrayView3<'_, f32>, steps: [f64; 3]) -> bool {
+/// What values of shape (z, y, x), of voxels that are `steps` (x, y, z) long, change by over a length beside where
+/// they change their sign, if they look like distances: positive all around, and of one slope. It is 1 for
+/// distances in the lengths of `steps`.
+pub(super) fn slope_of_distances(values: &ArrayView3<'_, f32>, steps: [f64; 3]) -> Option<f64> {
     let (nz, ny, nx) = values.dim();
     if nx.min(ny).min(nz) < 3 {
-        return false;
+        return None;
     }
     let at = |[x, y, z]: [usize; 3]| f64::from(values[[z, y, x]]);
-    let voxel = steps.iter().copied().fold(f64::INFINITY, f64::min);
-    let (mut near, mut sound, mut inside) = (0, 0, false);
+    let mut slopes = Vec::new();
     for ((z, y, x), &value) in values.indexed_iter() {
         let border = [(x, nx), (y, ny), (z, nz)].iter().any(|&(i, n)| i == 0 || i + 1 == n);
         if border {
             if value <= 0.0 || value.is_nan() {
-                return false;
+                return None;
             }
             continue;
         }
-        inside |= value < 0.0;
-        if near < ENOUGH && f64::from(value).abs() < NEAR * voxel {
-            let change = |axis: usize| {
-                let (mut low, mut high) = ([x, y, z], [x, y, z]);
-                low[axis] -= 1;
-                high[axis] += 1;
-                (at(high) - at(low)) / (2.0 * steps[axis])
-            };
-            let slope = (0..3).map(|axis| change(axis).powi(2)).sum::<f64>().sqrt();
-            near += 1;
-            sound += usize::from((0.7..1.3).contains(&slope));
+        if value > 0.0 {
+            continue;
+        }
+        let around = |axis: usize| {
+            let (mut low, mut high) = ([x, y, z], [x, y, z]);
+            low[axis] -= 1;
+            high[axis] += 1;
+            [at(low), at(high)]
+        };
+        let around = [0, 1, 2].map(around);
+        if around.as_flattened().iter().any(|&next| next > 0.0) {
+            let change = |axis: usize| (around[axis][1] - around[axis][0]) / (2.0 * steps[axis]);
+            slopes.push((0..3).map(|axis| change(axis).powi(2)).sum::<f64>().sqrt());
         }
     }
-    inside && near >= FEWEST && sound * 10 >= near * 8
+    slopes.sort_unstable_by(f64::total_cmp);
+    let middle = *slopes.get(slopes.len() / 2)?;
+    let alike = slopes.iter().filter(|&&slope| SAME.contains(&(slope / middle))).count();
+    (slopes.len() >= FEWEST && alike * 10 >= slopes.len() * MOST).then_some(middle)
 }

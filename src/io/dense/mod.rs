@@ -333,15 +333,21 @@ impl DenseFile {
         let placed = world_from_file * self.header.world_from_index;
         // As for OpenVDB's grids: fog inside of surfaces, and a medium that ends in the background.
         let class = self.header.class.as_deref();
-        if class == Some("level set") || self.header.sparse.as_ref().is_some_and(|s| s.level_set) {
-            let voxel = self.header.world_from_index.transform_vector3(DVec3::X).length() as f32;
+        let sparse = self.header.sparse.as_ref();
+        let level_set = class == Some("level set") || sparse.is_some_and(|s| s.level_set);
+        let steps = [DVec3::X, DVec3::Y, DVec3::Z]
+            .map(|axis| self.header.world_from_index.transform_vector3(axis).length());
+        let slope = if sparse.is_none() && (level_set || class.is_none()) {
+            distances::slope_of_distances(&values.view(), steps)
+        } else {
+            None
+        };
+        if level_set {
+            // Distances need not be in the lengths that voxels have.
+            let voxel = (steps[0] * slope.unwrap_or(1.0)) as f32;
             values.mapv_inplace(|distance| fog(distance, voxel));
-        } else if class.is_none() && self.header.components == 1 {
-            let steps = [DVec3::X, DVec3::Y, DVec3::Z]
-                .map(|axis| self.header.world_from_index.transform_vector3(axis).length());
-            if distances::look_like_distances(&values.view(), steps) {
-                notes.push(format!("'{}' {DISTANCES}", self.name()));
-            }
+        } else if slope.is_some() && self.header.components == 1 {
+            notes.push(format!("'{}' {DISTANCES}", self.name()));
         }
         let values = volume::Voxels::Dense(values);
         let volume = Volume::with_levels(self.name(), values, placed, levels)?;
