@@ -98,10 +98,11 @@ impl From<Volume> for Media {
 }
 
 impl Media {
-    /// One body.
+    /// One body. Where light is emitted beside its densities too, that is part of the domain.
     pub fn of(volume: Arc<Volume>, medium: Medium) -> Self {
-        let (world_from_index, domain) = (*volume.world_from_index(), volume.domain());
+        let world_from_index = *volume.world_from_index();
         let bodies = vec![Body { volume, medium }];
+        let domain = around(&bodies, &world_from_index.inverse(), bodies[0].volume.domain());
         Self { bodies, world_from_index, domain, occupancy: OnceLock::new() }
     }
 
@@ -171,11 +172,19 @@ impl Media {
         self.domain
     }
 
+    /// The only body, if nothing lies beside its voxels: then index space is theirs.
+    pub(super) fn only_volume(&self) -> Option<&Volume> {
+        match &self.bodies[..] {
+            [only] if only.volume.domain() == self.domain => Some(&only.volume),
+            _ => None,
+        }
+    }
+
     /// Voxels along x, y, z: the only body's, else the domain's size.
     pub fn dims(&self) -> [usize; 3] {
-        match &self.bodies[..] {
-            [only] => only.volume.dims(),
-            _ => self.domain.size().to_array().map(|n| (n.ceil() as usize).max(1)),
+        match self.only_volume() {
+            Some(only) => only.dims(),
+            None => self.domain.size().to_array().map(|n| (n.ceil() as usize).max(1)),
         }
     }
 
@@ -229,9 +238,27 @@ fn common_space(bodies: &[Body], chosen: &Body) -> (DMat4, Aabb) {
     });
     let world_from_index = own * DMat4::from_scale(1.0 / finer);
     let index_from_world = world_from_index.inverse();
-    let corners = bodies.iter().flat_map(|body| body.volume.world_corners());
-    let around = Aabb::around(corners.map(|corner| index_from_world.transform_point3(corner)));
-    (world_from_index, around.unwrap_or_else(|| chosen.volume.domain()))
+    let corners = chosen.volume.world_corners().map(|p| index_from_world.transform_point3(p));
+    let own = Aabb::around(corners).unwrap_or_else(|| chosen.volume.domain());
+    (world_from_index, around(bodies, &index_from_world, own))
+}
+
+/// The box around `own` and all that bodies extinguish or emit, in an index space.
+fn around(bodies: &[Body], index_from_world: &DMat4, own: Aabb) -> Aabb {
+    let field =
+        |body: &Body| body.medium.emission.as_ref().and_then(|emission| emission.field.clone());
+    let others = bodies.iter().flat_map(|body| [Some(body.volume.clone()), field(body)]);
+    others.flatten().fold(own, |all, volume| {
+        let corners = volume.world_corners().map(|p| index_from_world.transform_point3(p));
+        let Some(box_of) = Aabb::around(corners) else { return all };
+        // A box that is the same but for rounding is the same.
+        let slack = 1e-6 * all.size();
+        let (low, high) = (box_of.min.cmplt(all.min - slack), box_of.max.cmpgt(all.max + slack));
+        Aabb {
+            min: DVec3::select(low, box_of.min, all.min),
+            max: DVec3::select(high, box_of.max, all.max),
+        }
+    })
 }
 
 /// What a space is chosen by: the volume of its box, then the transform itself, so that the order of the

@@ -39,10 +39,7 @@ impl Occupancy {
     pub(super) fn of(media: &Media) -> Self {
         let domain = media.domain();
         // Bricks of the only body are the volume's own.
-        let only = match media.bodies() {
-            [body] => Some(body.volume.dims()),
-            _ => None,
-        };
+        let only = media.only_volume().map(Volume::dims);
         let (origin, extent) = match only {
             Some(dims) => (DVec3::splat(-0.5), DVec3::from_array(dims.map(|n| n as f64))),
             None => (domain.min, domain.size()),

@@ -8,6 +8,7 @@
 //! [`DenseFile::volume`] a volume of those, where it can without holding both.
 
 mod den;
+mod distances;
 mod grid;
 mod header_lines;
 mod input;
@@ -36,6 +37,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat4, DVec3, IVec3};
 use ndarray::Array3;
 
+use super::fog::{Class, DISTANCES, fog};
 use super::format::Format;
 use super::number::{Endian, ValueType, decode};
 use super::raw;
@@ -45,7 +47,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::math::Aabb;
 use crate::memory;
 use crate::scene::file::VolumeTable;
-use crate::volume::{self, Axis, Volume};
+use crate::volume::{self, Axis, Levels, Volume};
 pub use grid::DenseGrid;
 use input::Input;
 use payload::{PART, Packing, Payload};
@@ -219,6 +221,13 @@ impl DenseFile {
                 format!("{} numbers a voxel, 1 to {MAX_COMPONENTS} can be", header.components);
             return Err(input.bad(why));
         }
+        if let Some(name) = &table.class {
+            let class = name.parse::<Class>()?;
+            header.class = Some(class.name().to_owned());
+            if let Some(sparse) = &mut header.sparse {
+                sparse.level_set = class == Class::LevelSet;
+            }
+        }
         if let Some(spacing) = table.spacing {
             header.world_from_index = respaced(header.world_from_index, spacing)?;
             if let Some(lattice) = &mut header.lattice {
@@ -355,18 +364,40 @@ impl DenseFile {
     /// # Errors
     /// As [`DenseFile::voxels`], and if the window is empty.
     pub fn volume(&self, up: Option<Axis>, window: Option<[f32; 2]>) -> Result<Volume> {
+        self.volume_noted(up, window.into(), &mut Vec::new())
+    }
+
+    /// The same with densities as `levels` says, and `notes` of what the values look like.
+    pub(super) fn volume_noted(
+        &self,
+        up: Option<Axis>,
+        levels: Levels,
+        notes: &mut Vec<String>,
+    ) -> Result<Volume> {
         let mut values = self.density()?;
         let up = up.or(self.header.up).unwrap_or_default();
         let world_from_file = DMat4::from_mat3(up.world_from_file());
         let placed = world_from_file * self.header.world_from_index;
         // As for OpenVDB's grids: fog inside of surfaces, and a medium that ends in the background.
         let class = self.header.class.as_deref();
-        if class == Some("level set") || self.header.sparse.as_ref().is_some_and(|s| s.level_set) {
-            let voxel = self.header.world_from_index.transform_vector3(DVec3::X).length() as f32;
-            values.mapv_inplace(|distance| (0.5 - distance / voxel).clamp(0.0, 1.0));
+        let sparse = self.header.sparse.as_ref();
+        let level_set = class == Some("level set") || sparse.is_some_and(|s| s.level_set);
+        let steps = [DVec3::X, DVec3::Y, DVec3::Z]
+            .map(|axis| self.header.world_from_index.transform_vector3(axis).length());
+        let slope = if sparse.is_none() && (level_set || class.is_none()) {
+            distances::slope_of_distances(&values.view(), steps)
+        } else {
+            None
+        };
+        if level_set {
+            // Distances need not be in the lengths that voxels have.
+            let voxel = (steps[0] * slope.unwrap_or(1.0)) as f32;
+            values.mapv_inplace(|distance| fog(distance, voxel));
+        } else if slope.is_some() && self.header.components == 1 {
+            notes.push(format!("'{}' {DISTANCES}", self.name()));
         }
         let values = volume::Voxels::Dense(values);
-        let volume = Volume::with_window(self.name(), values, placed, window)?;
+        let volume = Volume::with_levels(self.name(), values, placed, levels)?;
         if self.header.sparse.is_none() {
             return Ok(volume);
         }
