@@ -90,6 +90,16 @@ impl Job<'_> {
         {
             return Ok(converted);
         }
+        if let Target::Dense { format, packed: true } = target
+            && self.wanted.is_nothing()
+            && let Some(written) = file.packed_as(format, self.output)?
+        {
+            self.progress.advance(3);
+            self.note_lost(&written.lost);
+            let what =
+                described(file.header().dims, file.header().components, file.header().value_type);
+            return Ok(Converted { files: written.files, what });
+        }
         let grid = DenseGrid::read(file)?;
         self.progress.advance(1);
         let grid = self.edited(grid)?;
@@ -137,9 +147,7 @@ impl Job<'_> {
         if self.wanted.range.is_none() {
             grid.value_scale = remap.value_scale();
         }
-        let ([x, y, z], components) = (grid.dims, grid.components);
-        let vector = if components > 1 { format!(" x {components}") } else { String::new() };
-        let what = format!("{x} x {y} x {z} voxels of {}{vector}", grid.value_type.name());
+        let what = described(grid.dims, grid.components, grid.value_type);
         self.progress.advance(1);
         let written = format.encode(grid, self.output, packed)?;
         self.note_lost(&written.lost);
@@ -181,4 +189,10 @@ impl Job<'_> {
             self.note(&note);
         }
     }
+}
+
+/// Voxels for people.
+fn described([x, y, z]: [usize; 3], components: usize, value_type: ValueType) -> String {
+    let vector = if components > 1 { format!(" x {components}") } else { String::new() };
+    format!("{x} x {y} x {z} voxels of {}{vector}", value_type.name())
 }

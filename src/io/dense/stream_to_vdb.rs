@@ -5,12 +5,12 @@ use super::grid::DenseGrid;
 use super::to_vdb::{EDGE, leaves_along};
 use super::{DenseFile, Order};
 use crate::error::Result;
+use crate::error::memory;
 use crate::io::number::{Endian, ValueType, cast};
 use crate::io::remap::Remap;
 use crate::io::vdb::{
     Compression, Grid, NewGrid, PackedBuilder, PackedTree, Tree, Value, VdbWriter,
 };
-use crate::memory;
 
 /// Leaves along x whose voxels are taken out of a layer at once.
 const LEAVES_ALONG_X: usize = 4;
@@ -101,7 +101,9 @@ impl DenseFile {
                 part.chunks_exact_mut(from.size()).for_each(<[u8]>::reverse);
             }
             let part = if from == to { part } else { cast(&part, from, to)? };
-            memory::grow(&mut slab.bytes, part.len(), "a layer of leaves")?;
+            if slab.bytes.is_empty() {
+                memory::reserve(&mut slab.bytes, EDGE as usize * part.len(), "a layer of leaves")?;
+            }
             slab.bytes.extend(part);
             slab.dims[2] += 1;
             let next = slab.origin.z + slab.dims[2] as i32;

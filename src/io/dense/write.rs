@@ -4,11 +4,10 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use flate2::Compression;
-use flate2::write::{GzEncoder, ZlibEncoder};
 use glam::{DMat4, DVec3};
 
 use super::grid::DenseGrid;
+use super::packing::{Feed, gzipped, refused, zlibbed};
 use super::{metaimage, npy, nrrd};
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
@@ -108,6 +107,17 @@ impl DenseTarget {
     /// # Errors
     /// If a name cannot be put into a header.
     pub fn encode(self, grid: DenseGrid, path: &Path, packed: bool) -> Result<Written> {
+        self.encode_from(grid, path, packed, None)
+    }
+
+    /// The same; what is packed are the voxels that `feed` writes, if there is such, and not the grid's.
+    pub(super) fn encode_from(
+        self,
+        grid: DenseGrid,
+        path: &Path,
+        packed: bool,
+        feed: Option<&Feed>,
+    ) -> Result<Written> {
         let mut lost = Vec::new();
         let grid = if grid.value_type == ValueType::F16 && !self.has_half() {
             lost.push("half floats (it has float, which holds all of them)".to_owned());
@@ -120,14 +130,11 @@ impl DenseTarget {
         let (voxels_path, name) = self.voxels_place(path, packed)?;
         let name = name.as_deref();
         let sidecar = matches!(self, Self::Npy | Self::Raw).then(|| sidecar(&grid).text());
-        let (level, nothing) = (Compression::default(), Vec::new());
+        let own = |out: &mut dyn Write| out.write_all(&grid.bytes).map_err(refused);
+        let feed = feed.unwrap_or(&own);
         let voxels = match self {
-            Self::Nrrd { .. } if packed => {
-                Some(pack(GzEncoder::new(nothing, level), &grid.bytes, GzEncoder::finish)?)
-            }
-            Self::MetaImage { .. } if packed => {
-                Some(pack(ZlibEncoder::new(nothing, level), &grid.bytes, ZlibEncoder::finish)?)
-            }
+            Self::Nrrd { .. } if packed => Some(gzipped(feed)?),
+            Self::MetaImage { .. } if packed => Some(zlibbed(feed)?),
             _ => None,
         };
         let head = match self {
@@ -135,16 +142,20 @@ impl DenseTarget {
             Self::Raw => Vec::new(),
             Self::Nrrd { .. } => nrrd::head(&grid, packed, name).into_bytes(),
             Self::MetaImage { .. } => {
-                metaimage::head(&grid, voxels.as_ref().map(Vec::len), name).into_bytes()
+                let bytes = voxels.as_ref().map(|parts| parts.iter().map(Vec::len).sum());
+                metaimage::head(&grid, bytes, name).into_bytes()
             }
         };
-        let voxels = voxels.unwrap_or(grid.bytes);
+        let voxels = voxels.unwrap_or_else(|| vec![grid.bytes]);
         let mut files = match voxels_path {
             Some(other) => vec![
                 OutputFile { path: path.to_owned(), parts: vec![head] },
-                OutputFile { path: other, parts: vec![voxels] },
+                OutputFile { path: other, parts: voxels },
             ],
-            None => vec![OutputFile { path: path.to_owned(), parts: vec![head, voxels] }],
+            None => {
+                let parts = std::iter::once(head).chain(voxels).collect();
+                vec![OutputFile { path: path.to_owned(), parts }]
+            }
         };
         if let (Some(text), Some(path)) = (sidecar, Sidecar::path_beside(path)) {
             files.push(OutputFile { path, parts: vec![text.into_bytes()] });
@@ -227,15 +238,6 @@ fn sidecar(grid: &DenseGrid) -> Sidecar {
         name: (!grid.name.is_empty()).then(|| grid.name.clone()),
         class: grid.class.clone(),
     }
-}
-
-fn pack<W: Write>(
-    mut encoder: W,
-    bytes: &[u8],
-    finish: impl Fn(W) -> std::io::Result<Vec<u8>>,
-) -> Result<Vec<u8>> {
-    let packed = encoder.write_all(bytes).and_then(|()| finish(encoder));
-    packed.map_err(|error| Error::value("compression", error.to_string()))
 }
 
 /// Numbers with `separator` between them, each with all its digits.
