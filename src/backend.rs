@@ -1,9 +1,9 @@
 //! What a renderer does: the passes both backends implement, their inputs and outputs.
 
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
-use crate::memory;
 use crate::progress::Progress;
 use crate::scene::{LightView, Media, Scene};
 use crate::settings::{MapKind, Settings, Slices};

@@ -7,7 +7,7 @@ use crate::support::project;
 
 /// Lowest first.
 const LAYERS: [&[&str]; 9] = [
-    &["error", "math", "memory", "progress", "quote"],
+    &["error", "math", "progress"],
     &["image", "settings", "volume"],
     &["scene"],
     &["frame"],

@@ -5,7 +5,7 @@ use crate::error::Result;
 /// Prints one line an adapter.
 #[cfg(feature = "gpu")]
 pub(super) fn run() -> Result<()> {
-    use crate::quote::{LONGEST_LINE, one_line};
+    use crate::error::quote::{LONGEST_LINE, one_line};
 
     let mut lines = crate::gpu::adapters();
     if lines.is_empty() {

@@ -23,8 +23,8 @@ use std::io::Write;
 
 use clap::{Parser, Subcommand};
 
+use crate::error::quote::{self, LONGEST_LINE};
 use crate::error::{Error, Result};
-use crate::quote::{self, LONGEST_LINE};
 
 /// How a run of the program ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use bytemuck::Pod;
 
 use super::renderer::{Renderer, TEXEL_BYTES};
+use crate::error::memory;
 use crate::error::{Error, Result};
-use crate::memory;
 
 /// Bytes that are brought to the host at once, so that no buffer is larger than devices allow; a multiple of
 /// every item's size.

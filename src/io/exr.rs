@@ -11,10 +11,10 @@ use exr::prelude::{
 use glam::{DMat4, DVec3};
 
 use super::exr_order::sort_attributes;
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::math::Aabb;
-use crate::memory;
 use crate::scene::LightView;
 use crate::settings::Lookup;
 use crate::shadow::{ShadowMap, ThresholdMap};

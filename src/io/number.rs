@@ -3,8 +3,8 @@
 use half::f16;
 use rayon::prelude::*;
 
+use crate::error::memory;
 use crate::error::{Error, Result};
-use crate::memory;
 
 /// Runs the expression with `$type` standing for the numbers' type.
 macro_rules! for_type {
@@ -271,7 +271,9 @@ pub(super) fn transformed(
     let mut all = memory::room(bytes.len() / from * to, "numbers of another type")?;
     for part in bytes.chunks(AT_ONCE * CHUNK * from) {
         let parts: Vec<Vec<u8>> = part.par_chunks(CHUNK * from).map(&change).collect();
-        parts.iter().for_each(|part| all.extend_from_slice(part));
+        for part in parts {
+            all.extend_from_slice(&part);
+        }
     }
     Ok(all)
 }

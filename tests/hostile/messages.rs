@@ -10,16 +10,19 @@ use crate::cli::{Folder, program, stderr};
 
 /// What is wrong with a text for people, if anything.
 pub fn fault(text: &str) -> Option<String> {
+    steering(text).or_else(|| {
+        let long = text.lines().find(|line| line.chars().count() > 300)?;
+        Some(format!("{} characters: {long:?}", long.chars().count()))
+    })
+}
+
+/// The first line with what a terminal obeys or hides, if there is one.
+pub fn steering(text: &str) -> Option<String> {
     text.lines().find_map(|line| {
         let hidden = line.chars().find(|&c| {
             c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{2028}' | '\u{2029}')
         });
-        let length = line.chars().count();
-        match hidden {
-            Some(c) => Some(format!("{c:?} in {line:?}")),
-            None if length > 300 => Some(format!("{length} characters: {line:?}")),
-            None => None,
-        }
+        hidden.map(|c| format!("{c:?} in {line:?}"))
     })
 }
 

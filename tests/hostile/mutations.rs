@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::messages::fault;
+use super::messages::{fault, steering};
 use crate::cli::program;
 use crate::formats::{
     DEEP_COMPRESSIONS, Xorshift, dense_cases, mutate, shared_file, small_deep_image,
@@ -333,7 +333,9 @@ fn wrong(output: &Output) -> Option<String> {
     if said.contains("a fault of the program") {
         return Some(said.into_owned());
     }
-    fault(&said).or_else(|| fault(&printed))
+    // JSON is for programs, which take lines of any length.
+    let of_printed = if printed.starts_with('{') { steering(&printed) } else { fault(&printed) };
+    fault(&said).or(of_printed)
 }
 
 /// Runs the seeds and says how they ended.

@@ -143,9 +143,7 @@ impl Job<'_> {
         if self.wanted.range.is_none() {
             grid.value_scale = remap.value_scale();
         }
-        let ([x, y, z], components) = (grid.dims, grid.components);
-        let vector = if components > 1 { format!(" x {components}") } else { String::new() };
-        let what = format!("{x} x {y} x {z} voxels of {}{vector}", grid.value_type.name());
+        let what = described(grid.dims, grid.components, grid.value_type);
         self.progress.advance(1);
         let written = output.write(grid)?;
         self.note_lost(&written.lost);
@@ -187,4 +185,10 @@ impl Job<'_> {
             self.note(&note);
         }
     }
+}
+
+/// Voxels for people.
+fn described([x, y, z]: [usize; 3], components: usize, value_type: ValueType) -> String {
+    let vector = if components > 1 { format!(" x {components}") } else { String::new() };
+    format!("{x} x {y} x {z} voxels of {}{vector}", value_type.name())
 }

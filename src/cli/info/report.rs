@@ -201,7 +201,9 @@ impl GridReport {
                 for (&value, component) in values.iter().zip((0..header.components).cycle()) {
                     tallies[component].add(value);
                 }
-                densities.iter().for_each(|&density| range.add(density));
+                for &density in densities {
+                    range.add(density);
+                }
             })?;
             report.statistics = tallies.iter().map(Tally::statistics).collect();
             if let (true, Some(range)) = (with_histogram, range.0) {

@@ -5,8 +5,8 @@ use std::fmt::Arguments;
 use serde_json::Value as Json;
 
 use super::report::{GridReport, Report};
+use crate::error::quote::{LONGEST_LINE, one_line};
 use crate::io::Histogram;
-use crate::quote::{LONGEST_LINE, one_line};
 
 /// Lines for people; whatever a line quotes of a file, it stays one, and steers no terminal.
 pub(super) struct Lines(String);

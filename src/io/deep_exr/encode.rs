@@ -8,8 +8,8 @@ use super::header::{Channel, DeepHeader, PixelType};
 use super::row::{DeepImage, DeepRow, Samples};
 use super::slab::Slab;
 use super::{DEEP_FLAG, LONG_NAMES_FLAG, MAGIC, VERSION};
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
-use crate::memory;
 
 /// Lines that are packed at once, so that no more of them are in memory than that.
 const BATCH: usize = 64;

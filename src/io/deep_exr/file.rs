@@ -12,8 +12,8 @@ use super::parse::{self, Start};
 use super::row::{DeepImage, DeepRow, Samples};
 use super::statistics::{DeepStatistics, Tally};
 use super::{DEEP_FLAG, MAGIC};
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
-use crate::memory;
 
 /// Bytes that the headers may take.
 const LONGEST_HEAD: u64 = 1 << 20;

@@ -5,10 +5,10 @@ use glam::{DMat4, IVec3};
 use rayon::prelude::*;
 
 use super::{DenseFile, DenseHeader, Order, Space};
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::io::number::{Endian, ValueType, transformed};
 use crate::io::vdb::{AnyValue, Grid, IndexBox};
-use crate::memory;
 use crate::volume::Axis;
 
 /// All voxels of a box, and what is known of them.

@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
-use crate::memory;
 
 /// Bytes that a header may take.
 const LONGEST_HEADER: u64 = 1 << 20;

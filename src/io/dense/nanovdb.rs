@@ -15,9 +15,9 @@ use super::nanovdb_chunks;
 use super::payload::Payload;
 use super::{DenseHeader, Lattice, SparsePart};
 use crate::error::Result;
+use crate::error::memory;
 use crate::io::number::ValueType;
 use crate::io::vdb::{IndexBox, Statistics};
-use crate::memory;
 
 /// Bytes of the file's header, of a grid's entry, of a grid before its tree, of the tree.
 const FILE: usize = 16;

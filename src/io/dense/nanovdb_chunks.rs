@@ -5,8 +5,8 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
+use crate::error::memory;
 use crate::io::vdb::decompress_blosc;
-use crate::memory;
 
 /// The `size` bytes of the grid that starts where `data` does, and the packing's name.
 pub(super) fn unpack(

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use flate2::Crc;
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::io::number::{ValueType, encode_text};
-use crate::memory;
 
 /// Bytes of a file that are worked on at once, where it need not lie in memory as a whole.
 pub(super) const PART: usize = 1 << 22;

@@ -1,7 +1,7 @@
 //! The compression of the Erlangen volume library ("DDS v3d" and "v3e"): differences to a
 //! prediction, in runs of as many bits as each run needs. Knows nothing of volumes.
 
-use crate::memory;
+use crate::error::memory;
 
 /// Which of the two streams; they differ in how far apart interleaved bytes may lie.
 #[derive(Clone, Copy, PartialEq, Eq)]

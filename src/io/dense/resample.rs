@@ -5,8 +5,8 @@ use glam::{DMat4, DVec3, IVec3};
 use rayon::prelude::*;
 
 use super::grid::DenseGrid;
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
-use crate::memory;
 
 /// Less than this share of a voxel is rounding.
 const ROUNDING: f64 = 1e-9;

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::grid::DenseGrid;
 use crate::error::Result;
+use crate::error::memory;
 use crate::io::number::{ValueType, cast, transformed};
 use crate::io::remap::{Remap, Span};
-use crate::memory;
 
 /// Numbers that a thread takes at once.
 const CHUNK: usize = 1 << 16;

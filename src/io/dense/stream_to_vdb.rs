@@ -5,12 +5,12 @@ use super::grid::DenseGrid;
 use super::to_vdb::{EDGE, leaves_along};
 use super::{DenseFile, Order};
 use crate::error::Result;
+use crate::error::memory;
 use crate::io::number::{Endian, ValueType, cast};
 use crate::io::remap::Remap;
 use crate::io::vdb::{
     Compression, Grid, NewGrid, PackedBuilder, PackedTree, Tree, Value, VdbWriter,
 };
-use crate::memory;
 
 /// Leaves along x whose voxels are taken out of a layer at once.
 const LEAVES_ALONG_X: usize = 4;
@@ -96,33 +96,31 @@ impl DenseFile {
         let mut builder = PackedBuilder::new(background, compression);
         let mut slab = empty;
         (slab.dims[2], slab.origin) = (0, whole.min);
-        self.payload.read_parts(
-            &self.path,
-            self.header.bytes() as usize,
-            layer,
-            &mut |mut part| {
-                if self.header.endian == Endian::Big {
-                    part.chunks_exact_mut(from.size()).for_each(<[u8]>::reverse);
+        let due = self.header.bytes() as usize;
+        self.payload.read_parts(&self.path, due, layer, &mut |mut part| {
+            if self.header.endian == Endian::Big {
+                part.chunks_exact_mut(from.size()).for_each(<[u8]>::reverse);
+            }
+            let part = if from == to { part } else { cast(&part, from, to)? };
+            if slab.bytes.is_empty() {
+                memory::reserve(&mut slab.bytes, EDGE as usize * part.len(), "a layer of leaves")?;
+            }
+            slab.bytes.extend(part);
+            slab.dims[2] += 1;
+            let next = slab.origin.z + slab.dims[2] as i32;
+            if next % EDGE == 0 || next > whole.max.z {
+                let bounds = slab.bounds()?;
+                // Leaves ask for little pieces, which nobody can refuse: packed ones are hardly larger.
+                memory::check(2 * slab.bytes.len() as u64 + SPARE, "leaves")?;
+                let along_x: Vec<i32> = leaves_along(&bounds, 0).collect();
+                for some in along_x.chunks(LEAVES_ALONG_X) {
+                    builder.add(slab.leaves(&bounds, some, background));
                 }
-                let part = if from == to { part } else { cast(&part, from, to)? };
-                memory::grow(&mut slab.bytes, part.len(), "a layer of leaves")?;
-                slab.bytes.extend(part);
-                slab.dims[2] += 1;
-                let next = slab.origin.z + slab.dims[2] as i32;
-                if next % EDGE == 0 || next > whole.max.z {
-                    let bounds = slab.bounds()?;
-                    // Leaves ask for little pieces, which nobody can refuse: packed ones are hardly larger.
-                    memory::check(2 * slab.bytes.len() as u64 + SPARE, "leaves")?;
-                    let along_x: Vec<i32> = leaves_along(&bounds, 0).collect();
-                    for some in along_x.chunks(LEAVES_ALONG_X) {
-                        builder.add(slab.leaves(&bounds, some, background));
-                    }
-                    slab.bytes.clear();
-                    (slab.dims[2], slab.origin.z) = (0, next);
-                }
-                Ok(())
-            },
-        )?;
+                slab.bytes.clear();
+                (slab.dims[2], slab.origin.z) = (0, next);
+            }
+            Ok(())
+        })?;
         builder.finish()
     }
 }

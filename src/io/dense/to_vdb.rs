@@ -4,11 +4,11 @@ use glam::IVec3;
 use rayon::prelude::*;
 
 use super::grid::DenseGrid;
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
 use crate::io::remap::Remap;
 use crate::io::vdb::{Grid, IndexBox, LeafVoxels, Tree, TreeBuilder, Value};
-use crate::memory;
 
 /// Edge of a leaf, in voxels.
 pub(super) const EDGE: i32 = 8;

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::{DenseHeader, Order};
 use crate::error::Result;
+use crate::error::memory;
 use crate::io::number::decode;
-use crate::memory;
 
 /// The voxels in some rows along x as numbers to render: the value itself, or the length of a vector.
 pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {

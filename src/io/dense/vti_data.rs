@@ -5,8 +5,8 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
+use crate::error::memory;
 use crate::io::number::Endian;
-use crate::memory;
 
 /// What compresses the blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

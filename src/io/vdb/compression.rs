@@ -9,7 +9,7 @@ use miniz_oxide::inflate::core::{DecompressorOxide, decompress, inflate_flags};
 use super::blosc;
 use super::fault::{Fault, Parsed};
 use super::source::Bytes;
-use crate::memory;
+use crate::error::memory;
 
 /// The compression of a grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

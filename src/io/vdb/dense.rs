@@ -9,8 +9,8 @@ use super::canvas::Canvas;
 use super::index_box::IndexBox;
 use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
+use crate::error::memory;
 use crate::error::{ErrorKind, Result};
-use crate::memory;
 
 /// All voxels of a box.
 #[derive(Clone, Debug, PartialEq)]

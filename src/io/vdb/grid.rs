@@ -11,7 +11,7 @@ use super::statistics::Statistics;
 use super::tree::Tree;
 use super::value::{AnyValue, Value};
 use crate::error::Result;
-use crate::memory;
+use crate::error::memory;
 use crate::volume::Voxels;
 
 /// A loaded grid: a tree of one of the value types. Numbers saved as half floats are widened to the

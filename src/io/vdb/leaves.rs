@@ -12,7 +12,7 @@ use super::source::{Bytes, Reader};
 use super::topology::Topology;
 use super::value::Value;
 use super::value_block::{Encoding, ValueBlock};
-use crate::memory;
+use crate::error::memory;
 
 /// Bytes of leaf buffers in memory at once, unless a single leaf has more.
 const BATCH_BYTES: u64 = 4 << 20;

@@ -1,8 +1,6 @@
 //! Trees whose leaves are packed as soon as they are there: for grids whose voxels come piece by piece, and are
 //! never in memory as a whole. It knows nothing of files.
 
-use std::collections::HashMap;
-
 use glam::IVec3;
 use rayon::prelude::*;
 
@@ -16,7 +14,7 @@ use super::value_block::Encoding;
 use super::write_block::{BlockWorkspace, put_block};
 use super::write_tree::put_words;
 use crate::error::Result;
-use crate::memory;
+use crate::error::memory;
 
 /// The 8^3 voxels of a leaf, z fastest, and which of them are active.
 pub type LeafVoxels<T> = (Vec<T>, [u64; 8]);
@@ -25,7 +23,7 @@ pub type LeafVoxels<T> = (Vec<T>, [u64; 8]);
 pub struct PackedBuilder<T> {
     builder: TreeBuilder<T>,
     encoding: Encoding<T>,
-    leaves: HashMap<[i32; 3], Box<[u8]>>,
+    leaves: usize,
 }
 
 /// A tree with its leaves as the file has them, in its order.
@@ -44,7 +42,7 @@ where
     /// Nothing but the background.
     pub fn new(background: T, compression: Compression) -> Self {
         let encoding = Encoding { compression, half: false, background };
-        Self { builder: TreeBuilder::new(background), encoding, leaves: HashMap::new() }
+        Self { builder: TreeBuilder::new(background), encoding, leaves: 0 }
     }
 
     /// Packs leaves, each at the lowest of its voxels; those that are the same everywhere become tiles.
@@ -52,22 +50,24 @@ where
         let encoding = &self.encoding;
         let packed: Vec<_> = leaves
             .into_par_iter()
-            .map_init(BlockWorkspace::default, |workspace, (origin, (values, active))| {
+            .map_init(Default::default, |scratch, (origin, (values, active))| {
+                let (workspace, bytes): &mut (BlockWorkspace<T>, Vec<u8>) = scratch;
                 let constant = TreeBuilder::constant(&values, &active);
-                let mut bytes = Vec::new();
+                bytes.clear();
                 if constant.is_none() {
-                    put_words(&active, &mut bytes);
-                    put_block(&values, &active, &[], encoding, workspace, &mut bytes);
+                    put_words(&active, bytes);
+                    put_block(&values, &active, &[], encoding, workspace, bytes);
                 }
-                (origin, constant, active, bytes.into_boxed_slice())
+                // As much memory as it takes, and no hole beside it from a vector that grew.
+                (origin, constant, Box::from(bytes.as_slice()))
             })
             .collect();
-        for (origin, constant, active, bytes) in packed {
+        for (origin, constant, bytes) in packed {
             match constant {
                 Some((value, active)) => self.builder.put_constant(origin, value, active),
                 None => {
-                    self.builder.set_leaf(origin, Vec::new(), active);
-                    self.leaves.insert(origin.to_array(), bytes);
+                    self.builder.set_packed(origin, bytes);
+                    self.leaves += 1;
                 }
             }
         }
@@ -77,12 +77,10 @@ where
     ///
     /// # Errors
     /// If there is no memory for it beside what it is made of.
-    pub fn finish(mut self) -> Result<PackedTree<T>> {
+    pub fn finish(self) -> Result<PackedTree<T>> {
         // Origin, mask and place of each leaf.
-        memory::check(256 * self.leaves.len() as u64, "a tree")?;
-        let tree = self.builder.finish();
-        let origins = tree.topology().leaf_origins.iter();
-        let leaves = origins.filter_map(|origin| self.leaves.remove(&origin.to_array())).collect();
+        memory::check(256 * self.leaves as u64, "a tree")?;
+        let (tree, leaves) = self.builder.finish_packed();
         let value_type = Grid::from(TreeBuilder::new(T::default()).finish()).value_type();
         Ok(PackedTree { tree, encoding: self.encoding, value_type, leaves })
     }

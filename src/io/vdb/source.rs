@@ -9,7 +9,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::sync::{Mutex, PoisonError};
 
 use super::fault::{Fault, Parsed};
-use crate::memory;
+use crate::error::memory;
 
 /// What a file may be read from.
 pub(super) trait Stream: Read + Seek + Send {}

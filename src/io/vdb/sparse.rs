@@ -10,8 +10,8 @@ use super::canvas::Canvas;
 use super::index_box::IndexBox;
 use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
+use crate::error::memory;
 use crate::error::{ErrorKind, Result};
-use crate::memory;
 use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, MAX_DIM, SparseVoxels, place_of};
 
 /// Blocks that a box may have.

@@ -34,8 +34,8 @@ use super::tree::Tree;
 use super::value::Value;
 use super::value_block::Encoding;
 use super::write_tree::{put_leaves, put_topology};
+use crate::error::memory;
 use crate::error::{Error, Result};
-use crate::memory;
 
 /// The format's version, and the library's whose files are like ours.
 const VERSION: u32 = 224;
@@ -159,7 +159,9 @@ impl VdbWriter {
         let bytes = tree.memory_bytes() + (512 * size_of::<T>() * leaves.len()) as u64;
         let (metadata, map_bytes) = (like.metadata, like.map_bytes);
         self.put_grid(&tree, bytes, (&encoding, &value_type), metadata, &map_bytes, |out| {
-            leaves.into_iter().for_each(|leaf| out.push(leaf.into_vec()));
+            for leaf in leaves {
+                out.push(leaf.into_vec());
+            }
         })
     }
 
@@ -233,7 +235,9 @@ impl VdbWriter {
     pub fn finish(self) -> Result<Vec<u8>> {
         let parts = self.finish_parts()?;
         let mut all = memory::room(parts.iter().map(Vec::len).sum(), "an OpenVDB file")?;
-        parts.iter().for_each(|part| all.extend_from_slice(part));
+        for part in &parts {
+            all.extend_from_slice(part);
+        }
         Ok(all)
     }
 

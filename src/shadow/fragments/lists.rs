@@ -2,9 +2,9 @@
 //! maps for hair, "Creating list entries".)
 
 use super::FragmentMap;
+use crate::error::memory;
 use crate::kernel::fitting::{Fitter, truncated};
 use crate::kernel::fragments::{Node, OPAQUE_OPTICAL_DEPTH};
-use crate::memory;
 
 /// What a caster leaves on a texel's ray: a slab of medium between two depths, or a surface at one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

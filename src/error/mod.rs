@@ -1,10 +1,13 @@
-//! The one error type of the crate: what went wrong, with the file and the number that is wrong.
-//! It knows nothing of any module that raises it.
+//! The one error type of the crate: what went wrong, with the file and the number that is wrong; how it is
+//! said, and memory that may be refused. It knows nothing of any module that raises it.
+
+pub mod memory;
+pub mod quote;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::quote::{LONGEST_LINE, one_line};
+use quote::{LONGEST_LINE, one_line};
 
 /// Short for results of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

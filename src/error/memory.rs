@@ -1,7 +1,7 @@
 //! Memory whose amount a file or an option decides: asked for where the system may refuse it, so that a
 //! refusal is an error of one line and no abort. It knows nothing of what is kept in it.
 
-use crate::error::{Error, ErrorKind, Result};
+use super::{Error, ErrorKind, Result};
 
 /// An empty vector with room for `count` items; `what` names them for people.
 ///
