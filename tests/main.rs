@@ -11,6 +11,7 @@ mod colour;
 mod colour_program;
 mod compare;
 mod convert;
+mod dense_media;
 mod embedding;
 mod formats;
 mod fragments;

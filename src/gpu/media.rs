@@ -137,7 +137,7 @@ fn codes(
 }
 
 fn mixed(device: &wgpu::Device, queue: &wgpu::Queue, media: &Media) -> Result<Content> {
-    let Mixture { parts, mut fields, volumes, tables } = Mixture::of(media);
+    let Mixture { parts, mut fields, volumes, tables, .. } = Mixture::of(media);
     for (what, count, most) in
         [("volumes", parts.len(), MOST_PARTS), ("grids", fields.len(), MOST_FIELDS)]
     {
