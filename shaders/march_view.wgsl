@@ -28,7 +28,7 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
     if (extent <= 0.0) {
         return Steps(media_ray, inside.x, inside.x, 1u);
     }
-    let voxel_lengths = extent * length(index_ray.direction);
+    let voxel_lengths = voxels_over(index_ray, extent, extent);
     let count = step_count(voxel_lengths, frame.rates.z, frame.steps.z, frame.steps.w);
     return Steps(media_ray, inside.x, inside.x + extent, count);
 }
@@ -152,14 +152,15 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         loop {
             let most = max(early, late);
             var thickest = max(max(most.x, most.y), max(most.z, most.w));
-            if (hides(walk, batch.step)) {
+            if (batch.step > frame.brick_scale.w) {
                 let end = density_along(batch.ray, t + BATCH * batch.step, 0.25 * batch.step);
                 thickest = max(thickest, end * (frame.domain_min.w * (0.5 * batch.step)));
             }
-            if (thickest <= frame.limits.z) {
+            let visible = thickest * sqrt(through);
+            if (visible <= frame.limits.z) {
                 break;
             }
-            let shorter = cut(walk, batch.step, CUT_SHARE * frame.limits.z / thickest);
+            let shorter = cut(walk, batch.step, CUT_SHARE * frame.limits.z / visible);
             if (shorter >= batch.step) {
                 break;
             }

@@ -188,7 +188,7 @@ fn trace_texel(u: f32, v: f32, texel: u32) -> vec4<f32> {
         return vec4<f32>(0.0);
     }
     let extent = inside.y - inside.x;
-    let voxel_lengths = extent * length(ray.direction);
+    let voxel_lengths = voxels_over(ray, extent, extent);
     let count = step_count(voxel_lengths, frame.rates.x, frame.steps.x, frame.steps.y);
     let lengths = vec3<f32>(extent / f32(count), frame.lengths.x, frame.longest.x);
     let light = LightRay(media_ray_of(ray), inside.x, inside.y, lengths);

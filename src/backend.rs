@@ -221,7 +221,7 @@ pub trait Backend {
             let map = self.map(&beam.scene, settings, progress)?;
             let frame = Frame::with_light_view(&beam.scene, settings, map.view())?;
             let picture = self.march_view(&beam.scene.media, &frame, &map, progress)?;
-            beam.add(&picture, &mut image);
+            beam.add_finite(&picture, &mut image)?;
             maps.push(map);
         }
         Ok((image, maps))

@@ -12,6 +12,7 @@ mod colour;
 mod colour_program;
 mod compare;
 mod convert;
+mod dense_media;
 mod domains;
 mod embedding;
 mod formats;

@@ -219,6 +219,7 @@ fn constants_are_the_same_on_both_sides() {
         ("MOST_FIELDS", vec![frame::MOST_FIELDS as f64]),
         ("TABLE_CELLS", vec![f64::from(frame::TABLE_CELLS)]),
         ("LEAST_CELLS", one(frame::LEAST_CELLS)),
+        ("FARTHEST_CELL", one(frame::FARTHEST_CELL)),
     ];
     let blocks = [
         ("NO_BLOCK", vec![f64::from(deepshadow::gpu::NO_BLOCK)]),

@@ -89,6 +89,6 @@ fn surface_depth(light: vec3<f32>) -> f32 {
 
 // Transmittance from the light to any world position, in the volume, in front of it or behind it.
 fn shadow_at(world: vec3<f32>) -> f32 {
-    let light = light_coordinates(world + frame.world_origin.xyz);
+    let light = light_coordinates(world * frame.view_origin.w + frame.world_origin.xyz);
     return shadow_lookup(vec3<f32>(light.xy, surface_depth(light)));
 }

@@ -28,10 +28,10 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     }
     let planes = frame.counts.y;
     if (planes == 0u) {
-        let voxel_lengths = extent * length(ray.direction);
+        let voxel_lengths = voxels_over(ray, extent, extent);
         let count = step_count(voxel_lengths, frame.rates.y, frame.steps.x, frame.steps.y);
         let step = extent / f32(count);
-        return Slabs(sampled, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step));
+        return Slabs(sampled, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step, extent));
     }
     // How much longer a way along this ray is than along the axis.
     let direction = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
@@ -40,13 +40,13 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     let step = (frame.slices.y - frame.slices.x) * along / f32(planes);
     let first = min(u32(max((inside.x - start) / step, 0.0)), planes - 1u);
     let last = u32(max(ceil((inside.y - start) / step), 0.0));
-    let samples = samples_over(ray, step);
+    let samples = samples_over(ray, step, extent);
     return Slabs(sampled, inside.x, inside.y, start, step, first, clamp(last, first + 1u, planes), samples);
 }
 
 // As many samples as the voxels of a length of a ray ask for; rounding asks for none.
-fn samples_over(ray: Ray, step: f32) -> u32 {
-    let voxel_lengths = step * length(ray.direction);
+fn samples_over(ray: Ray, step: f32, extent: f32) -> u32 {
+    let voxel_lengths = voxels_over(ray, step, extent);
     return u32(clamp(ceil(voxel_lengths * frame.rates.w - 0.01), 1.0, 65536.0));
 }
 

@@ -99,7 +99,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         } else {
             let media = &beam.scene.media;
             let picture = job.backend.march_view(media, &frame, &map, &*job.progress)?;
-            beam.add(&picture, &mut lit.image);
+            beam.add_finite(&picture, &mut lit.image)?;
         }
         lit.view_time += begun.elapsed();
         lit.map_size = settings.map_size;

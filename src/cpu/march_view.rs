@@ -12,7 +12,7 @@ use crate::kernel::media::{
 };
 use crate::kernel::medium::{mean_transmittance, scattered, step_opacity};
 use crate::kernel::occupancy::{BATCH, CUT_SHARE, Walk};
-use crate::kernel::ray::{Ray, intersect_box, step_count};
+use crate::kernel::ray::{Ray, intersect_box, step_count, voxels_over};
 use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
 };
@@ -127,7 +127,7 @@ impl View<'_> {
         if exit <= enter {
             return Steps { enter, exit: enter, count: 1, index_ray };
         }
-        let voxels = (exit - enter) * index_ray.direction.length();
+        let voxels = voxels_over(frame, &index_ray, exit - enter, exit - enter);
         let count = step_count(voxels, frame.rates.z, frame.steps[2], frame.steps[3]);
         Steps { enter, exit, count, index_ray }
     }
@@ -160,7 +160,7 @@ impl View<'_> {
         let (mut t, mut through) = (walk.next_place(steps.enter), 1.0);
         let opaque = frame.lengths.w;
         while t < steps.exit && through >= opaque {
-            let (batch, taus) = self.cut(&walk, &steps.index_ray, t);
+            let (batch, taus) = self.cut(&walk, &steps.index_ray, t, through);
             t = walk.next_place(t + BATCH as f32 * batch.step);
             through = self.batch((ray, &light), &batch, taus, through, &mut visit);
         }
@@ -168,8 +168,14 @@ impl View<'_> {
     }
 
     /// The batch of steps from `t` on, and its samples' optical depths: as long as the walk allows, cut until no
-    /// sample is thicker than the frame allows.
-    fn cut<'r>(&self, walk: &Walk<'_>, ray: &'r Ray, t: f32) -> (Batch<'r>, [Vec4; 2]) {
+    /// sample is thicker than the frame allows, behind a transmittance from the camera.
+    fn cut<'r>(
+        &self,
+        walk: &Walk<'_>,
+        ray: &'r Ray,
+        t: f32,
+        through: f32,
+    ) -> (Batch<'r>, [Vec4; 2]) {
         let frame = self.frame;
         let mut batch = Batch { ray, begin: t, step: walk.step_from(t) };
         loop {
@@ -180,16 +186,16 @@ impl View<'_> {
             let per_density = frame.domain_min.w * (0.5 * batch.step);
             let taus = [per_density * four(0), per_density * four(4)];
             let mut thickest = taus[0].max(taus[1]).max_element();
-            if walk.hides(batch.step) {
+            if batch.step > frame.brick_scale.w {
                 let (end, quarter) = (t + BATCH as f32 * batch.step, 0.25 * batch.step);
-                thickest =
-                    thickest.max(per_density * density_along(&self.sampler, ray, end, quarter));
+                let density = density_along(&self.sampler, ray, end, quarter);
+                thickest = thickest.max(per_density * density);
             }
-            if thickest <= frame.limits.z {
+            let visible = thickest * through.sqrt();
+            if visible <= frame.limits.z {
                 return (batch, taus);
             }
-            // Well below the limit, as there are more such places where there is one.
-            let shorter = walk.cut(batch.step, CUT_SHARE * frame.limits.z / thickest);
+            let shorter = walk.cut(batch.step, CUT_SHARE * frame.limits.z / visible);
             if shorter >= batch.step {
                 return (batch, taus);
             }

@@ -14,7 +14,7 @@ use crate::shadow::{Runs, truncate};
 
 /// Nodes of all texels, row 0 at v = 0.
 pub(super) fn trace_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
-    let sampler = Sampler::of(media);
+    let sampler = Sampler::of_extinction(media);
     let size = frame.sizes[3] as usize;
     tiles::runs(size, progress, |columns, y| {
         let at = |i: usize| (i as f32 + 0.5) / size as f32;

@@ -7,7 +7,7 @@ use crate::frame::Frame;
 use crate::kernel::light::light_ray;
 use crate::kernel::media::{Sampler, density_along, four_along};
 use crate::kernel::occupancy::{BATCH, Walk, cut_to_bend};
-use crate::kernel::ray::{intersect_box, step_count};
+use crate::kernel::ray::{intersect_box, step_count, voxels_over};
 use crate::kernel::threshold::{LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
 use crate::progress::Progress;
 use crate::scene::Media;
@@ -20,7 +20,7 @@ pub(super) fn trace_threshold(
 ) -> Vec<[f32; 4]> {
     let size = frame.sizes[3] as usize;
     progress.begin("shadow map", size as u64);
-    let sampler = Sampler::of(media);
+    let sampler = Sampler::of_extinction(media);
     let mut texels = vec![[0.0; 4]; size * size];
     tiles::fill(&mut texels, size, progress, Vec::new, |reached, place| {
         let [u, v] = place.map(|i| (i as f32 + 0.5) / size as f32);
@@ -47,7 +47,7 @@ fn trace_texel(
         return [0.0; 4];
     }
     let length = exit - enter;
-    let voxels = length * index_ray.direction.length();
+    let voxels = voxels_over(frame, &index_ray, length, length);
     let count = step_count(voxels, frame.rates.x, frame.steps[0], frame.steps[1]);
     let lengths = [length / count as f32, frame.lengths.x, frame.longest.x];
     let mut walk = Walk::new(sampler.occupancy, &index_ray, exit, lengths);

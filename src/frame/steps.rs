@@ -38,14 +38,18 @@ const MOST_LIGHT_BEND: f64 = 0.01;
 const MOST_SLAB_BEND: f64 = 1.0;
 /// The tolerance that slabs are cut by where all of them are kept.
 const RAW_TOLERANCE: f64 = 0.002;
-/// Optical depth of a sample of a camera ray, half a step, beyond which steps are cut. Over a step whose light
-/// falls as fast as the camera's, one lookup in the middle errs by a twenty-fourth of the square of its optical
-/// depth: .17 %.
-const SAMPLE_DEPTH: f64 = 0.08;
+/// Optical depth of a sample of a camera ray, half a step, beyond which steps are cut, over the root of the light
+/// that is left. A lookup in the middle of a step over which light falls by an optical depth errs by a
+/// twenty-fourth of its square: .4 % at most where light falls as fast as it is seen, and of what is cut, a ninth
+/// of that.
+const SAMPLE_DEPTH: f64 = 0.15;
 /// Optical depth of a texel's width that is no matter.
 const THIN_TEXEL: f64 = 0.1;
 /// Slope against the light of what counts as one surface, in depth over a texel's width.
 const STEEPEST_SURFACE: f64 = 6.0;
+/// Optical depth of the densest medium over a step of a camera ray beyond which something thick may hide between
+/// its last sample and its end.
+const HIDDEN_DEPTH: f64 = 0.6;
 /// A limit that nothing reaches.
 pub(super) const UNLIMITED: f32 = 1e30;
 /// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
@@ -75,12 +79,12 @@ pub(super) fn steps(settings: &Settings) -> [u32; 4] {
 /// [`Frame::longest`]): as the largest change of extinction asks for, within what always suffices.
 pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Vec4; 3] {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    let transform = media.world_from_index();
+    let (transform, unit) = (media.world_from_index(), media.unit());
     let voxel = axes
-        .map(|axis| transform.transform_vector3(axis).length())
+        .map(|axis| transform.transform_vector3(axis).length() / unit)
         .into_iter()
         .fold(1e30, f64::min);
-    let roughness = media.occupancy().roughness();
+    let roughness = media.occupancy().roughness() * unit;
     // (most steps for each voxel, bend, samples a step)
     let quality = settings.quality;
     let passes = [
@@ -91,7 +95,7 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [V
     let passes = passes.map(|(most, bend, samples)| (quality * f64::from(most), bend, samples));
     let samples = (quality * f64::from(SLAB_SAMPLES_PER_VOXEL)) as f32;
     let [mut rates, mut lengths, mut longest] = [Vec4::ZERO; 3];
-    if settings.shading == Shading::Paper || media.plain().is_none() {
+    if settings.shading == Shading::Paper || media.graded().is_none() {
         // As many steps as were asked for, or nothing is known of the slopes: all as long as each other.
         let rates = passes.map(|(most, ..)| most as f32);
         return [Vec3::from_array(rates).extend(samples), lengths, longest];
@@ -107,13 +111,18 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [V
     }
     rates.w = samples;
     longest = Vec3::splat((0.25 * BATCH_VOXELS * voxel / quality) as f32).extend(0.0);
-    let densest = media.densest();
+    let densest = media.densest() * unit;
     let known = roughness > 0.0 && densest > 0.0;
     if known {
         longest.w = (LOOKUP_DEPTH / densest / quality) as f32;
     }
     if densest > 0.0 {
         lengths.z = lengths.z.min((VIEW_DEPTH / densest / quality) as f32);
+    }
+    if media.plain().is_none() {
+        // Of emission and of colours nothing is known: camera rays take equal steps.
+        rates.z = passes[2].0 as f32;
+        (lengths.z, longest.z, longest.w) = (0.0, 0.0, 0.0);
     }
     if settings.crossing != Crossing::Exact {
         // Depths are wrong by as much as steps are long.
@@ -161,7 +170,7 @@ pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f6
 }
 
 /// [`Frame::brick_scale`], [`Frame::brick_offset`].
-pub(super) fn bricks(media: &Media) -> [Vec4; 2] {
+pub(super) fn bricks(media: &Media, settings: &Settings) -> [Vec4; 2] {
     let occupancy = media.occupancy();
     let (origin, edge) = (occupancy.origin(), occupancy.edge());
     // Voxels along a unit, and the index at the origin, of the space that shaders sample in.
@@ -169,7 +178,9 @@ pub(super) fn bricks(media: &Media) -> [Vec4; 2] {
         Some(_) => (DVec3::from_array(media.dims().map(|n| n as f64)), DVec3::splat(-0.5)),
         None => (DVec3::ONE, DVec3::ZERO),
     };
-    let scale = (unit / edge).as_vec3().extend(0.0);
+    let thickest = media.densest() * media.unit() * settings.quality;
+    let hiding = (HIDDEN_DEPTH / thickest.max(1e-30)) as f32;
+    let scale = (unit / edge).as_vec3().extend(hiding);
     [scale, ((start - origin) / edge).as_vec3().extend(0.0)]
 }
 

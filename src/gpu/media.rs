@@ -134,7 +134,7 @@ fn codes(
 }
 
 fn mixed(gpu: &Renderer, media: &Media) -> Result<Content> {
-    let Mixture { parts, mut fields, volumes, tables } = Mixture::of(media);
+    let Mixture { parts, mut fields, volumes, tables, .. } = Mixture::of(media);
     for (what, count, most) in
         [("volumes", parts.len(), MOST_PARTS), ("grids", fields.len(), MOST_FIELDS)]
     {

@@ -107,7 +107,10 @@ fn threshold_layer(
     ];
     attributes.extend(placement(map.view(), index_from_world, domain));
     attributes.extend(certified(certificate));
-    rgba_layer([map.size(); 2], map.texels(), attributes)
+    let unit = map.view().unit as f32;
+    let world = |[r, g, b, a]: &[f32; 4]| [r * unit, g * unit, b * unit, *a];
+    let texels: Vec<[f32; 4]> = map.texels().iter().map(world).collect();
+    rgba_layer([map.size(); 2], &texels, attributes)
 }
 
 /// How a map lies in the world, as attributes.

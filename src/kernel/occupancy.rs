@@ -13,9 +13,8 @@ pub const LEAP: f32 = 0.1;
 /// Steps at least, as a share of the ray's end: what rounding still tells apart.
 pub const LEAST_SHARE: f32 = 2e-6;
 
-/// What the samples of cut steps of a camera ray aim at, as a share of the limit: steps of a hundredth of
-/// optical depth to the square err little, also where light falls some times as fast as it is seen.
-pub const CUT_SHARE: f32 = 0.6;
+/// What the samples of cut steps of a camera ray aim at, as a share of the limit: where one is thick, others are.
+pub const CUT_SHARE: f32 = 0.33;
 /// How much longer than made for the steepest place steps may be before ends of batches are looked at.
 pub const HIDING: f32 = 3.0;
 /// What steps that are cut become at least, as a share of themselves.

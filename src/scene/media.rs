@@ -77,6 +77,11 @@ impl Medium {
     }
 }
 
+/// Powers of two of a diagonal within which world lengths are what is computed in.
+const ORDINARY_POWER: f64 = 16.0;
+/// How many voxels of the space of several bodies a ray counts at most for each that the bodies have.
+const FINER_THAN_BODIES: f64 = 4.0;
+
 /// Several bodies in one space of voxel indices: that of the body whose box around all is the smallest,
 /// with voxels as fine as the finest of all along its axes. That of the only body is its own.
 ///
@@ -151,6 +156,15 @@ impl Media {
         }
     }
 
+    /// The only body, if extinction follows from its density alone, by a number or a transfer function: then
+    /// it is known how fast it changes.
+    pub fn graded(&self) -> Option<&Body> {
+        match &self.bodies[..] {
+            [body] if body.medium.modulation.is_none() => Some(body),
+            _ => None,
+        }
+    }
+
     /// Whether some body emits light.
     pub fn emits(&self) -> bool {
         self.bodies.iter().any(|body| body.medium.emission.is_some())
@@ -206,6 +220,24 @@ impl Media {
     /// Points around what can be seen of all bodies ([`Volume::visible_points`]).
     pub fn visible_points(&self, share: f32) -> Vec<DVec3> {
         self.bodies.iter().flat_map(|body| body.volume.visible_points(share)).collect()
+    }
+
+    /// World lengths that stand for one in f32, where maps and pictures are computed: 1 for media that are neither
+    /// tiny nor huge, else the power of two next to their diagonal. Numbers keep their digits then, and their
+    /// squares fit, whatever a file's lengths are.
+    pub fn unit(&self) -> f64 {
+        let power = self.world_bounds().size().length().log2().round();
+        if power.is_finite() && power.abs() > ORDINARY_POWER { power.exp2() } else { 1.0 }
+    }
+
+    /// Voxel lengths that a ray through the domain may count at most. Of a body alone that is its diagonal. The
+    /// index space of several is as fine as the finest of them, which may be by any factor: what rays take
+    /// follows from the voxels that there are.
+    pub fn most_voxels(&self) -> f64 {
+        let diagonal =
+            |body: &Body| DVec3::from_array(body.volume.dims().map(|n| n as f64)).length();
+        let sum: f64 = self.bodies.iter().map(diagonal).sum();
+        if self.bodies.len() > 1 { FINER_THAN_BODIES * sum } else { sum }
     }
 
     /// A bound of extinction anywhere, 1 / world length: what all bodies have where they are densest.

@@ -33,7 +33,8 @@ pub trait ShadowMap: Sync {
     /// Bytes that a lookup may read, without what it may do without (links, the light's view).
     fn bytes(&self) -> u64;
 
-    /// Transmittance along the central ray of texel (`x`, `y`) from the light to `depth`, in 0..1.
+    /// Transmittance along the central ray of texel (`x`, `y`) from the light to `depth`, in 0..1. Depths are in
+    /// units of the light's view ([`LightView::unit`]), world lengths for scenes of ordinary size.
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32;
 
     /// Depth where the shadow of texel (`x`, `y`) begins to matter; `None` for none, and in maps that do not
