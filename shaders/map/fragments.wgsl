@@ -115,7 +115,7 @@ fn place_transmittance(list: List, place: Place, depth: f32) -> f32 {
 // Optical depth where a shadow's front is taken to be.
 const FRONT_DEPTH: f32 = 0.5;
 // Optical depth that a texel needs for its shadow to have a front.
-const LEAST_WITH_FRONT: f32 = 2.302585;
+const LEAST_WITH_FRONT: f32 = 2.3025851;
 
 // Depth where a texel's shadow begins to matter, and 1 if it has one.
 fn front(texel: vec2<u32>) -> vec2<f32> {

@@ -41,7 +41,7 @@ pub fn optical_depth_between(nodes: &[Node], before: usize, depth: f32) -> f32 {
 pub const FRONT_DEPTH: f32 = 0.5;
 
 /// Optical depth that a texel needs for its shadow to have a front: nine tenths of the light.
-pub const LEAST_WITH_FRONT: f32 = 2.302_585;
+pub const LEAST_WITH_FRONT: f32 = std::f32::consts::LN_10;
 
 /// Depth where optical depth reaches [`FRONT_DEPTH`]; `None` where it stays below [`LEAST_WITH_FRONT`].
 pub fn front_of(nodes: &[Node]) -> Option<f32> {
