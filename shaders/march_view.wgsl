@@ -148,6 +148,7 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         var batch = Batch(steps.ray, t, step_from(walk, t));
         var early = four_samples(batch, 0.0);
         var late = four_samples(batch, 4.0);
+        var limit = frame.limits.z;
         // Where the medium is dense, steps are cut until no sample is thicker than it may be.
         loop {
             let most = max(early, late);
@@ -157,9 +158,10 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
                 thickest = max(thickest, end * (frame.domain_min.w * (0.5 * batch.step)));
             }
             let visible = thickest * sqrt(through);
-            if (visible <= frame.limits.z) {
+            if (visible <= limit) {
                 break;
             }
+            limit = CUT_LIMIT * frame.limits.z;
             let shorter = cut(walk, batch.step, CUT_SHARE * frame.limits.z / visible);
             if (shorter >= batch.step) {
                 break;

@@ -17,6 +17,8 @@ const LEAP: f32 = 0.1;
 const LEAST_SHARE: f32 = 2e-6;
 // What the samples of cut steps of a camera ray aim at, as a share of the limit.
 const CUT_SHARE: f32 = 0.33;
+// What they may hold.
+const CUT_LIMIT: f32 = 0.5;
 // How much longer than made for the steepest place steps may be before ends of batches are looked at.
 const HIDING: f32 = 3.0;
 // What steps that are cut become at least and at most, as a share of themselves.

@@ -15,7 +15,7 @@ const LISTS: bool = false;
 // Depth where a texel's shadow begins to matter, and 1 if it has one.
 fn front(texel: vec2<u32>) -> vec2<f32> {
     let numbers = textureLoad(threshold_map, texel, 0);
-    return vec2<f32>(numbers.y, select(0.0, 1.0, numbers.w >= SMALLEST_OPACITY));
+    return vec2<f32>(numbers.y, select(0.0, 1.0, numbers.w >= frame.thresholds.z));
 }
 
 // Transmittance along the central ray of a texel to a depth.

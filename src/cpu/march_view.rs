@@ -11,7 +11,7 @@ use crate::kernel::media::{
     Arriving, Piece, Sampler, arriving, density_along, emission_along, four_along, source_along,
 };
 use crate::kernel::medium::{mean_transmittance, scattered, step_opacity};
-use crate::kernel::occupancy::{BATCH, CUT_SHARE, Walk};
+use crate::kernel::occupancy::{BATCH, CUT_LIMIT, CUT_SHARE, Walk};
 use crate::kernel::ray::{Ray, intersect_box, step_count, voxels_over};
 use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
@@ -178,6 +178,7 @@ impl View<'_> {
     ) -> (Batch<'r>, [Vec4; 2]) {
         let frame = self.frame;
         let mut batch = Batch { ray, begin: t, step: walk.step_from(t) };
+        let mut limit = frame.limits.z;
         loop {
             let four = |first: usize| {
                 let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
@@ -192,9 +193,10 @@ impl View<'_> {
                 thickest = thickest.max(per_density * density);
             }
             let visible = thickest * through.sqrt();
-            if visible <= frame.limits.z {
+            if visible <= limit {
                 return (batch, taus);
             }
+            limit = CUT_LIMIT * frame.limits.z;
             let shorter = walk.cut(batch.step, CUT_SHARE * frame.limits.z / visible);
             if shorter >= batch.step {
                 return (batch, taus);

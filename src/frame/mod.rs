@@ -10,10 +10,10 @@ mod mixture;
 mod steps;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DMat4, DVec3, DVec4, Vec3, Vec4};
 
 use crate::error::{Error, Result};
-use crate::scene::{LightView, Scene};
+use crate::scene::{Light, LightView, Media, Scene};
 use crate::settings::{Crossing, Lookup, Settings, Shading};
 pub use mixture::{
     FARTHEST_CELL, Field, LEAST_CELLS, MOST_FIELDS, MOST_PARTS, Mixture, Part, TABLE_CELLS,
@@ -175,20 +175,9 @@ impl Frame {
         let along = |v: DVec3| v.as_vec3().extend(0.0);
         let within = |v: DVec3| along(v / unit);
         let world_from_frame =
-            glam::DMat4::from_translation(center) * glam::DMat4::from_scale(DVec3::splat(unit));
+            DMat4::from_translation(center) * DMat4::from_scale(DVec3::splat(unit));
         let index_from_frame = media.world_from_index().inverse() * world_from_frame;
-        // Depth is a length; with a position so are the other three, whose ratios count.
-        let lengths = match light.position {
-            Some(_) => glam::DVec4::splat(1.0 / unit),
-            None => glam::DVec4::new(1.0, 1.0, 1.0 / unit, 1.0),
-        };
-        let light_from_frame =
-            glam::DMat4::from_diagonal(lengths) * light.light_from_world * world_from_frame;
-        // That at distance 1.
-        let irradiance = match light.position {
-            Some(_) => sun.irradiance / (unit * unit),
-            None => sun.irradiance,
-        };
+        let (light_from_frame, irradiance) = placed(light, sun, &world_from_frame, unit);
         let rays = {
             let [width, height] = settings.image_size.map(f64::from);
             scene.camera.rays(width / height)
@@ -274,14 +263,19 @@ impl Frame {
                 u32::from(media.emits()),
             ],
         };
+        frame.checked(media)
+    }
+
+    /// The same frame, if f32 holds it.
+    fn checked(self, media: &Media) -> Result<Self> {
         let finite =
-            bytemuck::cast_slice::<Vec4, f32>(&frame.vectors()).iter().all(|v| v.is_finite());
+            bytemuck::cast_slice::<Vec4, f32>(&self.vectors()).iter().all(|v| v.is_finite());
         if !finite {
             return Err(Error::value("scene", "a length or a factor of it does not fit f32"));
         }
         let thickest = media.densest() * media.world_bounds().size().length();
         if thickest <= MOST_OPTICAL_DEPTH {
-            Ok(frame)
+            Ok(self)
         } else {
             let why = format!("an optical depth of up to {thickest:e} does not fit f32");
             Err(Error::value("density scale", why))
@@ -316,6 +310,18 @@ impl Frame {
         let floats: &[f32] = bytemuck::cast_slice(std::slice::from_ref(self));
         std::array::from_fn(|i| Vec4::from_slice(&floats[4 * i..]))
     }
+}
+
+/// From frame space, of units of as many world lengths, to the light's, whose depths are in them too, and the
+/// irradiance there: that of a point or spot light is at a distance of a unit.
+fn placed(light: &LightView, sun: &Light, world_from_frame: &DMat4, unit: f64) -> (DMat4, DVec3) {
+    // Depth is a length; with a position so are the other three, whose ratios count.
+    let (lengths, share) = match light.position {
+        Some(_) => (DVec4::splat(1.0 / unit), 1.0 / (unit * unit)),
+        None => (DVec4::new(1.0, 1.0, 1.0 / unit, 1.0), 1.0),
+    };
+    let to_units = DMat4::from_diagonal(lengths);
+    (to_units * light.light_from_world * *world_from_frame, sun.irradiance * share)
 }
 
 /// Crossing, lookup, texels along the edge of the filter's window, shading.

@@ -44,7 +44,9 @@ const RAW_TOLERANCE: f64 = 0.002;
 /// of that.
 const SAMPLE_DEPTH: f64 = 0.15;
 /// Optical depth of a texel's width that is no matter.
-const THIN_TEXEL: f64 = 0.1;
+const THIN_TEXEL: f64 = 0.25;
+/// Voxels that a texel is wide at most to see surfaces between them.
+const FINE_TEXEL: f64 = 0.5;
 /// Slope against the light of what counts as one surface, in depth over a texel's width.
 const STEEPEST_SURFACE: f64 = 6.0;
 /// Optical depth of the densest medium over a step of a camera ray beyond which something thick may hide between
@@ -166,7 +168,13 @@ pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f6
     let width =
         across(light.origin_u, light.direction_u).max(across(light.origin_v, light.direction_v));
     let texel = width / f64::from(settings.map_size);
-    if media.densest() * texel > THIN_TEXEL { STEEPEST_SURFACE * texel } else { 0.0 }
+    // Texels that are no finer than voxels see no surface, but one voxel beside another.
+    let voxel = [DVec3::X, DVec3::Y, DVec3::Z]
+        .map(|axis| media.world_from_index().transform_vector3(axis).length())
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    let seen = texel < FINE_TEXEL * voxel && media.densest() * texel > THIN_TEXEL;
+    if seen { STEEPEST_SURFACE * texel } else { 0.0 }
 }
 
 /// [`Frame::brick_scale`], [`Frame::brick_offset`].

@@ -40,14 +40,15 @@ pub fn optical_depth_between(nodes: &[Node], before: usize, depth: f32) -> f32 {
 /// Optical depth where a shadow's front is taken to be.
 pub const FRONT_DEPTH: f32 = 0.5;
 
-/// Depth where optical depth reaches [`FRONT_DEPTH`], or half of its last value if that is less; `None` without
-/// any.
+/// Optical depth that a texel needs for its shadow to have a front: nine tenths of the light.
+pub const LEAST_WITH_FRONT: f32 = std::f32::consts::LN_10;
+
+/// Depth where optical depth reaches [`FRONT_DEPTH`]; `None` where it stays below [`LEAST_WITH_FRONT`].
 pub fn front_of(nodes: &[Node]) -> Option<f32> {
-    let last = nodes.last().filter(|last| last.optical_depth > 0.0)?;
-    let wanted = FRONT_DEPTH.min(0.5 * last.optical_depth);
-    let (a, b) =
-        nodes.array_windows().map(|[a, b]| (a, b)).find(|(_, b)| b.optical_depth >= wanted)?;
-    let share = (wanted - a.optical_depth) / (b.optical_depth - a.optical_depth);
+    nodes.last().filter(|last| last.optical_depth >= LEAST_WITH_FRONT)?;
+    let pairs = nodes.array_windows().map(|[a, b]| (a, b));
+    let (a, b) = pairs.into_iter().find(|(_, b)| b.optical_depth >= FRONT_DEPTH)?;
+    let share = (FRONT_DEPTH - a.optical_depth) / (b.optical_depth - a.optical_depth);
     Some(a.depth + (b.depth - a.depth) * share.clamp(0.0, 1.0))
 }
 

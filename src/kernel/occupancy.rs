@@ -15,6 +15,8 @@ pub const LEAST_SHARE: f32 = 2e-6;
 
 /// What the samples of cut steps of a camera ray aim at, as a share of the limit: where one is thick, others are.
 pub const CUT_SHARE: f32 = 0.33;
+/// What the samples of cut steps may hold, as a share of the limit.
+pub const CUT_LIMIT: f32 = 0.5;
 /// How much longer than made for the steepest place steps may be before ends of batches are looked at.
 pub const HIDING: f32 = 3.0;
 /// What steps that are cut become at least, as a share of themselves.

@@ -37,8 +37,8 @@ pub trait ShadowMap: Sync {
     /// units of the light's view ([`LightView::unit`]), world lengths for scenes of ordinary size.
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32;
 
-    /// Depth where the shadow of texel (`x`, `y`) begins to matter; `None` for none, and in maps that do not
-    /// know it.
+    /// Depth where the shadow of texel (`x`, `y`) begins to matter, if it takes nine tenths of the light; `None`
+    /// else, and in maps that do not know it.
     fn front(&self, _x: u32, _y: u32) -> Option<f32> {
         None
     }

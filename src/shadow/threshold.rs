@@ -8,9 +8,7 @@ use rayon::prelude::*;
 use super::ShadowMap;
 use crate::frame::Frame;
 use crate::kernel::light::light_extent;
-use crate::kernel::threshold::{
-    Curve, SMALLEST_OPACITY, curve, optical_depth_at, transmittance_paper,
-};
+use crate::kernel::threshold::{Curve, curve, optical_depth_at, transmittance_paper};
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
 
@@ -96,7 +94,8 @@ impl ShadowMap for ThresholdMap {
 
     fn front(&self, x: u32, y: u32) -> Option<f32> {
         let [_, middle, _, a] = self.texels[y as usize * self.size as usize + x as usize];
-        (a >= SMALLEST_OPACITY).then_some(middle)
+        // Where all thresholds are reached: other channels hold depths of shares of the texel's own opacity.
+        (a >= self.thresholds[2] as f32).then_some(middle)
     }
 
     fn reach(&self) -> f32 {
