@@ -3,7 +3,8 @@
 use std::num::NonZero;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::{Mutex, PoisonError};
-use std::thread::available_parallelism;
+use std::thread::{available_parallelism, sleep};
+use std::time::Duration;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -39,11 +40,15 @@ pub(super) fn run<T: Send>(
 fn pool(mut threads: usize) -> Result<ThreadPool> {
     loop {
         let builder = ThreadPoolBuilder::new().num_threads(threads);
+        // One needs no other than this, which there is.
+        let builder = if threads == 1 { builder.use_current_thread() } else { builder };
         threads = match (builder.build(), threads) {
             (Ok(pool), _) => return Ok(pool),
             (Err(error), 1) => return Err(Error::value("threads", error.to_string())),
             (Err(_), 0) => available_parallelism().map_or(1, NonZero::get),
             (Err(_), _) => threads / 2,
         };
+        // Those that came take a moment to go.
+        sleep(Duration::from_millis(20));
     }
 }

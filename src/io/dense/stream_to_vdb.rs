@@ -2,7 +2,7 @@
 //! than what is written. It gives the very bytes that the way through all voxels gives.
 
 use super::grid::DenseGrid;
-use super::to_vdb::{EDGE, leaves_along};
+use super::to_vdb::{EDGE, leaves_along, leaves_at};
 use super::{DenseFile, Order};
 use crate::error::Result;
 use crate::error::memory;
@@ -11,9 +11,6 @@ use crate::io::remap::Remap;
 use crate::io::vdb::{
     Compression, Grid, NewGrid, PackedBuilder, PackedTree, Tree, Value, VdbWriter,
 };
-
-/// Leaves along x whose voxels are taken out of a layer at once.
-const LEAVES_ALONG_X: usize = 4;
 
 /// Bytes that are to be left beside a layer of leaves.
 const SPARE: u64 = 4 << 20;
@@ -112,9 +109,10 @@ impl DenseFile {
                 let bounds = slab.bounds()?;
                 // Leaves ask for little pieces, which nobody can refuse: packed ones are hardly larger.
                 memory::check(2 * slab.bytes.len() as u64 + SPARE, "leaves")?;
-                let along_x: Vec<i32> = leaves_along(&bounds, 0).collect();
-                for some in along_x.chunks(LEAVES_ALONG_X) {
-                    builder.add(slab.leaves(&bounds, some, background));
+                for x in leaves_along(&bounds, 0) {
+                    builder.add(leaves_at(&bounds, x), |origin, values| {
+                        slab.fill_leaf(origin, &bounds, background, values)
+                    });
                 }
                 slab.bytes.clear();
                 (slab.dims[2], slab.origin.z) = (0, next);

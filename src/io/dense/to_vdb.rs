@@ -8,7 +8,7 @@ use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
 use crate::io::remap::Remap;
-use crate::io::vdb::{Grid, IndexBox, LeafVoxels, Tree, TreeBuilder, Value};
+use crate::io::vdb::{Grid, IndexBox, Tree, TreeBuilder, Value};
 
 /// Edge of a leaf, in voxels.
 pub(super) const EDGE: i32 = 8;
@@ -64,7 +64,13 @@ impl DenseGrid {
         let mut builder = TreeBuilder::new(background);
         // A layer of leaves at a time.
         for x in leaves_along(&bounds, 0) {
-            for (origin, block) in self.leaves(&bounds, &[x], background) {
+            let leaf = |origin| {
+                let mut values = vec![background; 512];
+                let active = self.fill_leaf(origin, &bounds, background, &mut values);
+                (origin, (values, active))
+            };
+            let leaves: Vec<_> = leaves_at(&bounds, x).into_par_iter().map(leaf).collect();
+            for (origin, block) in leaves {
                 builder.put_block(origin, block);
             }
         }
@@ -80,37 +86,28 @@ impl DenseGrid {
         background[0]
     }
 
-    /// The leaves that lie within `bounds`, those of the box, at places `along_x`.
-    pub(super) fn leaves<T: Value>(
+    /// Puts the 8^3 voxels from `origin` on, z fastest, and says which of them are active; `bounds` are the box's.
+    pub(super) fn fill_leaf<T: Value>(
         &self,
+        origin: IVec3,
         bounds: &IndexBox,
-        along_x: &[i32],
         background: T,
-    ) -> Vec<(IVec3, LeafVoxels<T>)> {
-        let all = along_x.iter().flat_map(|&x| {
-            leaves_along(bounds, 1)
-                .flat_map(move |y| leaves_along(bounds, 2).map(move |z| IVec3::new(x, y, z)))
-        });
-        let origins: Vec<IVec3> = all.collect();
-        let leaf = |origin| (origin, self.block(origin, bounds, background));
-        origins.into_par_iter().map(leaf).collect()
-    }
-
-    /// The 8^3 voxels from `origin` on, z fastest, and which of them are active.
-    fn block<T: Value>(&self, origin: IVec3, bounds: &IndexBox, background: T) -> LeafVoxels<T> {
-        let mut values = vec![background; 512];
+        values: &mut [T],
+    ) -> [u64; 8] {
+        values.fill(background);
         let mut active = [0_u64; 8];
         let cube = IndexBox { min: origin, max: origin | (EDGE - 1) };
-        let Some(part) = cube.intersection(bounds) else { return (values, active) };
+        let Some(part) = cube.intersection(bounds) else { return active };
         let [nx, ny, _] = self.dims;
         let length = (part.max.x - part.min.x + 1) as usize;
-        let mut row = vec![background; length];
+        let mut row = [background; EDGE as usize];
+        let row = &mut row[..length];
         for z in part.min.z..=part.max.z {
             for y in part.min.y..=part.max.y {
                 let at = IVec3::new(part.min.x, y, z);
                 let [x, y, z] = (at - bounds.min).to_array().map(|n| n as usize);
                 let first = (z * ny + y) * nx + x;
-                T::decode(&self.bytes[first * T::BYTES..(first + length) * T::BYTES], &mut row);
+                T::decode(&self.bytes[first * T::BYTES..(first + length) * T::BYTES], row);
                 let within = (at - origin).to_array().map(|n| n as usize);
                 for (step, &value) in row.iter().enumerate() {
                     let slot = (within[0] + step) << 6 | within[1] << 3 | within[2];
@@ -123,11 +120,17 @@ impl DenseGrid {
                 }
             }
         }
-        (values, active)
+        active
     }
 }
 
 /// Where leaves that touch a box begin along an axis.
 pub(super) fn leaves_along(bounds: &IndexBox, axis: usize) -> impl Iterator<Item = i32> + use<> {
     (bounds.min[axis] & !(EDGE - 1)..=bounds.max[axis]).step_by(EDGE as usize)
+}
+
+/// Where leaves that touch a box begin at place `x`.
+pub(super) fn leaves_at(bounds: &IndexBox, x: i32) -> Vec<IVec3> {
+    let along_z = |y| leaves_along(bounds, 2).map(move |z| IVec3::new(x, y, z));
+    leaves_along(bounds, 1).flat_map(along_z).collect()
 }

@@ -75,7 +75,7 @@ pub use grid_type::ValueType;
 pub use header::GridHeader;
 pub use index_box::IndexBox;
 pub use metadata::{MetaValue, Metadata};
-pub use packed::{LeafVoxels, PackedBuilder, PackedTree};
+pub use packed::{PackedBuilder, PackedTree};
 pub use sparse::Blocks;
 pub use statistics::Statistics;
 pub use transform::Transform;

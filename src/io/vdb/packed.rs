@@ -16,8 +16,16 @@ use super::write_tree::put_words;
 use crate::error::Result;
 use crate::error::memory;
 
-/// The 8^3 voxels of a leaf, z fastest, and which of them are active.
-pub type LeafVoxels<T> = (Vec<T>, [u64; 8]);
+/// Voxels of a leaf.
+const VOXELS: usize = 512;
+
+/// Memory to work in, for use again and again by one thread.
+#[derive(Default)]
+struct Scratch<T> {
+    values: Vec<T>,
+    workspace: BlockWorkspace<T>,
+    bytes: Vec<u8>,
+}
 
 /// Makes a [`PackedTree`]: leaves come in any order, each once.
 pub struct PackedBuilder<T> {
@@ -45,20 +53,22 @@ where
         Self { builder: TreeBuilder::new(background), encoding, leaves: 0 }
     }
 
-    /// Packs leaves, each at the lowest of its voxels; those that are the same everywhere become tiles.
-    pub fn add(&mut self, leaves: Vec<(IVec3, LeafVoxels<T>)>) {
+    /// Packs the leaves at `origins`, each the lowest of its voxels; those that are the same everywhere become
+    /// tiles. `fill` puts a leaf's voxels, z fastest, and says which of them are active.
+    pub fn add(&mut self, origins: Vec<IVec3>, fill: impl Fn(IVec3, &mut [T]) -> [u64; 8] + Sync) {
         let encoding = &self.encoding;
-        let packed: Vec<_> = leaves
+        let packed: Vec<_> = origins
             .into_par_iter()
-            .map_init(Default::default, |scratch, (origin, (values, active))| {
-                let (workspace, bytes): &mut (BlockWorkspace<T>, Vec<u8>) = scratch;
-                let constant = TreeBuilder::constant(&values, &active);
+            .map_init(Scratch::default, |Scratch { values, workspace, bytes }, origin| {
+                values.resize(VOXELS, encoding.background);
+                let active = fill(origin, values);
+                let constant = TreeBuilder::constant(values, &active);
                 bytes.clear();
                 if constant.is_none() {
                     put_words(&active, bytes);
-                    put_block(&values, &active, &[], encoding, workspace, bytes);
+                    put_block(values, &active, &[], encoding, workspace, bytes);
                 }
-                // As much memory as it takes, and no hole beside it from a vector that grew.
+                // Nothing but these pieces is asked for here, so that there are no holes between them.
                 (origin, constant, Box::from(bytes.as_slice()))
             })
             .collect();

@@ -200,6 +200,12 @@ impl VdbWriter {
         let offsets = self.put_descriptor(&type_name, "", &mut metadata)?;
         let grid_start = self.out.len();
         self.put_grid_header(&metadata, map_bytes);
+        // Masks of leaves and of branches: a vector that doubles would hold them thrice.
+        let topology = tree.topology();
+        let masks = 64 * topology.leaf_origins.len()
+            + 2048 * topology.lowers.len()
+            + 16384 * topology.uppers.len();
+        memory::reserve(self.out.last(), masks, "a tree")?;
         put_topology(tree, encoding, self.out.last());
         let blocks_start = self.out.len();
         put(&mut self.out);
