@@ -34,7 +34,6 @@ const MOST_PARTS: u32 = 8u;
 const MOST_FIELDS: u32 = 8u;
 const TABLE_CELLS: u32 = 1024u;
 const LEAST_CELLS: f32 = 1.0;
-const FARTHEST_CELL: f32 = 16777216.0;
 
 @group(0) @binding(2) var trilinear: sampler;
 @group(0) @binding(12) var<uniform> mixture: Mixture;
@@ -117,7 +116,7 @@ fn integral_to(table: u32, place: f32) -> vec4<f32> {
 // Mean of a table's function between two values: (red, green, blue) times opacity, and opacity.
 fn table_mean(header: vec4<f32>, ends: vec2<f32>) -> vec4<f32> {
     let table = u32(header.x);
-    let places = clamp((ends - header.z) * header.w, vec2<f32>(-FARTHEST_CELL), vec2<f32>(FARTHEST_CELL));
+    let places = (ends - header.z) * header.w;
     let across = places.y - places.x;
     if (abs(across) < LEAST_CELLS) {
         return entry_at(table, 0.5 * (places.x + places.y));

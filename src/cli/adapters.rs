@@ -5,14 +5,16 @@ use crate::error::Result;
 /// Prints one line an adapter.
 #[cfg(feature = "gpu")]
 pub(super) fn run() -> Result<()> {
-    use crate::error::quote::{LONGEST_LINE, one_line};
+    use std::io::Write;
 
     let mut lines = crate::gpu::adapters();
     if lines.is_empty() {
         lines.push("no graphics adapter; --backend auto takes the CPU".to_owned());
     }
-    let lines = lines.iter().map(|line| one_line(line, LONGEST_LINE) + "\n");
-    super::print(&lines.collect::<String>())
+    let text = lines.join("\n") + "\n";
+    std::io::stdout()
+        .write_all(text.as_bytes())
+        .map_err(|error| crate::Error::file("standard output", error))
 }
 
 #[cfg(not(feature = "gpu"))]

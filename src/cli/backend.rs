@@ -2,7 +2,6 @@
 
 use std::str::FromStr;
 
-use super::fallback::Fallback;
 use crate::backend::Backend;
 use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
@@ -32,13 +31,9 @@ impl FromStr for BackendChoice {
     }
 }
 
-/// The backend that `choice` means on this machine for maps of `kind`; `say` is told why it is no other one, where
-/// that is only found out later. No adapter is looked for if the CPU was asked for.
-pub(super) fn open(
-    choice: BackendChoice,
-    kind: Option<MapKind>,
-    say: fn(&str),
-) -> Result<Box<dyn Backend>> {
+/// The backend that `choice` means on this machine for maps of `kind`. No adapter is looked for if
+/// the CPU was asked for.
+pub(super) fn open(choice: BackendChoice, kind: Option<MapKind>) -> Result<Box<dyn Backend>> {
     let builds = |backend: &dyn Backend| kind.is_none_or(|kind| backend.builds(kind));
     match choice {
         BackendChoice::Cpu => Ok(Box::new(CpuBackend)),
@@ -49,10 +44,9 @@ pub(super) fn open(
                 Err(Error::value("map", format!("'{kind}' maps need --backend cpu")))
             })
         }
-        BackendChoice::Auto => Ok(match gpu_hardware().filter(|gpu| builds(&**gpu)) {
-            Some(gpu) => Box::new(Fallback::new(gpu, say)),
-            None => Box::new(CpuBackend),
-        }),
+        BackendChoice::Auto => {
+            Ok(Some(auto()).filter(|gpu| builds(&**gpu)).unwrap_or_else(|| Box::new(CpuBackend)))
+        }
     }
 }
 
@@ -68,12 +62,15 @@ fn gpu() -> Result<Box<dyn Backend>> {
 }
 
 #[cfg(feature = "gpu")]
-fn gpu_hardware() -> Option<Box<dyn Backend>> {
+fn auto() -> Box<dyn Backend> {
     use crate::gpu::{AdapterChoice, GpuBackend};
-    GpuBackend::open(AdapterChoice::Hardware).ok().map(|gpu| Box::new(gpu) as Box<dyn Backend>)
+    match GpuBackend::open(AdapterChoice::Hardware) {
+        Ok(gpu) => Box::new(gpu),
+        Err(_) => Box::new(CpuBackend),
+    }
 }
 
 #[cfg(not(feature = "gpu"))]
-fn gpu_hardware() -> Option<Box<dyn Backend>> {
-    None
+fn auto() -> Box<dyn Backend> {
+    Box::new(CpuBackend)
 }

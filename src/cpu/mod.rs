@@ -2,8 +2,6 @@
 //! referee of the other backends.
 
 #[cfg(test)]
-mod bounds;
-#[cfg(test)]
 mod counts;
 mod deep_view;
 mod link_neighbors;

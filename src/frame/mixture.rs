@@ -19,8 +19,6 @@ pub const MOST_PARTS: usize = 8;
 /// Between densities that are closer than as many cells a function is read in their middle: integrals so
 /// close to each other have no digits left for their difference.
 pub const LEAST_CELLS: f32 = 1.0;
-/// Cells beyond a table's ends that are still told apart: over more of them the function is as at its end.
-pub const FARTHEST_CELL: f32 = 16_777_216.0;
 
 /// A grid of numbers.
 #[repr(C)]
@@ -69,14 +67,12 @@ pub struct Mixture<'a> {
     /// First [`TABLE_CELLS`] + 1 values where cells begin and end, then as many integrals up to there, in
     /// cells.
     pub tables: Vec<Vec4>,
-    /// World lengths of a unit that extinction and emission count ([`Media::unit`]).
-    unit: f64,
 }
 
 impl<'a> Mixture<'a> {
     /// The mixture of all of `media`'s bodies.
     pub fn of(media: &'a Media) -> Self {
-        let mut mixture = Self { unit: media.unit(), ..Self::default() };
+        let mut mixture = Self::default();
         for body in media.bodies() {
             mixture.add(body, media.world_from_index());
         }
@@ -106,13 +102,13 @@ impl<'a> Mixture<'a> {
                     Some(volume) => self.field(volume, world_from_media),
                     None => density,
                 };
-                (self.table(ramp), field + 1, (*scale * self.unit) as f32)
+                (self.table(ramp), field + 1, *scale as f32)
             }
             None => (Vec4::ZERO, 0, 0.0),
         };
         self.parts.push(Part {
             albedo: medium.albedo.as_vec3().extend(medium.phase_g as f32),
-            strength: Vec4::new((medium.density_scale * self.unit) as f32, scale, 0.0, 0.0),
+            strength: Vec4::new(medium.density_scale as f32, scale, 0.0, 0.0),
             transfer,
             emission,
             fields: [density, color, field, modulation],

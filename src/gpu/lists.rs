@@ -1,5 +1,7 @@
 //! Passes `raster_slices` and `sort_fragments`: planes drawn into linked lists, which become nodes.
 
+use wgpu::util::DeviceExt;
+
 use super::bindings::{self, at, entry};
 use super::fragments::{GpuFragments, Tile};
 use super::link::MediaKind;
@@ -170,6 +172,10 @@ impl Renderer {
     }
 
     pub(super) fn tile_buffer(&self, tile: Tile) -> wgpu::Buffer {
-        self.buffer("tile", bytemuck::bytes_of(&tile), wgpu::BufferUsages::UNIFORM)
+        self.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("tile"),
+            contents: bytemuck::bytes_of(&tile),
+            usage: wgpu::BufferUsages::UNIFORM,
+        })
     }
 }

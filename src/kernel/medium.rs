@@ -2,6 +2,8 @@
 
 use glam::Vec4;
 
+use crate::frame::LOOKUP_WEIGHT;
+
 /// The whole sphere's solid angle.
 pub const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
 /// Keeps 0 / 0 out where nothing is scattered.
@@ -11,13 +13,6 @@ pub const SMALLEST_WEIGHT: f32 = 1e-30;
 #[inline]
 pub fn step_opacity(tau: f32) -> f32 {
     1.0 - (-tau).exp()
-}
-
-/// Mean transmittance over a step of optical depth `tau` to its front: (1 - exp(-tau)) / tau, by its series
-/// where the difference has no digits.
-#[inline]
-pub fn mean_transmittance(tau: f32) -> f32 {
-    if tau < 0.01 { 1.0 - tau * (0.5 - tau / 6.0) } else { step_opacity(tau) / tau }
 }
 
 /// Share of light scattered per steradian into an angle of the given cosine between the ways that
@@ -59,14 +54,14 @@ pub struct Scattered {
 
 /// Four steps with two samples each: optical depths in order, the distance of the first sample and the
 /// distance between samples, and the transmittance from the camera in front of them. Steps share a place
-/// if they add at most `weight` together: all four if they are no longer than `length`, else the first or the
-/// last two.
+/// if they add at most [`LOOKUP_WEIGHT`] together: all four if they are no longer than `shared`, else the
+/// first or the last two.
 pub fn scattered(
     through: f32,
     [early, late]: [Vec4; 2],
     first: f32,
     spacing: f32,
-    [weight, length]: [f32; 2],
+    shared: f32,
 ) -> Scattered {
     let (first_half, middle) = taken(through, early);
     let (last_half, behind) = taken(middle, late);
@@ -76,15 +71,15 @@ pub fn scattered(
     let mut weights = pairs(first_half, last_half);
     let mut moments = pairs(held, held_late);
     let sums = [weights.x + weights.y, weights.z + weights.w];
-    if sums[0] + sums[1] <= weight && 8.0 * spacing <= length {
+    if sums[0] + sums[1] <= LOOKUP_WEIGHT && 8.0 * spacing <= shared {
         weights = Vec4::new(sums[0] + sums[1], 0.0, 0.0, 0.0);
         moments.x += moments.y + moments.z + moments.w;
     } else {
-        if sums[0] <= weight {
+        if sums[0] <= LOOKUP_WEIGHT {
             (weights.x, weights.y) = (sums[0], 0.0);
             moments.x += moments.y;
         }
-        if sums[1] <= weight {
+        if sums[1] <= LOOKUP_WEIGHT {
             (weights.z, weights.w) = (sums[1], 0.0);
             moments.z += moments.w;
         }

@@ -1,11 +1,11 @@
 //! Several bodies at once: extinctions add up, and what is scattered is their mean by extinction.
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec4};
 
-use super::density::{Density, four_densities, sample_density};
+use super::density::{Density, sample_density};
 use super::media::Piece;
-use super::ray::{Ray, intersect_box};
-use crate::frame::{FARTHEST_CELL, Field, LEAST_CELLS, Mixture, Part, TABLE_CELLS};
+use super::ray::intersect_box;
+use crate::frame::{Field, LEAST_CELLS, Mixture, Part, TABLE_CELLS};
 use crate::scene::Media;
 
 /// A mixture ready to be sampled.
@@ -62,8 +62,6 @@ fn middle(grid: &Density<'_>, [a, b]: [Vec3; 2]) -> f32 {
     sample_density(grid, 0.5 * (a + b))
 }
 
-/// How far apart pieces that touch may be by rounding, as a share of their length.
-const TOUCHING: f32 = 1e-3;
 /// Cells of a table and entries of one of its halves.
 const CELLS: usize = TABLE_CELLS as usize;
 
@@ -87,8 +85,7 @@ fn integral_to(table: &[Vec4], place: f32) -> Vec4 {
 #[inline]
 fn table_mean(tables: &[Vec4], header: Vec4, [a, b]: [f32; 2]) -> Vec4 {
     let table = &tables[header.x as usize..][..2 * (CELLS + 1)];
-    let [a, b] =
-        [a, b].map(|value| ((value - header.z) * header.w).clamp(-FARTHEST_CELL, FARTHEST_CELL));
+    let (a, b) = ((a - header.z) * header.w, (b - header.z) * header.w);
     if (b - a).abs() < LEAST_CELLS {
         return entry(table, 0.5 * (a + b));
     }
@@ -126,24 +123,6 @@ fn part_along(media: &MixedMedia<'_>, part: &Part, piece: &Piece<'_>) -> Vec4 {
 /// Mean extinction over a piece, 1 / world length.
 pub fn mixture_density(media: &MixedMedia<'_>, piece: &Piece<'_>) -> f32 {
     media.mixture.parts.iter().map(|part| part_along(media, part, piece).w).sum()
-}
-
-/// Mean extinctions over four pieces of a ray through a mixture of one body with a transfer function and nothing
-/// else that varies, as [`mixture_density`]; the pieces lie in its domain.
-#[inline]
-pub fn four_classified(media: &MixedMedia<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
-    let (part, grid) = (&media.mixture.parts[0], &media.grids[0]);
-    let (begins, ends) = (at - half, at + half);
-    let first = four_densities(grid, ray, begins);
-    // Pieces that touch share a sample.
-    let apart = (ends.xyz() - begins.yzw()).abs();
-    let last = if apart.max_element() <= TOUCHING * half.max_element() {
-        first.yzw().extend(sample_density(grid, ray.at(ends.w)))
-    } else {
-        four_densities(grid, ray, ends)
-    };
-    let mean = |i: usize| table_mean(&media.mixture.tables, part.transfer, [first[i], last[i]]).w;
-    part.strength.x * Vec4::from_array([0, 1, 2, 3].map(mean))
 }
 
 /// What a piece scatters per unit of opacity: with `phase` of each body's g, and without.

@@ -54,7 +54,6 @@ tables! {
         spacing: [f64; 3],
         window: [f32; 2],
         up: String,
-        class: String,
         translate: [f64; 3],
         rotate_degrees: [f64; 3],
         scale: f64,
@@ -69,7 +68,7 @@ tables! {
         name: String,
         file: PathBuf,
         points: Vec<[f64; 5]>,
-        range: TransferRange,
+        range: [f64; 2],
         gradient: Vec<[f64; 2]>,
     }
     /// `[volume.emission]`: of a grid, or of the densities themselves.
@@ -106,7 +105,6 @@ tables! {
     ShadowTable {
         map: String,
         size: u32,
-        quality: f64,
         steps: u32,
         view_steps: u32,
         thresholds: [f64; 3],
@@ -124,24 +122,6 @@ tables! {
     }
     /// `[ground]`
     GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
-}
-
-/// What values a transfer function is spread over.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "range: neither two numbers nor \"data\"")]
-pub enum TransferRange {
-    /// These.
-    Values([f64; 2]),
-    /// Those of the volume.
-    Word(RangeWord),
-}
-
-/// A range that is no pair of numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RangeWord {
-    /// All values that the volume holds, but for a few that stand apart.
-    Data,
 }
 
 impl SceneFile {

@@ -61,8 +61,7 @@ impl Volume {
     /// The same volume with other values of the same shape, finite and at least 0.
     fn holding(&self, voxels: Voxels) -> Self {
         let largest = voxels.largest();
-        let name = self.name.clone();
-        let (bricks, typical) = (OnceLock::new(), OnceLock::new());
-        Self { name, voxels, largest, replaced: 0, bricks, typical, ..*self }
+        let (name, bricks) = (self.name.clone(), OnceLock::new());
+        Self { name, voxels, largest, replaced: 0, bricks, ..*self }
     }
 }

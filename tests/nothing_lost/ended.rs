@@ -125,7 +125,7 @@ fn killed(signal: &str) {
             stayed += usize::from(left);
             assert!(!left || signal == "-KILL", "{} {signal}", kind.name);
         }
-        println!("{} {signal}: {} runs, {stayed} left a name", kind.name, kills());
+        eprintln!("{} {signal}: {} runs, {stayed} left a name", kind.name, kills());
         // Naming takes microseconds of a run, and nothing forbids a kill just then: the next run clears
         // what that leaves, so that nothing but whole files remains.
         assert!(begin(&folder, &runs[0]).wait().unwrap().success());

@@ -50,7 +50,7 @@ fn a_link_to_another_file_system_works() {
     let other = fs::metadata(shm)
         .is_ok_and(|shm| shm.is_dir() && shm.dev() != fs::metadata(folder.path()).unwrap().dev());
     if !other {
-        println!("not run: /dev/shm is no other file system here");
+        eprintln!("not run: /dev/shm is no other file system here");
         return;
     }
     let far = tempfile::tempdir_in(shm).unwrap();
@@ -88,18 +88,6 @@ fn pipes_and_devices_take_outputs_as_streams() {
     let output = folder.run(&format!("{render} out.png"));
     assert!(output.stdout.starts_with(b"\x89PNG"));
     assert_eq!(folder.names(), ["full.png", "null.png", "out.png", "pipe.png"]);
-    // Nothing lies beside a device.
-    fs::copy(vdb_fixture("ball_blosc.vdb"), folder.path().join("v.vdb")).unwrap();
-    for (name, code) in [("null.raw", 0), ("null.npy", 0), ("null.mhd", 1), ("null.nhdr", 1)] {
-        symlink("/dev/null", folder.path().join(name)).unwrap();
-        let output = folder.run(&format!("convert v.vdb {name}"));
-        assert_eq!(output.status.code(), Some(code), "{name}: {}", stderr(&output));
-    }
-    assert!(
-        !fs::read_dir("/dev")
-            .unwrap()
-            .any(|entry| { entry.unwrap().file_name().to_string_lossy().starts_with("null.") })
-    );
 }
 
 #[test]

@@ -15,7 +15,6 @@ use super::nanovdb_chunks;
 use super::payload::Payload;
 use super::{DenseHeader, Lattice, SparsePart};
 use crate::error::Result;
-use crate::error::memory;
 use crate::io::number::ValueType;
 use crate::io::vdb::{IndexBox, Statistics};
 
@@ -154,7 +153,7 @@ fn densify(input: &Input, grid: &Bytes) -> Result<(DenseHeader, Vec<u8>)> {
         grid,
         bounds,
         dims,
-        values: memory::filled(voxels as usize, background, "a dense grid")?,
+        values: vec![background; voxels as usize],
         sum: 0.0,
         range: [f64::INFINITY, f64::NEG_INFINITY],
         counts: [0; 2],

@@ -10,7 +10,7 @@ use flate2::{Compression, Crc};
 use glam::{DMat4, DVec3};
 
 use super::grid::DenseGrid;
-use super::{Space, metaimage, npy, nrrd};
+use super::{metaimage, npy, nrrd};
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
 use crate::io::output::{Inputs, PendingFile, commit_then};
@@ -97,16 +97,11 @@ impl DenseTarget {
         let main = PendingFile::create(path, inputs)?;
         let place = main.path();
         let side = match self {
-            Self::Npy | Self::Raw if main.is_stream() => None,
             Self::Npy | Self::Raw => {
                 Sidecar::refuse_other_beside(place)?;
                 Some(PendingFile::create(Sidecar::path_beside(place), inputs)?)
             }
             Self::Nrrd { detached: true } | Self::MetaImage { detached: true } => {
-                if main.is_stream() {
-                    let why = "a pipe or a device holds one file; name it .nrrd or .mha";
-                    return Err(Error::contents(path, why));
-                }
                 // Its last name follows from the voxels.
                 let name = self.voxels_name(place, 0, packed)?;
                 Some(PendingFile::create(place.with_file_name(name), inputs)?)
@@ -166,12 +161,6 @@ impl DenseTarget {
                 "that axes are not at right angles, for programs that expect them so".to_owned(),
             );
         }
-        if let (Self::MetaImage { .. }, Some(space)) = (self, grid.space)
-            && space != Space::Lps
-        {
-            let consequence = "programs will take it for a patient's, LPS";
-            lost.push(format!("the space '{}' ({consequence})", space.name()));
-        }
         lost
     }
 }
@@ -186,7 +175,7 @@ impl DenseOutput {
         let mut lost = Vec::new();
         let grid = if grid.value_type == ValueType::F16 && !format.has_half() {
             lost.push("half floats (it has float, which holds all of them)".to_owned());
-            grid.retyped(ValueType::F32, Remap::Cast)?
+            grid.retyped(ValueType::F32, Remap::Cast)
         } else {
             grid
         };
@@ -204,7 +193,6 @@ impl DenseOutput {
                     let own = sidecar(&grid);
                     // First one of both voxels, the old and the new ones, then the new, then its own.
                     let older = Sidecar::beside(self.main.path()).ok().flatten();
-                    let older = older.filter(|_| self.main.path().exists());
                     if let Some((_, older)) = older {
                         let mut both = PendingFile::create(side.target(), &self.inputs)?;
                         let older = Some(Box::new(older));
@@ -212,8 +200,6 @@ impl DenseOutput {
                         first = Some(both);
                     }
                     side.put(own.text().as_bytes())?;
-                } else {
-                    lost.push("what a sidecar says, where there is no place for one".to_owned());
                 }
                 None
             }
@@ -351,12 +337,9 @@ fn hash(voxels: &[u8]) -> u64 {
     hasher.finish()
 }
 
-/// A cosine between axes that is no more than rounding: headers hold single precision, or text of six digits.
-const RIGHT_ANGLE: f64 = 1e-5;
-
-pub(super) fn is_sheared(world_from_index: &DMat4) -> bool {
+fn is_sheared(world_from_index: &DMat4) -> bool {
     let [x, y, z] = [0, 1, 2].map(|axis| world_from_index.col(axis).truncate().normalize_or_zero());
-    [x.dot(y), y.dot(z), z.dot(x)].iter().any(|cosine| cosine.abs() > RIGHT_ANGLE)
+    [x.dot(y), y.dot(z), z.dot(x)].iter().any(|cosine| cosine.abs() > 1e-9)
 }
 
 /// What stands beside numbers that have no header, or one that knows no places.
@@ -377,7 +360,6 @@ fn sidecar(grid: &DenseGrid) -> Sidecar {
             several => Background::Vector(several.to_vec()),
         }),
         value_scale: (grid.value_scale != [1.0, 0.0]).then_some(grid.value_scale),
-        space: grid.space.map(|space| space.name().to_owned()),
         up: grid.up.map(|up| up.name().to_owned()),
         name: (!grid.name.is_empty()).then(|| grid.name.clone()),
         class: grid.class.clone(),

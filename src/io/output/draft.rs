@@ -119,14 +119,14 @@ impl Draft {
                     Some(turn) => {
                         let name = turn_name(path, turn);
                         Leftover::new(|| link(&file, &name), |()| name.clone())
-                            .map(|(_, name)| name)
+                            .map(|((), name)| name)
                     }
                     None => {
                         let mut builder = tempfile::Builder::new();
                         builder.prefix(PREFIX);
                         Leftover::new(
                             || kept(builder.make_in(folder(path), |name| link(&file, name))?),
-                            |(_, linked)| linked.clone(),
+                            |((), linked)| linked.clone(),
                         )
                         .map(|(_, name)| name)
                     }
@@ -197,7 +197,7 @@ pub(super) fn folder_beside(path: &Path, is_held: bool) -> io::Result<Leftover> 
     if is_held {
         let name = turn_name(path, 0);
         return Leftover::new(|| std::fs::create_dir(&name), |()| name.clone())
-            .map(|(_, name)| name);
+            .map(|((), name)| name);
     }
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);

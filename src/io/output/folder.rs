@@ -160,7 +160,7 @@ impl MadeFolder {
         missing.reverse();
         for path in missing {
             let make = || fs::create_dir(path);
-            let (_, one) = Leftover::new(make, |()| path.to_owned())
+            let ((), one) = Leftover::new(make, |()| path.to_owned())
                 .map_err(|error| Error::file(folder, error))?;
             // Inner ones go first.
             made.0.insert(0, one);

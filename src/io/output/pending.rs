@@ -63,11 +63,6 @@ impl PendingFile {
         }
     }
 
-    /// Whether it is a pipe or a device, beside which nothing can lie.
-    pub fn is_stream(&self) -> bool {
-        matches!(self.place, Place::Stream(_))
-    }
-
     /// The same file under the name `name` in the same folder.
     ///
     /// # Errors
@@ -154,7 +149,9 @@ pub fn commit_then(files: Vec<PendingFile>, after: impl FnOnce()) -> Result<()> 
         let locks: Vec<FolderLock> = folders.iter().map(|path| FolderLock::take(path)).collect();
         let are_held = locks.iter().all(FolderLock::is_held);
         if are_held {
-            folders.iter().for_each(|folder| sweep(folder));
+            for folder in &folders {
+                sweep(folder);
+            }
         }
         place_all(drafts, are_held)?;
         after();
