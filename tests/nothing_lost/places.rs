@@ -88,6 +88,18 @@ fn pipes_and_devices_take_outputs_as_streams() {
     let output = folder.run(&format!("{render} out.png"));
     assert!(output.stdout.starts_with(b"\x89PNG"));
     assert_eq!(folder.names(), ["full.png", "null.png", "out.png", "pipe.png"]);
+    // Nothing lies beside a device.
+    fs::copy(vdb_fixture("ball_blosc.vdb"), folder.path().join("v.vdb")).unwrap();
+    for (name, code) in [("null.raw", 0), ("null.npy", 0), ("null.mhd", 1), ("null.nhdr", 1)] {
+        symlink("/dev/null", folder.path().join(name)).unwrap();
+        let output = folder.run(&format!("convert v.vdb {name}"));
+        assert_eq!(output.status.code(), Some(code), "{name}: {}", stderr(&output));
+    }
+    assert!(
+        !fs::read_dir("/dev")
+            .unwrap()
+            .any(|entry| { entry.unwrap().file_name().to_string_lossy().starts_with("null.") })
+    );
 }
 
 #[test]

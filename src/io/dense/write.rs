@@ -97,11 +97,16 @@ impl DenseTarget {
         let main = PendingFile::create(path, inputs)?;
         let place = main.path();
         let side = match self {
+            Self::Npy | Self::Raw if main.is_stream() => None,
             Self::Npy | Self::Raw => {
                 Sidecar::refuse_other_beside(place)?;
                 Some(PendingFile::create(Sidecar::path_beside(place), inputs)?)
             }
             Self::Nrrd { detached: true } | Self::MetaImage { detached: true } => {
+                if main.is_stream() {
+                    let why = "a pipe or a device holds one file; name it .nrrd or .mha";
+                    return Err(Error::contents(path, why));
+                }
                 // Its last name follows from the voxels.
                 let name = self.voxels_name(place, 0, packed)?;
                 Some(PendingFile::create(place.with_file_name(name), inputs)?)
@@ -193,6 +198,7 @@ impl DenseOutput {
                     let own = sidecar(&grid);
                     // First one of both voxels, the old and the new ones, then the new, then its own.
                     let older = Sidecar::beside(self.main.path()).ok().flatten();
+                    let older = older.filter(|_| self.main.path().exists());
                     if let Some((_, older)) = older {
                         let mut both = PendingFile::create(side.target(), &self.inputs)?;
                         let older = Some(Box::new(older));
@@ -200,6 +206,8 @@ impl DenseOutput {
                         first = Some(both);
                     }
                     side.put(own.text().as_bytes())?;
+                } else {
+                    lost.push("what a sidecar says, where there is no place for one".to_owned());
                 }
                 None
             }

@@ -63,6 +63,11 @@ impl PendingFile {
         }
     }
 
+    /// Whether it is a pipe or a device, beside which nothing can lie.
+    pub fn is_stream(&self) -> bool {
+        matches!(self.place, Place::Stream(_))
+    }
+
     /// The same file under the name `name` in the same folder.
     ///
     /// # Errors
