@@ -28,7 +28,7 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
     if (extent <= 0.0) {
         return Steps(media_ray, inside.x, inside.x, 1u);
     }
-    let voxel_lengths = extent * length(index_ray.direction);
+    let voxel_lengths = voxels_over(index_ray, extent, extent);
     let count = step_count(voxel_lengths, frame.rates.z, frame.steps.z, frame.steps.w);
     return Steps(media_ray, inside.x, inside.x + extent, count);
 }
@@ -57,15 +57,15 @@ fn four_samples(batch: Batch, first: f32) -> vec4<f32> {
     return densities * (frame.domain_min.w * (0.5 * batch.step));
 }
 
-// Radiance that reaches the camera of what the samples emit, each behind half of itself; `before` is
-// the transmittance in front of the first.
+// Radiance that reaches the camera of what the samples emit, each behind as much of itself as lies in front of it;
+// `before` is the transmittance in front of the first.
 fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3<f32> {
     let reach = 0.25 * batch.step;
     var sum = vec3<f32>(0.0);
     var through = before;
     for (var k: u32 = 0u; k < 8u; k++) {
         let tau = select(early[k & 3u], late[k & 3u], k > 3u);
-        let seen = through * exp(-0.5 * tau) * 2.0 * reach;
+        let seen = through * mean_transmittance(tau) * 2.0 * reach;
         sum += emission_along(batch.ray, sample_distance(batch, f32(k)), reach) * seen;
         through *= exp(-tau);
     }
@@ -139,15 +139,37 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     let lengths = vec3<f32>(shortest, frame.lengths.z, frame.longest.z);
     var walk = walk_of(steps.ray, steps.exit, lengths);
     var t = steps.enter;
-    while (through >= OPAQUE_TRANSMITTANCE) {
+    while (through >= frame.lengths.w) {
         // With this in front of the loop and at its end, the pass took a tenth longer.
         t = next_place(&walk, t);
         if (!(t < steps.exit)) {
             break;
         }
-        let batch = Batch(steps.ray, t, step_from(walk, t));
-        let early = four_samples(batch, 0.0);
-        let late = four_samples(batch, 4.0);
+        var batch = Batch(steps.ray, t, step_from(walk, t));
+        var early = four_samples(batch, 0.0);
+        var late = four_samples(batch, 4.0);
+        var limit = frame.limits.z;
+        // Where the medium is dense, steps are cut until no sample is thicker than it may be.
+        loop {
+            let most = max(early, late);
+            var thickest = max(max(most.x, most.y), max(most.z, most.w));
+            if (batch.step > frame.brick_scale.w) {
+                let end = density_along(batch.ray, t + BATCH * batch.step, 0.25 * batch.step);
+                thickest = max(thickest, end * (frame.domain_min.w * (0.5 * batch.step)));
+            }
+            let visible = thickest * sqrt(through);
+            if (visible <= limit) {
+                break;
+            }
+            limit = CUT_LIMIT * frame.limits.z;
+            let shorter = cut(walk, batch.step, CUT_SHARE * frame.limits.z / visible);
+            if (shorter >= batch.step) {
+                break;
+            }
+            batch.step = shorter;
+            early = four_samples(batch, 0.0);
+            late = four_samples(batch, 4.0);
+        }
         let first = sample_distance(batch, 0.0);
         let added = scattered(through, early, late, first, 0.5 * batch.step);
         // Views through lists gain up to a tenth from the two pairs written out, those through curves lose as much.
@@ -165,7 +187,7 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         through = added.through;
         t += BATCH * batch.step;
     }
-    return vec4<f32>(light, select(0.0, through, through >= OPAQUE_TRANSMITTANCE));
+    return vec4<f32>(light, select(0.0, through, through >= frame.lengths.w));
 }
 
 // The paper's shading: unshadowed accumulation of the sampled value, darkened by the plain average

@@ -47,12 +47,28 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     // The last slab between planes may be as thin as rounding allows.
     let thin = select(0.0, 2.0 * LEAST_SHARE, frame.counts.y > 0u);
     var walk = walk_of(slabs.ray, slabs.exit * (1.0 + thin), lengths);
+    // Planes are where they are.
+    let limit = select(frame.limits.y, 3e38, frame.counts.y > 0u);
     var t = next_place(&walk, slabs.enter);
     var next = f32(slabs.first);
     while (t < slabs.exit && !fitter_is_dark()) {
-        let batch = batch_of(slabs, t, step_from(walk, t), next);
+        var step = step_from(walk, t);
+        var batch = batch_of(slabs, t, step, next);
+        var optical_depths = four_optical_depths(slabs, batch);
+        loop {
+            var end = optical_depths.w;
+            if (hides(walk, step)) {
+                end = end_optical_depth(slabs, batch);
+            }
+            let shorter = cut_to_bend(walk, step, optical_depths, end, limit, fitter.last.y);
+            if (shorter >= step) {
+                break;
+            }
+            step = shorter;
+            batch = batch_of(slabs, t, step, next);
+            optical_depths = four_optical_depths(slabs, batch);
+        }
         next = batch.next;
-        let optical_depths = four_optical_depths(slabs, batch);
         // Written out: reading a vector at a place that is not constant costs a fifth of the pass.
         add_slab(batch.fronts.x, batch.backs.x, optical_depths.x);
         add_slab(batch.fronts.y, batch.backs.y, optical_depths.y);

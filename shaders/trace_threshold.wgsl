@@ -46,7 +46,7 @@ fn set_checkpoint(texel: u32, k: u32, reached: vec2<f32>) {
 }
 
 // Optical depths of four steps from t on: four samples are under way at once.
-fn four_steps(ray: Ray, t: f32, step: f32) -> vec4<f32> {
+fn depths_of(ray: Ray, t: f32, step: f32) -> vec4<f32> {
     let at = t + 0.5 * step;
     let densities = vec4<f32>(
         density_along(ray, at, 0.5 * step),
@@ -55,6 +55,33 @@ fn four_steps(ray: Ray, t: f32, step: f32) -> vec4<f32> {
         density_along(ray, at + 3.0 * step, 0.5 * step),
     );
     return densities * (frame.domain_min.w * step);
+}
+
+// Four steps from t on.
+struct FourSteps {
+    // Length of each.
+    step: f32,
+    taus: vec4<f32>,
+}
+
+// Four steps from t on, behind an optical depth, as long as the walk allows or cut where the medium is dense. They
+// follow from t alone, so that a second march takes the same.
+fn four_steps(ray: Ray, walk: Walk, t: f32, tau: f32) -> FourSteps {
+    var step = step_from(walk, t);
+    var taus = depths_of(ray, t, step);
+    loop {
+        var end = taus.w;
+        if (hides(walk, step)) {
+            end = density_along(ray, t + BATCH * step, 0.5 * step) * (frame.domain_min.w * step);
+        }
+        let shorter = cut_to_bend(walk, step, taus, end, frame.limits.x, tau);
+        if (shorter >= step) {
+            break;
+        }
+        step = shorter;
+        taus = depths_of(ray, t, step);
+    }
+    return FourSteps(step, taus);
 }
 
 // Fills the checkpoints, the last of which is the end of all steps. Returns how many there are.
@@ -68,8 +95,9 @@ fn march(light: LightRay, texel: u32) -> u32 {
     var stride: u32 = 1u;
     var since: u32 = 0u;
     while (t < light.exit && tau < LARGEST_OPTICAL_DEPTH) {
-        let step = step_from(walk, t);
-        let taus = four_steps(light.ray, t, step);
+        let steps = four_steps(light.ray, walk, t, tau);
+        let step = steps.step;
+        let taus = steps.taus;
         tau = (((tau + taus.x) + taus.y) + taus.z) + taus.w;
         end = t + BATCH * step;
         since++;
@@ -127,8 +155,9 @@ fn depth_of(light: LightRay, texel: u32, count: u32, wanted: f32) -> f32 {
     var walk = walk_of(light.ray, light.exit, light.lengths);
     while (t < last) {
         t = next_place(&walk, t);
-        let step = step_from(walk, t);
-        let taus = four_steps(light.ray, t, step);
+        let steps = four_steps(light.ray, walk, t, before);
+        let step = steps.step;
+        let taus = steps.taus;
         let a = before + taus.x;
         let b = a + taus.y;
         let c = b + taus.z;
@@ -159,7 +188,7 @@ fn trace_texel(u: f32, v: f32, texel: u32) -> vec4<f32> {
         return vec4<f32>(0.0);
     }
     let extent = inside.y - inside.x;
-    let voxel_lengths = extent * length(ray.direction);
+    let voxel_lengths = voxels_over(ray, extent, extent);
     let count = step_count(voxel_lengths, frame.rates.x, frame.steps.x, frame.steps.y);
     let lengths = vec3<f32>(extent / f32(count), frame.lengths.x, frame.longest.x);
     let light = LightRay(media_ray_of(ray), inside.x, inside.y, lengths);

@@ -1,5 +1,6 @@
 //! What a renderer does: the passes both backends implement, their inputs and outputs.
 
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
@@ -23,6 +24,14 @@ pub trait Backend {
     /// Whether maps of `kind` are built and marched through here.
     fn builds(&self, kind: MapKind) -> bool {
         matches!(kind, MapKind::Threshold | MapKind::Fragments)
+    }
+
+    /// Makes sure, before any work, that there is room for the picture and the map of `settings`.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] with what they take, if there is none.
+    fn check_room(&self, settings: &Settings) -> Result<()> {
+        check_host(settings)
     }
 
     /// Pass `trace_threshold`: marches from the light through every texel of a map. Texels are
@@ -149,7 +158,7 @@ pub trait Backend {
                 Ok(Map::Coded(CodedMap::new(bytes, coding, view, &frame)))
             }
             MapKind::Visibility => {
-                let tolerance = settings.tolerance as f32;
+                let tolerance = settings.finer(settings.tolerance) as f32;
                 let lists =
                     self.trace_visibility(media, &frame.with_all_slabs(), tolerance, progress)?;
                 Ok(Map::Visibility(VisibilityMap::new(lists, tolerance, view, &frame)))
@@ -212,11 +221,32 @@ pub trait Backend {
             let map = self.map(&beam.scene, settings, progress)?;
             let frame = Frame::with_light_view(&beam.scene, settings, map.view())?;
             let picture = self.march_view(&beam.scene.media, &frame, &map, progress)?;
-            beam.add(&picture, &mut image);
+            beam.add_finite(&picture, &mut image)?;
             maps.push(map);
         }
         Ok((image, maps))
     }
+}
+
+/// Makes sure that the host has room for the picture and the map of `settings`.
+///
+/// # Errors
+/// [`crate::ErrorKind::Limit`] with what they take, if it has none.
+pub fn check_host(settings: &Settings) -> Result<()> {
+    // The sum of all beams, that of one, and the file.
+    const COPIES: u64 = 3;
+    const PIXEL: u64 = 16;
+    let [width, height] = settings.image_size;
+    let texels = u64::from(settings.map_size) * u64::from(settings.map_size);
+    let texel = match settings.map {
+        Some(MapKind::Coded(coding)) => codec(coding).stride() as u64,
+        // Lists ask for their own.
+        Some(_) | None => PIXEL,
+    };
+    let picture = u64::from(width) * u64::from(height) * PIXEL * COPIES;
+    memory::check(picture, &format!("a picture of {width}x{height}"))?;
+    let size = settings.map_size;
+    memory::check(picture + texels * texel * COPIES, &format!("a map of {size}x{size}"))
 }
 
 fn unbuilt(backend: &str) -> Error {

@@ -57,6 +57,18 @@ pub fn must_succeed(output: &Output) {
 const SMALL: &str = "--backend cpu --size 40x30 --map-size 32";
 
 #[test]
+fn endings_count_in_capitals_too() {
+    let folder = Folder::new();
+    for name in ["a.PNG", "b.Exr", "c.DEEP.EXR"] {
+        must_succeed(&folder.run(&format!("render bucky {SMALL} -o {name}")));
+        assert!(folder.names().contains(&name.to_owned()));
+    }
+    must_succeed(&folder.run("map bucky --backend cpu --map-size 8 --map threshold -o m.EXR"));
+    let (png, exr) = (fs::read(folder.path().join("a.PNG")), fs::read(folder.path().join("m.EXR")));
+    assert!(png.unwrap().starts_with(b"\x89PNG") && exr.unwrap().starts_with(&[0x76, 0x2f]));
+}
+
+#[test]
 fn render_writes_a_picture_named_after_the_input() {
     let folder = Folder::new();
     let output = folder.run(&format!("render bucky {SMALL}"));

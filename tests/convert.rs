@@ -230,7 +230,8 @@ fn what_cannot_be_done_is_said_in_one_line_and_leaves_nothing() {
         ("ball_blosc.vdb x.nrrd --half", 1, "half"),
         ("ball_blosc.vdb x.npy --type u8 --to-type u16", 1, "--to-type"),
         ("ball_blosc.vdb x.npy --threshold 99", 1, "no active voxels"),
-        ("ball_blosc.vdb old.npy --max-bytes 100", 1, "5324 bytes"),
+        ("ball_blosc.vdb old.npy --max-bytes 100", 1, "29012 bytes"),
+        ("ball_blosc.vdb old.npy --max-bytes 40000 --crop 0,0,0,99,99,99", 1, "4000000 bytes"),
         ("ball_blosc.vdb x.npy --crop 0,0,0,1048575,1048575,1048575", 1, "limit"),
         ("ball_blosc.vdb x.vdb --resample 1e9", 1, "limit"),
     ] {

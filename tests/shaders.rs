@@ -77,6 +77,7 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         rates,
         lengths,
         longest,
+        limits,
         albedo,
         light_origin,
         light_origin_u,
@@ -176,16 +177,18 @@ fn kept_node(k: u32) -> vec2<f32> { return vec2<f32>(f32(k)); }
 fn constants_are_the_same_on_both_sides() {
     let one = |value: f32| vec![f64::from(value)];
     let common = [
-        ("LOOKUP_WEIGHT", one(frame::LOOKUP_WEIGHT)),
         ("FOUR_PI", one(medium::FOUR_PI)),
         ("SMALLEST_WEIGHT", one(medium::SMALLEST_WEIGHT)),
-        ("SLAB_SAMPLES_PER_VOXEL", one(frame::SLAB_SAMPLES_PER_VOXEL)),
-        ("OPAQUE_TRANSMITTANCE", one(frame::OPAQUE_TRANSMITTANCE)),
         ("EMPTY", vec![f64::from(EMPTY)]),
         ("ROUGHEST", vec![f64::from(ROUGHEST)]),
         ("BATCH", vec![f64::from(occupancy::BATCH)]),
         ("LEAP", one(occupancy::LEAP)),
         ("LEAST_SHARE", one(occupancy::LEAST_SHARE)),
+        ("SHORTEST_CUT", one(occupancy::SHORTEST_CUT)),
+        ("LONGEST_CUT", one(occupancy::LONGEST_CUT)),
+        ("CUT_SHARE", one(occupancy::CUT_SHARE)),
+        ("CUT_LIMIT", one(occupancy::CUT_LIMIT)),
+        ("HIDING", one(occupancy::HIDING)),
         ("FAR", one(view::FAR)),
         ("POINT_SPACING", one(fitting::POINT_SPACING)),
         ("FIT_SHARE", one(fitting::FIT_SHARE)),
@@ -193,7 +196,6 @@ fn constants_are_the_same_on_both_sides() {
         ("BEND", one(fitting::BEND)),
         ("LOWEST_SHARE", one(fitting::LOWEST_SHARE)),
         ("DARK_SHARE", one(fitting::DARK_SHARE)),
-        ("MOST_POINTS", one(fitting::MOST_POINTS)),
         ("STEEPEST", one(fitting::STEEPEST)),
         ("SMALLEST", one(fitting::SMALLEST)),
         ("OPAQUE_OPTICAL_DEPTH", one(fragments::OPAQUE_OPTICAL_DEPTH)),
@@ -208,6 +210,8 @@ fn constants_are_the_same_on_both_sides() {
     let lists = [
         ("NO_LINK", vec![f64::from(NO_LINK)]),
         ("FARTHEST", one(3e38)),
+        ("FRONT_DEPTH", one(fragments::FRONT_DEPTH)),
+        ("LEAST_WITH_FRONT", one(fragments::LEAST_WITH_FRONT)),
         ("MOST_WALKED", vec![f64::from(MOST_WALKED)]),
         ("INTERLEAVED", vec![f64::from(deepshadow::gpu::INTERLEAVED)]),
         ("INTERLEAVED_STRIDE", vec![f64::from(deepshadow::gpu::INTERLEAVED_STRIDE)]),
@@ -217,6 +221,7 @@ fn constants_are_the_same_on_both_sides() {
         ("MOST_FIELDS", vec![frame::MOST_FIELDS as f64]),
         ("TABLE_CELLS", vec![f64::from(frame::TABLE_CELLS)]),
         ("LEAST_CELLS", one(frame::LEAST_CELLS)),
+        ("FARTHEST_CELL", one(frame::FARTHEST_CELL)),
     ];
     let blocks = [
         ("NO_BLOCK", vec![f64::from(deepshadow::gpu::NO_BLOCK)]),

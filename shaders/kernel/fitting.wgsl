@@ -9,7 +9,6 @@ const LEAST_ROOM: f32 = 0.25;
 const BEND: f32 = 0.125;
 const LOWEST_SHARE: f32 = 0.25;
 const DARK_SHARE: f32 = 0.1;
-const MOST_POINTS: f32 = 256.0;
 const STEEPEST: f32 = 3.4028234663852886e38;
 const SMALLEST: f32 = 1e-30;
 
@@ -58,7 +57,7 @@ fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
     fitter.bend = abs(extinction - fitter.extinction) * across.x * BEND;
     fitter.extinction = extinction;
     if (optical_depth > POINT_SPACING && fitter.tolerance > 0.0 && across.x > 0.0) {
-        let pieces = min(ceil(optical_depth / POINT_SPACING), MOST_POINTS);
+        let pieces = ceil(optical_depth / POINT_SPACING);
         for (var i: f32 = 1.0; i < pieces; i += 1.0) {
             let inner = start + across * (i / pieces);
             if (inner.y >= fitter.dark) {

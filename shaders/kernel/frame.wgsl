@@ -10,6 +10,7 @@ struct Frame {
     rates: vec4<f32>,
     lengths: vec4<f32>,
     longest: vec4<f32>,
+    limits: vec4<f32>,
     albedo: vec4<f32>,
     light_origin: vec4<f32>,
     light_origin_u: vec4<f32>,
@@ -46,7 +47,3 @@ struct Frame {
 // True in pipelines for the usual settings alone (parallel light, bilinear filter, exact shadow tests,
 // physical shading): the compiler leaves the rest out, and with fewer registers taken more threads run at once.
 override USUAL: bool = false;
-
-const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
-const LOOKUP_WEIGHT: f32 = 0.0625;
-const OPAQUE_TRANSMITTANCE: f32 = 0.0009765625;

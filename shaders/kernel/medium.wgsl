@@ -9,6 +9,14 @@ fn step_opacity(tau: f32) -> f32 {
     return 1.0 - exp(-tau);
 }
 
+// Mean transmittance over a step of optical depth tau to its front.
+fn mean_transmittance(tau: f32) -> f32 {
+    if (tau < 0.01) {
+        return 1.0 - tau * (0.5 - tau / 6.0);
+    }
+    return step_opacity(tau) / tau;
+}
+
 // Share of light scattered per steradian (Henyey and Greenstein 1941).
 fn phase(g: f32, cosine: f32) -> f32 {
     let spread = 1.0 + g * g - 2.0 * g * cosine;
@@ -62,15 +70,15 @@ fn scattered(
     var weights = vec4<f32>(taken_near.xz + taken_near.yw, taken_far.xz + taken_far.yw);
     var moments = vec4<f32>(held_near.xz + held_near.yw, held_far.xz + held_far.yw);
     let sums = weights.xz + weights.yw;
-    if (sums.x + sums.y <= LOOKUP_WEIGHT && 8.0 * spacing <= frame.longest.w) {
+    if (sums.x + sums.y <= frame.limits.w && 8.0 * spacing <= frame.longest.w) {
         weights = vec4<f32>(sums.x + sums.y, 0.0, 0.0, 0.0);
         moments.x += moments.y + moments.z + moments.w;
     } else {
-        if (sums.x <= LOOKUP_WEIGHT) {
+        if (sums.x <= frame.limits.w) {
             weights = vec4<f32>(sums.x, 0.0, weights.zw);
             moments.x += moments.y;
         }
-        if (sums.y <= LOOKUP_WEIGHT) {
+        if (sums.y <= frame.limits.w) {
             weights = vec4<f32>(weights.xy, sums.y, 0.0);
             moments.z += moments.w;
         }

@@ -15,6 +15,15 @@ const BATCH: f32 = 4.0;
 const LEAP: f32 = 0.1;
 // Steps at least, as a share of the ray's end: what rounding still tells apart.
 const LEAST_SHARE: f32 = 2e-6;
+// What the samples of cut steps of a camera ray aim at, as a share of the limit.
+const CUT_SHARE: f32 = 0.33;
+// What they may hold.
+const CUT_LIMIT: f32 = 0.5;
+// How much longer than made for the steepest place steps may be before ends of batches are looked at.
+const HIDING: f32 = 3.0;
+// What steps that are cut become at least and at most, as a share of themselves.
+const SHORTEST_CUT: f32 = 0.125;
+const LONGEST_CUT: f32 = 0.75;
 
 // A ray in the space that media are sampled in, on its way through the bricks.
 struct Walk {
@@ -73,4 +82,29 @@ fn next_place(walk: ptr<function, Walk>, start: f32) -> f32 {
 fn step_from(walk: Walk, t: f32) -> f32 {
     let left = (walk.exit - t) / BATCH;
     return select(walk.step, left, left < 1.001 * walk.step);
+}
+
+// What steps of a length become that must be cut to a share of it.
+fn cut(walk: Walk, step: f32, share: f32) -> f32 {
+    if (share >= 1.0) {
+        return step;
+    }
+    return min(max(step * clamp(share, SHORTEST_CUT, LONGEST_CUT), LEAST_SHARE * walk.exit), step);
+}
+
+// Whether steps are so long that something dense may begin between the last one's middle and its end.
+fn hides(walk: Walk, step: f32) -> bool {
+    return step > HIDING * walk.lengths.y;
+}
+
+// What four steps of a light ray become so that optical depth, `taus` over them, bends no more from step to step
+// than `limit` over the share of light that gets to them, behind the optical depth `tau`. Half of a step's length
+// is a quarter of the bend. `end` is the optical depth of a step like the place where they end.
+fn cut_to_bend(walk: Walk, step: f32, taus: vec4<f32>, end: f32, limit: f32, tau: f32) -> f32 {
+    let bends = abs(taus.yzw - taus.xyz);
+    let bend = max(max(bends.x, 2.0 * abs(end - taus.w)), max(bends.y, bends.z));
+    if (bend <= limit) {
+        return step;
+    }
+    return cut(walk, step, sqrt(limit / (bend * exp(-tau))));
 }

@@ -38,6 +38,13 @@ fn intersect_box(ray: Ray, lowest: vec3<f32>, highest: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(enter, min(far.x, min(far.y, far.z)));
 }
 
+// Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at most those that the
+// frame allows for all of it.
+fn voxels_over(ray: Ray, along: f32, extent: f32) -> f32 {
+    let most = frame.voxel_share.w / max(max(extent, along), 1.1754944e-38);
+    return along * min(length(ray.direction), most);
+}
+
 fn step_count(voxels: f32, per_voxel: f32, least: u32, most: u32) -> u32 {
     return clamp(u32(min(ceil(voxels * per_voxel), 16777216.0)), least, most);
 }

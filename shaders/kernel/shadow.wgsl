@@ -15,6 +15,34 @@ fn brute_force_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     return sum / (extent.x * extent.y);
 }
 
+// Bilinear between four texels whose shadows are moved in depth so that they begin at one, as long as their fronts
+// are those of one surface.
+fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
+    let upper_right = vec2<u32>(high.x, low.y);
+    let lower_left = vec2<u32>(low.x, high.y);
+    let weights = vec4<f32>(1.0 - f.x, f.x, 1.0 - f.x, f.x)
+        * vec4<f32>(1.0 - f.y, 1.0 - f.y, f.y, f.y);
+    // (depth, 1 if there is one)
+    let a = front(low);
+    let b = front(upper_right);
+    let c = front(lower_left);
+    let d = front(high);
+    let fronts = vec4<f32>(a.x, b.x, c.x, d.x);
+    let known = vec4<f32>(a.y, b.y, c.y, d.y);
+    let mean = dot(weights * known, fronts) / max(dot(weights, known), 1e-30);
+    let shifts = known * (fronts - mean);
+    let far = abs(shifts);
+    let farthest = max(max(far.x, far.y), max(far.z, far.w));
+    let depths = depth + clamp(2.0 - farthest / frame.filtering.z, 0.0, 1.0) * shifts;
+    let four = vec4<f32>(
+        texel_transmittance(low, depths.x),
+        texel_transmittance(upper_right, depths.y),
+        texel_transmittance(lower_left, depths.z),
+        texel_transmittance(high, depths.w),
+    );
+    return dot(weights, four);
+}
+
 // Transmittance at (u, v, depth): 1 outside of the map; nearest, the mean of a window, or bilinear
 // between the transmittances of the four nearest texels.
 fn shadow_lookup(light: vec3<f32>) -> f32 {
@@ -36,6 +64,9 @@ fn shadow_lookup(light: vec3<f32>) -> f32 {
     let low = vec2<u32>(place);
     let high = min(low + 1u, vec2<u32>(last));
     let f = fract(place);
+    if (!USUAL && frame.filtering.z > 0.0) {
+        return aligned(low, high, f, light.z);
+    }
     let four = four_transmittances(low, high, light.z);
     let rows = mix(four.xz, four.yw, f.x);
     return mix(rows.x, rows.y, f.y);
@@ -58,6 +89,6 @@ fn surface_depth(light: vec3<f32>) -> f32 {
 
 // Transmittance from the light to any world position, in the volume, in front of it or behind it.
 fn shadow_at(world: vec3<f32>) -> f32 {
-    let light = light_coordinates(world + frame.world_origin.xyz);
+    let light = light_coordinates(world * frame.view_origin.w + frame.world_origin.xyz);
     return shadow_lookup(vec3<f32>(light.xy, surface_depth(light)));
 }

@@ -28,10 +28,10 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     }
     let planes = frame.counts.y;
     if (planes == 0u) {
-        let voxel_lengths = extent * length(ray.direction);
+        let voxel_lengths = voxels_over(ray, extent, extent);
         let count = step_count(voxel_lengths, frame.rates.y, frame.steps.x, frame.steps.y);
         let step = extent / f32(count);
-        return Slabs(sampled, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step));
+        return Slabs(sampled, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step, extent));
     }
     // How much longer a way along this ray is than along the axis.
     let direction = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
@@ -40,14 +40,14 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
     let step = (frame.slices.y - frame.slices.x) * along / f32(planes);
     let first = min(u32(max((inside.x - start) / step, 0.0)), planes - 1u);
     let last = u32(max(ceil((inside.y - start) / step), 0.0));
-    let samples = samples_over(ray, step);
+    let samples = samples_over(ray, step, extent);
     return Slabs(sampled, inside.x, inside.y, start, step, first, clamp(last, first + 1u, planes), samples);
 }
 
 // As many samples as the voxels of a length of a ray ask for; rounding asks for none.
-fn samples_over(ray: Ray, step: f32) -> u32 {
-    let voxel_lengths = step * length(ray.direction);
-    return u32(clamp(ceil(voxel_lengths * SLAB_SAMPLES_PER_VOXEL - 0.01), 1.0, 65536.0));
+fn samples_over(ray: Ray, step: f32, extent: f32) -> u32 {
+    let voxel_lengths = voxels_over(ray, step, extent);
+    return u32(clamp(ceil(voxel_lengths * frame.rates.w - 0.01), 1.0, 65536.0));
 }
 
 // Depths of the front and the back of slab i in the volume; empty if the second is not greater.
@@ -107,4 +107,11 @@ fn four_optical_depths(slabs: Slabs, batch: Batch) -> vec4<f32> {
         );
     }
     return sums * steps * frame.domain_min.w;
+}
+
+// Optical depth of a slab as long as a batch's last one with the density at its end.
+fn end_optical_depth(slabs: Slabs, batch: Batch) -> f32 {
+    let step = max(batch.backs.w - batch.fronts.w, 0.0);
+    let half = 0.5 * step / f32(slabs.samples);
+    return density_along(slabs.ray, batch.backs.w, half) * (step * frame.domain_min.w);
 }

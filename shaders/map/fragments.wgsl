@@ -112,6 +112,32 @@ fn place_transmittance(list: List, place: Place, depth: f32) -> f32 {
     return exp(-optical_depth_at(place.a, place.b, depth));
 }
 
+// Optical depth where a shadow's front is taken to be.
+const FRONT_DEPTH: f32 = 0.5;
+// Optical depth that a texel needs for its shadow to have a front.
+const LEAST_WITH_FRONT: f32 = 2.3025851;
+
+// Depth where a texel's shadow begins to matter, and 1 if it has one.
+fn front(texel: vec2<u32>) -> vec2<f32> {
+    let list = list_of(texel);
+    if (list.count == 0u) {
+        return vec2<f32>(0.0);
+    }
+    if (node_of(list, list.count - 1u).y < LEAST_WITH_FRONT) {
+        return vec2<f32>(0.0);
+    }
+    var a = node_of(list, 0u);
+    for (var k: u32 = 1u; k < list.count; k++) {
+        let b = node_of(list, k);
+        if (b.y >= FRONT_DEPTH) {
+            let share = clamp((FRONT_DEPTH - a.y) / (b.y - a.y), 0.0, 1.0);
+            return vec2<f32>(a.x + (b.x - a.x) * share, 1.0);
+        }
+        a = b;
+    }
+    return vec2<f32>(0.0);
+}
+
 // Transmittance along the central ray of a texel to a depth.
 fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     let list = list_of(texel);

@@ -5,6 +5,12 @@
 
 @group(0) @binding(3) var threshold_map: texture_2d<f32>;
 
+// Depth where a texel's shadow begins to matter, and 1 if it has one.
+fn front(texel: vec2<u32>) -> vec2<f32> {
+    let numbers = textureLoad(threshold_map, texel, 0);
+    return vec2<f32>(numbers.y, select(0.0, 1.0, numbers.w >= frame.thresholds.z));
+}
+
 // Transmittance along the central ray of a texel to a depth.
 fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     let numbers = textureLoad(threshold_map, texel, 0);

@@ -48,7 +48,7 @@ impl ShadowMap for ExactTexels<'_> {
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
         let [u, v] = self.center(x, y);
-        self.transmittance(u, v, depth.into()) as f32
+        self.transmittance(u, v, f64::from(depth) * self.view.unit) as f32
     }
 }
 
@@ -75,7 +75,7 @@ impl ShadowMap for ExactPoints<'_> {
     }
 
     fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
-        self.0.transmittance(u.into(), v.into(), depth.into()) as f32
+        self.0.transmittance(u.into(), v.into(), f64::from(depth) * self.0.view.unit) as f32
     }
 
     fn mean(&self, _width: u32, u: f32, v: f32, depth: f32) -> f32 {

@@ -12,7 +12,7 @@ use crate::shadow::ShadowMap;
 /// A place of a map, and what an exact map says there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// (u, v, depth): u and v in 0..1 over the map, depth in world lengths along the ray.
+    /// (u, v, depth): u and v in 0..1 over the map, depth along the ray in units of the view.
     pub place: [f32; 3],
     /// Transmittance from the light to the point, 0..1, exact to rounding.
     pub truth: f64,
@@ -133,14 +133,15 @@ fn sample(
 ) -> Option<Sample> {
     match drawn {
         Drawn::World(point) => {
-            let place = view.coordinates(point)?.as_vec3().to_array();
+            let place = view.coordinates(point)? / DVec3::new(1.0, 1.0, view.unit);
+            let place = place.as_vec3().to_array();
             let truth = exact.extinction().light_transmittance(scene.light(), point);
             Some(Sample { place, truth })
         }
         Drawn::Light([u, v, depth]) => {
             // The depth that a lookup is asked for, so that rounding it is no map's error.
-            let depth = depth as f32;
-            let truth = exact.transmittance(u, v, depth.into());
+            let depth = (depth / view.unit) as f32;
+            let truth = exact.transmittance(u, v, f64::from(depth) * view.unit);
             Some(Sample { place: [u as f32, v as f32, depth], truth })
         }
     }

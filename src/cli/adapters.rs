@@ -5,16 +5,14 @@ use crate::error::Result;
 /// Prints one line an adapter.
 #[cfg(feature = "gpu")]
 pub(super) fn run() -> Result<()> {
-    use std::io::Write;
+    use crate::error::quote::{LONGEST_LINE, one_line};
 
     let mut lines = crate::gpu::adapters();
     if lines.is_empty() {
         lines.push("no graphics adapter; --backend auto takes the CPU".to_owned());
     }
-    let text = lines.join("\n") + "\n";
-    std::io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(|error| crate::Error::file("standard output", error))
+    let lines = lines.iter().map(|line| one_line(line, LONGEST_LINE) + "\n");
+    super::print(&lines.collect::<String>())
 }
 
 #[cfg(not(feature = "gpu"))]

@@ -6,9 +6,10 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::backend::BackendChoice;
+use crate::io::fog::Class;
 use crate::io::format::Format;
 use crate::io::number::{Endian, ValueType};
-use crate::scene::file::{EmissionTable, TransferTable, VolumeTable};
+use crate::scene::file::{EmissionTable, RangeWord, TransferRange, TransferTable, VolumeTable};
 use crate::scene::{SceneFile, transfer};
 use crate::settings::{Crossing, Filter, Lookup, MapKind, Shading, Slices};
 use crate::volume::Axis;
@@ -39,6 +40,9 @@ pub(super) struct SourceArguments {
 
     #[arg(long, value_name = "NAME|FILE", help = transfer_help(), help_heading = "Volume")]
     pub transfer: Option<String>,
+    /// Values that the transfer function is spread over; data for all that the volume holds.
+    #[arg(long, value_name = "LO,HI|data", value_parser = transfer_range, allow_negative_numbers = true, help_heading = "Volume")]
+    pub transfer_range: Option<TransferRange>,
     /// Grid whose values glow (temperature, flame), or density for the densities themselves.
     #[arg(long, value_name = "GRID", help_heading = "Volume")]
     pub emission: Option<String>,
@@ -77,6 +81,10 @@ pub(super) struct SceneArguments {
     /// Texels along each edge of the map [512].
     #[arg(long, value_name = "N", value_parser = count(8192), help_heading = "Shadow map")]
     pub map_size: Option<u32>,
+    /// How much finer steps, slabs and tolerances are than usual, 0.125 to 64; twice as much shows whether a
+    /// picture has converged [1].
+    #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Shadow map")]
+    pub quality: Option<f64>,
     /// Steps along a light ray at most [512].
     #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Shadow map")]
     pub steps: Option<u32>,
@@ -116,6 +124,9 @@ pub(super) struct FileArguments {
     /// Byte order of raw data: little or big [little].
     #[arg(long, value_name = "ORDER", value_parser = valid::<Endian>, help_heading = "Volume")]
     pub endian: Option<String>,
+    /// What a file's numbers are, whatever it says: level-set (distances, negative inside) or fog (densities).
+    #[arg(long, value_name = "CLASS", value_parser = valid::<Class>, help_heading = "Volume")]
+    pub class: Option<String>,
     /// Distance between voxels along x, y, z.
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, help_heading = "Volume")]
     pub spacing: Option<Numbers<f64, 3>>,
@@ -173,6 +184,9 @@ impl SourceArguments {
                 volume.transfer => self.transfer.as_deref().map(transfer_table),
                 volume.emission => self.emission.as_deref().map(emission_table),
             }
+            if self.transfer_range.is_some() {
+                volume.transfer.get_or_insert_default().range = self.transfer_range;
+            }
             self.file.overlay(volume);
         }
         if let Some(Numbers(direction)) = self.light {
@@ -197,6 +211,7 @@ impl SceneArguments {
             shadow.crossing => self.crossing.clone(),
             shadow.thresholds => self.thresholds.map(|t| t.0),
             shadow.size => self.map_size,
+            shadow.quality => self.quality,
             shadow.steps => self.steps,
             shadow.slices => self.slices.clone(),
             shadow.tolerance => self.tolerance,
@@ -217,6 +232,7 @@ impl FileArguments {
             volume.value_type => self.value_type.clone(),
             volume.endian => self.endian.clone(),
             volume.spacing => self.spacing.map(|s| s.0),
+            volume.class => self.class.clone(),
         }
     }
 }
@@ -246,6 +262,15 @@ fn transfer_table(text: &str) -> TransferTable {
     } else {
         TransferTable { name: Some(text.to_owned()), ..TransferTable::default() }
     }
+}
+
+/// What `--transfer-range` says.
+fn transfer_range(text: &str) -> Result<TransferRange, String> {
+    if text == "data" {
+        return Ok(TransferRange::Word(RangeWord::Data));
+    }
+    let Numbers(range) = numbers::<f64, 2>(text)?;
+    Ok(TransferRange::Values(range))
 }
 
 /// What `--emission` names: a grid, or the densities themselves.

@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use super::fallback::Fallback;
 use crate::backend::Backend;
 use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
@@ -31,9 +32,13 @@ impl FromStr for BackendChoice {
     }
 }
 
-/// The backend that `choice` means on this machine for maps of `kind`. No adapter is looked for if
-/// the CPU was asked for.
-pub(super) fn open(choice: BackendChoice, kind: Option<MapKind>) -> Result<Box<dyn Backend>> {
+/// The backend that `choice` means on this machine for maps of `kind`; `say` is told why it is no other one, where
+/// that is only found out later. No adapter is looked for if the CPU was asked for.
+pub(super) fn open(
+    choice: BackendChoice,
+    kind: Option<MapKind>,
+    say: fn(&str),
+) -> Result<Box<dyn Backend>> {
     let builds = |backend: &dyn Backend| kind.is_none_or(|kind| backend.builds(kind));
     match choice {
         BackendChoice::Cpu => Ok(Box::new(CpuBackend)),
@@ -44,9 +49,10 @@ pub(super) fn open(choice: BackendChoice, kind: Option<MapKind>) -> Result<Box<d
                 Err(Error::value("map", format!("'{kind}' maps need --backend cpu")))
             })
         }
-        BackendChoice::Auto => {
-            Ok(Some(auto()).filter(|gpu| builds(&**gpu)).unwrap_or_else(|| Box::new(CpuBackend)))
-        }
+        BackendChoice::Auto => Ok(match gpu_hardware().filter(|gpu| builds(&**gpu)) {
+            Some(gpu) => Box::new(Fallback::new(gpu, say)),
+            None => Box::new(CpuBackend),
+        }),
     }
 }
 
@@ -62,15 +68,12 @@ fn gpu() -> Result<Box<dyn Backend>> {
 }
 
 #[cfg(feature = "gpu")]
-fn auto() -> Box<dyn Backend> {
+fn gpu_hardware() -> Option<Box<dyn Backend>> {
     use crate::gpu::{AdapterChoice, GpuBackend};
-    match GpuBackend::open(AdapterChoice::Hardware) {
-        Ok(gpu) => Box::new(gpu),
-        Err(_) => Box::new(CpuBackend),
-    }
+    GpuBackend::open(AdapterChoice::Hardware).ok().map(|gpu| Box::new(gpu) as Box<dyn Backend>)
 }
 
 #[cfg(not(feature = "gpu"))]
-fn auto() -> Box<dyn Backend> {
-    Box::new(CpuBackend)
+fn gpu_hardware() -> Option<Box<dyn Backend>> {
+    None
 }

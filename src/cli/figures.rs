@@ -43,7 +43,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let inputs = Inputs::default();
     let progress: Box<dyn Progress> =
         if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
-    let painter = Painter { backend: backend::open(arguments.backend, None)?, progress };
+    let tell: fn(&str) = if arguments.quiet { |_| () } else { say };
+    let painter = Painter { backend: backend::open(arguments.backend, None, tell)?, progress };
     let [cube, bucky, rods, clouds] = Preset::ALL.map(|preset| preset_scene(preset, true));
     let (cube, bucky, rods, clouds) = (cube?, bucky?, rods?, clouds?);
     let floating_cube = preset_scene(Preset::Box, false)?;

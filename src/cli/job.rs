@@ -9,10 +9,12 @@ use super::backend::BackendChoice;
 use super::progress::Bars;
 use super::{backend, say};
 use crate::backend::Backend;
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
+use crate::io::dense::DEFAULT_MAX_BYTES;
 use crate::io::{Inputs, load_ingredients, source_files};
 use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Choice, Surroundings, complete};
+use crate::scene::file::VolumeTable;
 use crate::scene::{Scene, SceneFile, descriptor};
 use crate::settings::Settings;
 use crate::volume::presets::Preset;
@@ -70,16 +72,20 @@ impl<'a> Request<'a> {
     /// Loads what is asked for, chooses what is left open, and says so.
     pub(super) fn load(self) -> Result<Job> {
         let Self { source, choice, file, surroundings, .. } = self;
-        if let Some(threads) = source.threads {
-            // Only a second pool in one process fails, and the program makes one.
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize);
-            pool.build_global().map_err(|error| Error::value("threads", error.to_string()))?;
-        }
         // A scene file's absolute parameters speak of stored values.
         let scan = surroundings == Surroundings::Studio;
         let (mut ingredients, mut notes) = (Vec::new(), Vec::new());
+        let mut held = 0;
         for table in file.volume.iter() {
-            let (own, said) = load_ingredients(table, scan)?;
+            let most = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+            let left = VolumeTable { max_bytes: Some(most.saturating_sub(held)), ..table.clone() };
+            let (own, said) = load_ingredients(&left, scan).map_err(|error| beside(error, held))?;
+            held += own.bytes();
+            if held > most {
+                let what = format!("{} volumes together", ingredients.len() + 1);
+                let (needed, limit) = (format!("{held} bytes"), format!("{most} bytes"));
+                return Err(ErrorKind::Limit { what, needed, limit }.into());
+            }
             ingredients.push(own);
             notes.extend(said);
         }
@@ -87,7 +93,8 @@ impl<'a> Request<'a> {
         if source.transparent {
             scene.background = None;
         }
-        let backend = backend::open(choice, settings.map)?;
+        let tell: fn(&str) = if source.quiet { |_| () } else { say };
+        let backend = backend::open(choice, settings.map, tell)?;
         let progress: Box<dyn Progress> =
             if source.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
         let job = Job { scene, settings, backend, progress, quiet: source.quiet };
@@ -112,6 +119,17 @@ impl Job {
     }
 }
 
+/// An error of too much memory with what other volumes have taken already.
+fn beside(error: Error, held: u64) -> Error {
+    match error.kind() {
+        ErrorKind::Limit { what, needed, limit } if held > 0 => {
+            let limit = format!("{limit}, beside {held} bytes of other volumes");
+            ErrorKind::Limit { what: what.clone(), needed: needed.clone(), limit }.into()
+        }
+        _ => error,
+    }
+}
+
 /// The scene file that `input` is or stands for.
 fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
     if let Ok(preset) = Preset::from_str(input)
@@ -120,7 +138,7 @@ fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
         return Ok((descriptor(preset)?, Surroundings::Studio));
     }
     let path = Path::new(input);
-    if path.extension().is_some_and(|ending| ending == "toml") {
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
         return Ok((SceneFile::parse(&text, path)?, Surroundings::Void));
     }

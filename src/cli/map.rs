@@ -14,7 +14,7 @@ use crate::io::exr;
 use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::output::{PendingFile, commit};
 use crate::scene::Media;
-use crate::settings::MapKind;
+use crate::settings::{MapKind, Settings};
 use crate::shadow::{FragmentMap, Map, ShadowMap};
 
 #[derive(Debug, Args)]
@@ -30,10 +30,17 @@ pub(super) struct Arguments {
     statistics: bool,
 }
 
+impl Arguments {
+    /// Threads that are asked for.
+    pub(super) fn threads(&self) -> Option<u32> {
+        self.scene.source.threads
+    }
+}
+
 pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, limits, output, statistics } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "exr"));
-    if path.extension().is_none_or(|ending| ending != "exr") {
+    if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("exr")) {
         return Err(Error::contents(path, "a map's name must end in .exr"));
     }
     let request = Request::new(&scene, None)?;
@@ -44,6 +51,8 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     if let Some(kind) = job.settings.map.filter(|&kind| !written(kind)) {
         return Err(unwritten(kind));
     }
+    let no_picture = Settings { image_size: [1; 2], ..job.settings.clone() };
+    job.backend.check_room(&no_picture)?;
     let beams = job.scene.beams();
     let mut built = Vec::new();
     let begun = Instant::now();

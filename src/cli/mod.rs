@@ -6,6 +6,7 @@ mod backend;
 mod certify;
 mod compare;
 mod convert;
+mod fallback;
 mod figures;
 mod info;
 mod job;
@@ -15,12 +16,14 @@ mod render;
 mod sheet;
 #[cfg(unix)]
 mod signals;
+mod workers;
 
 use std::ffi::OsString;
 use std::io::Write;
 
 use clap::{Parser, Subcommand};
 
+use crate::error::quote::{self, LONGEST_LINE};
 use crate::error::{Error, Result};
 
 /// How a run of the program ended.
@@ -84,11 +87,23 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
             return Outcome::Misused;
         }
     };
-    match dispatch(program.command) {
+    match workers::run(program.command.threads(), || dispatch(program.command)) {
         Ok(()) => Outcome::Done,
         Err(error) => {
             say(&error.to_string());
             Outcome::Failed
+        }
+    }
+}
+
+impl Command {
+    /// Threads that are asked for.
+    fn threads(&self) -> Option<u32> {
+        match self {
+            Self::Render(arguments) => arguments.threads(),
+            Self::Map(arguments) => arguments.threads(),
+            Self::Compare(arguments) => arguments.threads(),
+            Self::Convert(_) | Self::Info(_) | Self::Figures(_) | Self::Adapters => None,
         }
     }
 }
@@ -114,8 +129,14 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Puts one line on stderr, for people.
+/// Puts JSON on stdout.
+fn print_json(text: &str) -> Result<()> {
+    print(&quote::json(text))
+}
+
+/// Puts one line on stderr, for people; whatever it quotes, it steers no terminal.
 fn say(line: &str) {
+    let line = quote::one_line(&format!("deepshadow: {line}"), LONGEST_LINE);
     // A closed stderr leaves nobody to tell; the work goes on.
-    let _ = writeln!(std::io::stderr(), "deepshadow: {}", line.replace('\n', " "));
+    let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -37,13 +37,21 @@ enum Format {
 }
 
 fn format(path: &Path) -> Result<Format> {
-    if path.to_string_lossy().ends_with(".deep.exr") {
+    let name = path.to_string_lossy().to_ascii_lowercase();
+    if name.ends_with(".deep.exr") {
         return Ok(Format::Deep);
     }
-    match path.extension().and_then(|ending| ending.to_str()) {
+    match Path::new(&name).extension().and_then(|ending| ending.to_str()) {
         Some("png") => Ok(Format::Png),
         Some("exr") => Ok(Format::Exr),
         _ => Err(Error::contents(path, "a picture's name must end in .png, .exr or .deep.exr")),
+    }
+}
+
+impl Arguments {
+    /// Threads that are asked for.
+    pub(super) fn threads(&self) -> Option<u32> {
+        self.scene.source.threads
     }
 }
 
@@ -63,6 +71,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         let why = "a deep image takes one light and grey extinction";
         return Err(Error::contents(path, why));
     }
+    job.backend.check_room(&job.settings)?;
     let mut lit = Lit::new(job.settings.image_size);
     let mut deep = None;
     for beam in &beams {
@@ -90,7 +99,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         } else {
             let media = &beam.scene.media;
             let picture = job.backend.march_view(media, &frame, &map, &*job.progress)?;
-            beam.add(&picture, &mut lit.image);
+            beam.add_finite(&picture, &mut lit.image)?;
         }
         lit.view_time += begun.elapsed();
         lit.map_size = settings.map_size;

@@ -65,6 +65,11 @@ impl<'a> DeepView<'a> {
             let radiance = self.view.lit_ground(ray.at(ground));
             samples.push(DeepSample { front: ground, back: ground, radiance, alpha: 1.0 });
         }
+        // One over the unit that the frame computes in.
+        let unit = 1.0 / frame.view_origin.w;
+        for sample in &mut samples {
+            (sample.front, sample.back) = (sample.front * unit, sample.back * unit);
+        }
         samples
     }
 }

@@ -4,15 +4,15 @@
 use glam::{Vec3, Vec4};
 
 use super::tiles;
-use crate::frame::{Frame, OPAQUE_TRANSMITTANCE};
+use crate::frame::Frame;
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
 use crate::kernel::media::{
     Arriving, Piece, Sampler, arriving, density_along, emission_along, four_along, source_along,
 };
-use crate::kernel::medium::{scattered, step_opacity};
-use crate::kernel::occupancy::{BATCH, Walk};
-use crate::kernel::ray::{Ray, intersect_box, step_count};
+use crate::kernel::medium::{mean_transmittance, scattered, step_opacity};
+use crate::kernel::occupancy::{BATCH, CUT_LIMIT, CUT_SHARE, Walk};
+use crate::kernel::ray::{Ray, intersect_box, step_count, voxels_over};
 use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
 };
@@ -127,7 +127,7 @@ impl View<'_> {
         if exit <= enter {
             return Steps { enter, exit: enter, count: 1, index_ray };
         }
-        let voxels = (exit - enter) * index_ray.direction.length();
+        let voxels = voxels_over(frame, &index_ray, exit - enter, exit - enter);
         let count = step_count(voxels, frame.rates.z, frame.steps[2], frame.steps[3]);
         Steps { enter, exit, count, index_ray }
     }
@@ -158,12 +158,51 @@ impl View<'_> {
         let lengths = [shortest, frame.lengths.z, frame.longest.z];
         let mut walk = Walk::new(self.sampler.occupancy, &steps.index_ray, steps.exit, lengths);
         let (mut t, mut through) = (walk.next_place(steps.enter), 1.0);
-        while t < steps.exit && through >= OPAQUE_TRANSMITTANCE {
-            let batch = Batch { ray: &steps.index_ray, begin: t, step: walk.step_from(t) };
+        let opaque = frame.lengths.w;
+        while t < steps.exit && through >= opaque {
+            let (batch, taus) = self.cut(&walk, &steps.index_ray, t, through);
             t = walk.next_place(t + BATCH as f32 * batch.step);
-            through = self.batch((ray, &light), &batch, through, &mut visit);
+            through = self.batch((ray, &light), &batch, taus, through, &mut visit);
         }
-        if through >= OPAQUE_TRANSMITTANCE { through } else { 0.0 }
+        if through >= opaque { through } else { 0.0 }
+    }
+
+    /// The batch of steps from `t` on, and its samples' optical depths: as long as the walk allows, cut until no
+    /// sample is thicker than the frame allows, behind a transmittance from the camera.
+    fn cut<'r>(
+        &self,
+        walk: &Walk<'_>,
+        ray: &'r Ray,
+        t: f32,
+        through: f32,
+    ) -> (Batch<'r>, [Vec4; 2]) {
+        let frame = self.frame;
+        let mut batch = Batch { ray, begin: t, step: walk.step_from(t) };
+        let mut limit = frame.limits.z;
+        loop {
+            let four = |first: usize| {
+                let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
+                four_along(&self.sampler, batch.ray, at, Vec4::splat(0.25 * batch.step))
+            };
+            let per_density = frame.domain_min.w * (0.5 * batch.step);
+            let taus = [per_density * four(0), per_density * four(4)];
+            let mut thickest = taus[0].max(taus[1]).max_element();
+            if batch.step > frame.brick_scale.w {
+                let (end, quarter) = (t + BATCH as f32 * batch.step, 0.25 * batch.step);
+                let density = density_along(&self.sampler, ray, end, quarter);
+                thickest = thickest.max(per_density * density);
+            }
+            let visible = thickest * through.sqrt();
+            if visible <= limit {
+                return (batch, taus);
+            }
+            limit = CUT_LIMIT * frame.limits.z;
+            let shorter = walk.cut(batch.step, CUT_SHARE * frame.limits.z / visible);
+            if shorter >= batch.step {
+                return (batch, taus);
+            }
+            batch.step = shorter;
+        }
     }
 
     /// Calls `visit` for what a batch of steps adds; the transmittance behind it. `light` is what arrives
@@ -172,22 +211,17 @@ impl View<'_> {
         &self,
         (ray, light): (&Ray, &Arriving),
         batch: &Batch<'_>,
+        taus: [Vec4; 2],
         through: f32,
         visit: &mut impl FnMut(Added),
     ) -> f32 {
         let frame = self.frame;
-        let four = |first: usize| {
-            let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
-            four_along(&self.sampler, batch.ray, at, Vec4::splat(0.25 * batch.step))
-        };
-        let densities = [four(0), four(4)];
         let emits = frame.counts[3] == 1;
-        if densities == [Vec4::ZERO; 2] && !emits {
+        if taus == [Vec4::ZERO; 2] && !emits {
             return through;
         }
-        let per_density = frame.domain_min.w * (0.5 * batch.step);
-        let taus = densities.map(|four| per_density * four);
-        let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step, frame.longest.w);
+        let shared = [frame.limits.w, frame.longest.w];
+        let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step, shared);
         let (mut before, mut front) = (through, 0);
         for k in 0..BATCH as usize {
             let weight = added.weights[k];
@@ -227,16 +261,16 @@ impl View<'_> {
         source_along(&self.sampler, self.frame, &piece, &light, transmittance)
     }
 
-    /// Radiance that reaches the camera of what samples emit, each behind half of itself; `before` is the
-    /// transmittance in front of the first.
+    /// Radiance that reaches the camera of what samples emit, each behind as much of itself as lies in front
+    /// of it; `before` is the transmittance in front of the first.
     fn emitted(&self, batch: &Batch<'_>, before: f32, taus: [Vec4; 2]) -> Vec3 {
         let half = 0.25 * batch.step;
         let (mut sum, mut through) = (Vec3::ZERO, before);
         for k in 0..2 * BATCH as usize {
             let (piece, tau) =
                 (Piece { ray: batch.ray, at: batch.sample(k), half }, taus[k / 4][k % 4]);
-            sum +=
-                emission_along(&self.sampler, &piece) * (through * (-0.5 * tau).exp() * 2.0 * half);
+            let seen = through * mean_transmittance(tau) * 2.0 * half;
+            sum += emission_along(&self.sampler, &piece) * seen;
             through *= (-tau).exp();
         }
         sum

@@ -2,6 +2,8 @@
 //! referee of the other backends.
 
 #[cfg(test)]
+mod bounds;
+#[cfg(test)]
 mod counts;
 mod deep_view;
 mod link_neighbors;

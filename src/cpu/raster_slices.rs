@@ -16,7 +16,7 @@ use crate::shadow::{Fragment, FragmentLists, Runs};
 
 /// Nodes of all texels, row 0 at v = 0.
 pub(super) fn raster_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
-    let sampler = Sampler::of(media);
+    let sampler = Sampler::of_extinction(media);
     let size = frame.sizes[3] as usize;
     tiles::runs(size, progress, |columns, y| {
         sort_fragments(&raster_row(&sampler, frame, columns, y), frame)

@@ -19,7 +19,7 @@ pub(super) fn trace_coded(
 ) -> Vec<u8> {
     let (size, stride) = (frame.sizes[3] as usize, codec.stride());
     progress.begin("shadow map", size as u64);
-    let sampler = Sampler::of(media);
+    let sampler = Sampler::of_extinction(media);
     let mut bytes = vec![0; size * size * stride];
     let rows = bytes.par_chunks_exact_mut(size * stride).enumerate();
     rows.for_each_init(Vec::new, |nodes, (y, row)| {

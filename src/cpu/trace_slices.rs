@@ -6,15 +6,15 @@ use crate::frame::Frame;
 use crate::kernel::fitting::Fitter;
 use crate::kernel::fragments::Node;
 use crate::kernel::media::Sampler;
-use crate::kernel::occupancy::{BATCH, LEAST_SHARE, Walk};
-use crate::kernel::slices::{batch_of, four_optical_depths, slabs_of};
+use crate::kernel::occupancy::{BATCH, LEAST_SHARE, Walk, cut_to_bend};
+use crate::kernel::slices::{batch_of, end_optical_depth, four_optical_depths, slabs_of};
 use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Runs, truncate};
 
 /// Nodes of all texels, row 0 at v = 0.
 pub(super) fn trace_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
-    let sampler = Sampler::of(media);
+    let sampler = Sampler::of_extinction(media);
     let size = frame.sizes[3] as usize;
     tiles::runs(size, progress, |columns, y| {
         let at = |i: usize| (i as f32 + 0.5) / size as f32;
@@ -45,9 +45,15 @@ pub(super) fn trace_texel(
     let mut walk = Walk::new(sampler.occupancy, &slabs.ray, end, lengths);
     let (mut t, mut next) = (walk.next_place(slabs.enter), slabs.first as f32);
     'ray: while t < slabs.exit {
-        let batch = batch_of(frame, &slabs, t, walk.step_from(t), next);
+        let of = |step: f32| batch_of(frame, &slabs, t, step, next);
+        let depths = |step: f32| four_optical_depths(sampler, frame, &slabs, &of(step));
+        // Planes are where they are.
+        let bend = if frame.counts[1] > 0 { f32::INFINITY } else { frame.limits.y };
+        let limits = [bend, fitter.optical_depth()];
+        let end = |step: f32| end_optical_depth(sampler, frame, &slabs, &of(step));
+        let (step, optical_depths) = cut_to_bend(&walk, walk.step_from(t), limits, depths, end);
+        let batch = of(step);
         next = batch.next;
-        let optical_depths = four_optical_depths(sampler, frame, &slabs, &batch);
         for k in 0..BATCH as usize {
             if optical_depths[k] > 0.0 {
                 let bounds = [batch.fronts[k], batch.backs[k]];

@@ -5,9 +5,9 @@ use glam::{Vec3, Vec4};
 use super::tiles;
 use crate::frame::Frame;
 use crate::kernel::light::light_ray;
-use crate::kernel::media::{Sampler, four_along};
-use crate::kernel::occupancy::{BATCH, Walk};
-use crate::kernel::ray::{intersect_box, step_count};
+use crate::kernel::media::{Sampler, density_along, four_along};
+use crate::kernel::occupancy::{BATCH, Walk, cut_to_bend};
+use crate::kernel::ray::{intersect_box, step_count, voxels_over};
 use crate::kernel::threshold::{LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
 use crate::progress::Progress;
 use crate::scene::Media;
@@ -20,7 +20,7 @@ pub(super) fn trace_threshold(
 ) -> Vec<[f32; 4]> {
     let size = frame.sizes[3] as usize;
     progress.begin("shadow map", size as u64);
-    let sampler = Sampler::of(media);
+    let sampler = Sampler::of_extinction(media);
     let mut texels = vec![[0.0; 4]; size * size];
     tiles::fill(&mut texels, size, progress, Vec::new, |reached, place| {
         let [u, v] = place.map(|i| (i as f32 + 0.5) / size as f32);
@@ -47,7 +47,7 @@ fn trace_texel(
         return [0.0; 4];
     }
     let length = exit - enter;
-    let voxels = length * index_ray.direction.length();
+    let voxels = voxels_over(frame, &index_ray, length, length);
     let count = step_count(voxels, frame.rates.x, frame.steps[0], frame.steps[1]);
     let lengths = [length / count as f32, frame.lengths.x, frame.longest.x];
     let mut walk = Walk::new(sampler.occupancy, &index_ray, exit, lengths);
@@ -55,10 +55,17 @@ fn trace_texel(
     reached.clear();
     let (mut tau, mut t) = (0.0_f32, walk.next_place(enter));
     while t < exit && tau < LARGEST_OPTICAL_DEPTH {
-        let step = walk.step_from(t);
-        let at = t + step * Vec4::new(0.5, 1.5, 2.5, 3.5);
-        let densities = four_along(sampler, &index_ray, at, Vec4::splat(0.5 * step));
-        let taus = densities * (frame.domain_min.w * step);
+        let depths = |step: f32| {
+            let at = t + step * Vec4::new(0.5, 1.5, 2.5, 3.5);
+            let densities = four_along(sampler, &index_ray, at, Vec4::splat(0.5 * step));
+            densities * (frame.domain_min.w * step)
+        };
+        let end = |step: f32| {
+            let density = density_along(sampler, &index_ray, t + BATCH as f32 * step, 0.5 * step);
+            density * (frame.domain_min.w * step)
+        };
+        let limits = [frame.limits.x, tau];
+        let (step, taus) = cut_to_bend(&walk, walk.step_from(t), limits, depths, end);
         for k in 0..BATCH as usize {
             if taus[k] > 0.0 {
                 let before = tau;

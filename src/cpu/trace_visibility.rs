@@ -16,7 +16,7 @@ pub(super) fn trace_visibility(
     tolerance: f32,
     progress: &dyn Progress,
 ) -> Result<Runs<VisibilityPoint>> {
-    let sampler = Sampler::of(media);
+    let sampler = Sampler::of_extinction(media);
     let size = frame.sizes[3] as usize;
     tiles::runs(size, progress, |columns, y| {
         let at = |i: usize| (i as f32 + 0.5) / size as f32;

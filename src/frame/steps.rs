@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::scene::{LightView, Media};
-use crate::settings::{Crossing, Settings, Shading, Slices};
+use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
 
 /// Steps along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all.
 pub const LIGHT_STEPS_PER_VOXEL: f32 = 8.0;
@@ -31,6 +31,29 @@ const VIEW_BEND: f64 = 0.0025;
 const LOOKUP_DEPTH: f64 = 0.3;
 /// The same over a step of a camera ray, whatever the slope: one place speaks for the light of all of it.
 const VIEW_DEPTH: f64 = 0.15;
+/// Bend of optical depth within a step of a threshold map's ray, times the light that is left, beyond which
+/// steps are cut: four times what they are made for.
+const MOST_LIGHT_BEND: f64 = 0.01;
+/// The same within a slab, as a share of the tolerance.
+const MOST_SLAB_BEND: f64 = 1.0;
+/// The tolerance that slabs are cut by where all of them are kept.
+const RAW_TOLERANCE: f64 = 0.002;
+/// Optical depth of a sample of a camera ray, half a step, beyond which steps are cut, over the root of the light
+/// that is left. A lookup in the middle of a step over which light falls by an optical depth errs by a
+/// twenty-fourth of its square: .4 % at most where light falls as fast as it is seen, and of what is cut, a ninth
+/// of that.
+const SAMPLE_DEPTH: f64 = 0.15;
+/// Optical depth of a texel's width that is no matter.
+const THIN_TEXEL: f64 = 0.25;
+/// Voxels that a texel is wide at most to see surfaces between them.
+const FINE_TEXEL: f64 = 0.5;
+/// Slope against the light of what counts as one surface, in depth over a texel's width.
+const STEEPEST_SURFACE: f64 = 6.0;
+/// Optical depth of the densest medium over a step of a camera ray beyond which something thick may hide between
+/// its last sample and its end.
+const HIDDEN_DEPTH: f64 = 0.6;
+/// A limit that nothing reaches.
+pub(super) const UNLIMITED: f32 = 1e30;
 /// Voxels that the steps of a batch may cross together; within the bricks that a code speaks for.
 const BATCH_VOXELS: f64 = 9.0;
 /// Samples in a slab for each voxel length of it, at least one.
@@ -46,63 +69,116 @@ pub(super) fn steps(settings: &Settings) -> [u32; 4] {
     // The paper marches with a fixed number of steps.
     let view_most = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
     let light_most = settings.steps;
-    if paper {
+    let steps = if paper {
         [light_most, light_most, view_most, view_most]
     } else {
         [LIGHT_STEPS_LEAST.min(light_most), light_most, VIEW_STEPS_LEAST.min(view_most), view_most]
-    }
+    };
+    steps.map(|count| settings.more(count))
 }
 
 /// Steps for each voxel length ([`Frame::rates`]) and how long they may be ([`Frame::lengths`],
 /// [`Frame::longest`]): as the largest change of extinction asks for, within what always suffices.
 pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Vec4; 3] {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    let transform = media.world_from_index();
+    let (transform, unit) = (media.world_from_index(), media.unit());
     let voxel = axes
-        .map(|axis| transform.transform_vector3(axis).length())
+        .map(|axis| transform.transform_vector3(axis).length() / unit)
         .into_iter()
         .fold(1e30, f64::min);
-    let roughness = media.occupancy().roughness();
+    let roughness = media.occupancy().roughness() * unit;
     // (most steps for each voxel, bend, samples a step)
+    let quality = settings.quality;
     let passes = [
-        (LIGHT_STEPS_PER_VOXEL, LIGHT_BEND, 1.0),
+        (LIGHT_STEPS_PER_VOXEL, settings.finer(LIGHT_BEND), 1.0),
         (SLABS_PER_VOXEL, SLAB_BEND * tolerance, 1.0),
-        (VIEW_STEPS_PER_VOXEL, VIEW_BEND, 2.0),
+        (VIEW_STEPS_PER_VOXEL, settings.finer(VIEW_BEND), 2.0),
     ];
+    let passes = passes.map(|(most, bend, samples)| (quality * f64::from(most), bend, samples));
+    let samples = (quality * f64::from(SLAB_SAMPLES_PER_VOXEL)) as f32;
     let [mut rates, mut lengths, mut longest] = [Vec4::ZERO; 3];
-    if settings.shading == Shading::Paper || media.plain().is_none() {
+    if settings.shading == Shading::Paper || media.graded().is_none() {
         // As many steps as were asked for, or nothing is known of the slopes: all as long as each other.
-        let rates = passes.map(|(most, ..)| most);
-        return [Vec3::from_array(rates).extend(0.0), lengths, longest];
+        let rates = passes.map(|(most, ..)| most as f32);
+        return [Vec3::from_array(rates).extend(samples), lengths, longest];
     }
     for (i, (most, bend, samples)) in passes.into_iter().enumerate() {
-        let most = f64::from(most);
         let length = if roughness > 0.0 {
             samples * (8.0 * bend * voxel / roughness).sqrt()
         } else {
             voxel / most
         };
-        let rate = (voxel / length.max(1e-3 * voxel)).clamp(LEAST_PER_VOXEL, most);
+        let rate = (voxel / length.max(1e-3 * voxel)).clamp(quality * LEAST_PER_VOXEL, most);
         (rates[i], lengths[i]) = (rate as f32, length as f32);
     }
-    longest = Vec3::splat((0.25 * BATCH_VOXELS * voxel) as f32).extend(0.0);
-    let densest = media.first().medium.density_scale * f64::from(media.largest());
+    rates.w = samples;
+    longest = Vec3::splat((0.25 * BATCH_VOXELS * voxel / quality) as f32).extend(0.0);
+    let densest = media.densest() * unit;
     let known = roughness > 0.0 && densest > 0.0;
     if known {
-        longest.w = (LOOKUP_DEPTH / densest) as f32;
+        longest.w = (LOOKUP_DEPTH / densest / quality) as f32;
     }
     if densest > 0.0 {
-        lengths.z = lengths.z.min((VIEW_DEPTH / densest) as f32);
+        lengths.z = lengths.z.min((VIEW_DEPTH / densest / quality) as f32);
+    }
+    if media.plain().is_none() {
+        // Of emission and of colours nothing is known: camera rays take equal steps.
+        rates.z = passes[2].0 as f32;
+        (lengths.z, longest.z, longest.w) = (0.0, 0.0, 0.0);
     }
     if settings.crossing != Crossing::Exact {
         // Depths are wrong by as much as steps are long.
-        (rates.x, lengths.x) = (LIGHT_STEPS_PER_VOXEL, 0.0);
+        (rates.x, lengths.x) = (passes[0].0 as f32, 0.0);
     }
     [rates, lengths, longest]
 }
 
+/// What a batch of steps may hold before it is taken again with shorter ones ([`Frame::limits`]), which
+/// happens where a medium is so dense that steps by its voxels are too long: how far optical depth may bend
+/// within a step of a threshold map's ray and a slab, as a share of the light that is left, and the optical
+/// depth of a sample of a camera ray. And the share of a pixel's light that steps may have one lookup for.
+pub(super) fn limits(settings: &Settings, tolerance: f64) -> Vec4 {
+    let shared = settings.finer(f64::from(LOOKUP_WEIGHT)) as f32;
+    if settings.shading == Shading::Paper {
+        return Vec3::splat(UNLIMITED).extend(shared);
+    }
+    let bend = match settings.crossing {
+        Crossing::Exact => settings.finer(MOST_LIGHT_BEND) as f32,
+        Crossing::Smoothstep | Crossing::Bucket => UNLIMITED,
+    };
+    let slab = if tolerance > 0.0 { tolerance } else { settings.finer(RAW_TOLERANCE) };
+    // As differences of the optical depths of two steps side by side: eight times what a line errs by.
+    let (bend, slab) = (8.0 * bend, 8.0 * MOST_SLAB_BEND * slab);
+    Vec4::new(bend, slab as f32, (SAMPLE_DEPTH / settings.quality) as f32, shared)
+}
+
+/// How far apart in depth the fronts of neighbouring texels' shadows are those of one surface: some texels'
+/// width; 0 where a texel's width of the densest medium is so thin that none has a front to speak of, and where
+/// lookups are not of depths that are exact.
+pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f64 {
+    let exponential = settings.filter.window() != (0, false);
+    if exponential || settings.lookup == Lookup::Paper || settings.shading == Shading::Paper {
+        return 0.0;
+    }
+    let [_, far] = light.axial_extent(media);
+    let across = |origin: DVec3, direction: DVec3| match light.position {
+        Some(_) => direction.length() * far,
+        None => origin.length(),
+    };
+    let width =
+        across(light.origin_u, light.direction_u).max(across(light.origin_v, light.direction_v));
+    let texel = width / f64::from(settings.map_size);
+    // Texels that are no finer than voxels see no surface, but one voxel beside another.
+    let voxel = [DVec3::X, DVec3::Y, DVec3::Z]
+        .map(|axis| media.world_from_index().transform_vector3(axis).length())
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    let seen = texel < FINE_TEXEL * voxel && media.densest() * texel > THIN_TEXEL;
+    if seen { STEEPEST_SURFACE * texel } else { 0.0 }
+}
+
 /// [`Frame::brick_scale`], [`Frame::brick_offset`].
-pub(super) fn bricks(media: &Media) -> [Vec4; 2] {
+pub(super) fn bricks(media: &Media, settings: &Settings) -> [Vec4; 2] {
     let occupancy = media.occupancy();
     let (origin, edge) = (occupancy.origin(), occupancy.edge());
     // Voxels along a unit, and the index at the origin, of the space that shaders sample in.
@@ -110,7 +186,9 @@ pub(super) fn bricks(media: &Media) -> [Vec4; 2] {
         Some(_) => (DVec3::from_array(media.dims().map(|n| n as f64)), DVec3::splat(-0.5)),
         None => (DVec3::ONE, DVec3::ZERO),
     };
-    let scale = (unit / edge).as_vec3().extend(0.0);
+    let thickest = media.densest() * media.unit() * settings.quality;
+    let hiding = (HIDDEN_DEPTH / thickest.max(1e-30)) as f32;
+    let scale = (unit / edge).as_vec3().extend(hiding);
     [scale, ((start - origin) / edge).as_vec3().extend(0.0)]
 }
 
@@ -120,7 +198,9 @@ pub(super) fn planes(settings: &Settings, light: &LightView, media: &Media) -> u
         Slices::Auto | Slices::Ray => 0,
         Slices::Planes | Slices::Raster => {
             let slabs = light.axial_voxels(media) * f64::from(SLABS_PER_VOXEL);
-            (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps)
+            let slabs =
+                (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps);
+            settings.more(slabs)
         }
     }
 }

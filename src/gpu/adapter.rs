@@ -1,6 +1,6 @@
 //! Which graphics adapters there are, and a device on one of them.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use wgpu::{Adapter, Device, DeviceType, Queue};
 
@@ -20,8 +20,51 @@ pub fn adapters() -> Vec<String> {
     found().iter().map(described).collect()
 }
 
-/// A device on the best adapter that `choice` allows, and what it is.
-pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String)> {
+/// What befell a device where nobody asked for errors.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Watch {
+    /// Why there is none any more.
+    lost: Arc<Mutex<Option<String>>>,
+    /// The first error since it was last asked for.
+    error: Arc<Mutex<Option<String>>>,
+}
+
+impl Watch {
+    fn of(device: &Device) -> Self {
+        let watch = Self::default();
+        let keep = |place: &Arc<Mutex<Option<String>>>| {
+            let place = place.clone();
+            move |why: String| {
+                place.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
+            }
+        };
+        let (lost, error) = (keep(&watch.lost), keep(&watch.error));
+        device.set_device_lost_callback(move |reason, why| lost(format!("{reason:?}: {why}")));
+        device.on_uncaptured_error(Arc::new(move |what: wgpu::Error| error(what.to_string())));
+        watch
+    }
+
+    /// What `work` came to, unless the device is lost or something went wrong that it did not notice.
+    pub(super) fn over<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let lost = || {
+            let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
+            lost.as_ref().map(|why| Error::gpu(format!("the device is lost: {why}")))
+        };
+        if let Some(lost) = lost() {
+            return Err(lost);
+        }
+        let found = work();
+        let error = self.error.lock().unwrap_or_else(PoisonError::into_inner).take();
+        match (lost(), found, error) {
+            (Some(lost), ..) => Err(lost),
+            (None, Ok(_), Some(error)) => Err(Error::gpu(error)),
+            (None, found, _) => found,
+        }
+    }
+}
+
+/// A device on the best adapter that `choice` allows, what it is, and what befalls it.
+pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String, Watch)> {
     if choice == AdapterChoice::Hardware && !hardware_in_sight() {
         return Err(Error::gpu("no hardware adapter"));
     }
@@ -43,10 +86,9 @@ pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String)> {
     };
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
         .map_err(|error| Error::gpu(error.to_string()))?;
-    // Errors are asked for where work is submitted; what comes between them must not abort.
-    device.on_uncaptured_error(Arc::new(|_| {}));
+    let watch = Watch::of(&device);
     let info = adapter.get_info();
-    Ok((device, queue, format!("gpu, {} ({})", info.name, info.backend)))
+    Ok((device, queue, format!("gpu, {} ({})", info.name, info.backend), watch))
 }
 
 /// Whether it is worth asking drivers for hardware, which takes a while: on Linux there is none

@@ -3,7 +3,6 @@
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::BindGroupEntry;
-use wgpu::util::DeviceExt;
 
 use super::bindings::{at, entry};
 use super::media::GpuMedia;
@@ -137,11 +136,8 @@ impl Renderer {
 
     /// Puts links on the device, one for each node of `fragments` in the buffer's order.
     pub fn upload_links(&self, fragments: GpuFragments, links: &[[u16; 2]]) -> GpuFragments {
-        let links = self.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("links"),
-            contents: bytemuck::cast_slice(if links.is_empty() { &[[0_u16; 2]; 4] } else { links }),
-            usage: wgpu::BufferUsages::STORAGE,
-        });
+        let links = if links.is_empty() { &[[0_u16; 2]; 4] } else { links };
+        let links = self.buffer("links", bytemuck::cast_slice(links), wgpu::BufferUsages::STORAGE);
         GpuFragments { links, linked: true, ..fragments }
     }
 

@@ -1,7 +1,5 @@
 //! Passes `raster_slices` and `sort_fragments`: planes drawn into linked lists, which become nodes.
 
-use wgpu::util::DeviceExt;
-
 use super::bindings::{self, at, entry};
 use super::fragments::{GpuFragments, Tile};
 use super::link::MediaKind;
@@ -172,10 +170,6 @@ impl Renderer {
     }
 
     pub(super) fn tile_buffer(&self, tile: Tile) -> wgpu::Buffer {
-        self.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("tile"),
-            contents: bytemuck::bytes_of(&tile),
-            usage: wgpu::BufferUsages::UNIFORM,
-        })
+        self.buffer("tile", bytemuck::bytes_of(&tile), wgpu::BufferUsages::UNIFORM)
     }
 }

@@ -1,13 +1,13 @@
 //! Media on a device: one volume's texture or blocks, or the textures, parameters and tables of a mixture.
 
 use bytemuck::{Pod, Zeroable};
-use wgpu::util::DeviceExt;
 use wgpu::{BindGroupEntry, BindingResource};
 
 use super::bindings::{at, entry};
 use super::blocks::GpuBlocks;
 use super::field::{GpuField, longer, texture, write_layers};
 use super::link::MediaKind;
+use super::renderer::Renderer;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Field, MOST_FIELDS, MOST_PARTS, Mixture, Part};
 use crate::scene::{Media, Occupancy};
@@ -97,17 +97,14 @@ impl GpuMedia {
         entries
     }
 
-    pub(super) fn upload(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        media: &Media,
-    ) -> Result<Self> {
+    pub(super) fn upload(gpu: &Renderer, media: &Media) -> Result<Self> {
+        let (device, queue) = (gpu.device(), gpu.queue());
         let content = match (Self::kind_of(device, media), media.plain()) {
             (MediaKind::Plain, Some(volume)) => {
                 Content::Plain(GpuField::upload(device, queue, volume)?)
             }
             (_, Some(volume)) => Content::Blocks(GpuBlocks::upload(device, queue, volume)?),
-            (_, None) => mixed(device, queue, media)?,
+            (_, None) => mixed(gpu, media)?,
         };
         let occupancy = codes(device, queue, media.occupancy())?;
         Ok(Self { content, occupancy })
@@ -136,8 +133,8 @@ fn codes(
     Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
 
-fn mixed(device: &wgpu::Device, queue: &wgpu::Queue, media: &Media) -> Result<Content> {
-    let Mixture { parts, mut fields, volumes, tables } = Mixture::of(media);
+fn mixed(gpu: &Renderer, media: &Media) -> Result<Content> {
+    let Mixture { parts, mut fields, volumes, tables, .. } = Mixture::of(media);
     for (what, count, most) in
         [("volumes", parts.len(), MOST_PARTS), ("grids", fields.len(), MOST_FIELDS)]
     {
@@ -155,7 +152,7 @@ fn mixed(device: &wgpu::Device, queue: &wgpu::Queue, media: &Media) -> Result<Co
         let own = match known {
             Some((_, own)) => own.clone(),
             None => {
-                let own = GpuField::upload(device, queue, volume)?;
+                let own = GpuField::upload(gpu.device(), gpu.queue(), volume)?;
                 held.push((volume, own.clone()));
                 own
             }
@@ -167,17 +164,10 @@ fn mixed(device: &wgpu::Device, queue: &wgpu::Queue, media: &Media) -> Result<Co
         MixtureUniform { counts: [parts.len() as u32, 0, 0, 0], ..Default::default() };
     uniform.parts[..parts.len()].copy_from_slice(&parts);
     uniform.fields[..fields.len()].copy_from_slice(&fields);
-    let buffer = |label, contents: &[u8], usage| {
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(label),
-            contents,
-            usage,
-        })
-    };
     let some = if tables.is_empty() { vec![glam::Vec4::ZERO] } else { tables };
     Ok(Content::Mixed {
         fields: uploaded,
-        mixture: buffer("mixture", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM),
-        tables: buffer("tables", bytemuck::cast_slice(&some), wgpu::BufferUsages::STORAGE),
+        mixture: gpu.buffer("mixture", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM),
+        tables: gpu.buffer("tables", bytemuck::cast_slice(&some), wgpu::BufferUsages::STORAGE),
     })
 }

@@ -27,15 +27,16 @@ mod tiles;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::backend::Backend;
+use crate::backend::{Backend, check_host};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::Media;
-use crate::settings::MapKind;
+use crate::settings::{MapKind, Settings};
 use crate::shadow::{FragmentMap, Links, Map, Runs, ShadowMap};
 use crate::volume::Volume;
+use adapter::Watch;
 pub use adapter::{AdapterChoice, adapters};
 pub use blocks::NO_BLOCK;
 pub use fragments::{GpuFragments, INTERLEAVED, INTERLEAVED_STRIDE, Tile};
@@ -69,6 +70,7 @@ fn pass(name: &str) -> Result<(&'static str, &'static str)> {
 pub struct GpuBackend {
     renderer: Renderer,
     description: String,
+    watch: Watch,
     uploaded: Mutex<Option<(Arc<Volume>, GpuMedia)>>,
 }
 
@@ -78,9 +80,9 @@ impl GpuBackend {
     /// # Errors
     /// If there is no such adapter or it refuses.
     pub fn open(choice: AdapterChoice) -> Result<Self> {
-        let (device, queue, description) = adapter::open(choice)?;
-        let renderer = Renderer::new(&device, &queue)?;
-        Ok(Self { renderer, description, uploaded: Mutex::new(None) })
+        let (device, queue, description, watch) = adapter::open(choice)?;
+        let renderer = watch.over(|| Renderer::new(&device, &queue))?;
+        Ok(Self { renderer, description, watch, uploaded: Mutex::new(None) })
     }
 
     /// Media on the device: those of the last pass, if they are the same volume.
@@ -101,84 +103,16 @@ impl GpuBackend {
         Ok(held)
     }
 
-    /// The renderer behind it, which works on textures of the device.
-    pub fn renderer(&self) -> &Renderer {
-        &self.renderer
-    }
-}
-
-impl Backend for GpuBackend {
-    fn description(&self) -> String {
-        self.description.clone()
-    }
-
-    fn default_map(&self) -> MapKind {
-        MapKind::Fragments
-    }
-
-    fn trace_threshold(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        progress: &dyn Progress,
-    ) -> Result<Vec<[f32; 4]>> {
-        progress.begin("shadow map", 1);
+    /// The picture that pass `march_view` makes.
+    fn marched(&self, media: &Media, frame: &Frame, map: &Map) -> Result<Image> {
         let gpu = &self.renderer;
-        let gpu_media = self.upload(media)?;
-        let frame_buffer = gpu.frame(frame, &gpu_media)?;
-        let map = gpu.map(frame.sizes[3])?;
-        gpu.submit(|encoder| gpu.trace_threshold(encoder, &gpu_media, &frame_buffer, &map))?;
-        let texels = gpu.read(map.texture())?;
-        progress.advance(1);
-        Ok(texels)
-    }
-
-    fn trace_slices(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        memory: u64,
-        progress: &dyn Progress,
-    ) -> Result<Runs> {
-        tiles::trace_slices(&self.renderer, (media, &self.upload(media)?), frame, memory, progress)
-    }
-
-    fn raster_slices(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        memory: u64,
-        progress: &dyn Progress,
-    ) -> Result<Runs> {
-        tiles::raster_slices(&self.renderer, &self.upload(media)?, frame, memory, progress)
-    }
-
-    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
-        let gpu = &self.renderer;
-        let fragments = gpu.upload_fragments(runs, size)?;
-        let mut linked = None;
-        gpu.submit(|encoder| linked = Some(gpu.link_neighbors(encoder, fragments)))?;
-        let linked = linked.ok_or_else(|| Error::gpu("nothing was recorded"))?;
-        let mut links: Vec<[u16; 2]> = gpu.read_buffer(linked.links(), linked.links().size())?;
-        links.truncate(runs.nodes().len());
-        Ok(Links::new(runs, links))
-    }
-
-    fn march_view(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        map: &Map,
-        progress: &dyn Progress,
-    ) -> Result<Image> {
-        progress.begin("picture", 1);
-        let gpu = &self.renderer;
-        let gpu_media = self.upload(media)?;
         let mut frame = *frame;
         frame.counts[2] = u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
-        let frame_buffer = gpu.frame(&frame, &gpu_media)?;
         let [width, height, ..] = frame.sizes;
+        // Before anything that takes long: a picture may be too large.
         let image = gpu.image(width, height)?;
+        let gpu_media = self.upload(media)?;
+        let frame_buffer = gpu.frame(&frame, &gpu_media)?;
         let march = |shadow: GpuShadow<'_>| {
             gpu.submit(|encoder| {
                 if let GpuShadow::Threshold(map) = shadow {
@@ -198,9 +132,106 @@ impl Backend for GpuBackend {
                 return Err(Error::gpu("this kind of map is marched through on the CPU only"));
             }
         }
-        let pixels = gpu.read(image.texture())?;
+        Ok(Image { width, height, pixels: gpu.read(image.texture())? })
+    }
+
+    /// The renderer behind it, which works on textures of the device.
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+}
+
+impl Backend for GpuBackend {
+    fn description(&self) -> String {
+        self.description.clone()
+    }
+
+    fn default_map(&self) -> MapKind {
+        MapKind::Fragments
+    }
+
+    fn check_room(&self, settings: &Settings) -> Result<()> {
+        check_host(settings)?;
+        self.watch.over(|| {
+            let [width, height] = settings.image_size;
+            self.renderer.image(width, height)?;
+            match settings.map.unwrap_or(self.default_map()) {
+                MapKind::Threshold => self.renderer.map(settings.map_size).map(drop),
+                // Lists are made in tiles.
+                _ => self.renderer.check_size("map", [settings.map_size; 2]),
+            }
+        })
+    }
+
+    fn trace_threshold(
+        &self,
+        media: &Media,
+        frame: &Frame,
+        progress: &dyn Progress,
+    ) -> Result<Vec<[f32; 4]>> {
+        progress.begin("shadow map", 1);
+        let gpu = &self.renderer;
+        let texels = self.watch.over(|| {
+            let gpu_media = self.upload(media)?;
+            let frame_buffer = gpu.frame(frame, &gpu_media)?;
+            let map = gpu.map(frame.sizes[3])?;
+            gpu.submit(|encoder| gpu.trace_threshold(encoder, &gpu_media, &frame_buffer, &map))?;
+            gpu.read(map.texture())
+        })?;
         progress.advance(1);
-        Ok(Image { width, height, pixels })
+        Ok(texels)
+    }
+
+    fn trace_slices(
+        &self,
+        media: &Media,
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        self.watch.over(|| {
+            let media = (media, &self.upload(media)?);
+            tiles::trace_slices(&self.renderer, media, frame, memory, progress)
+        })
+    }
+
+    fn raster_slices(
+        &self,
+        media: &Media,
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        self.watch.over(|| {
+            let media = self.upload(media)?;
+            tiles::raster_slices(&self.renderer, &media, frame, memory, progress)
+        })
+    }
+
+    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
+        let gpu = &self.renderer;
+        let mut links: Vec<[u16; 2]> = self.watch.over(|| {
+            let fragments = gpu.upload_fragments(runs, size)?;
+            let mut linked = None;
+            gpu.submit(|encoder| linked = Some(gpu.link_neighbors(encoder, fragments)))?;
+            let linked = linked.ok_or_else(|| Error::gpu("nothing was recorded"))?;
+            gpu.read_buffer(linked.links(), linked.links().size())
+        })?;
+        links.truncate(runs.nodes().len());
+        Ok(Links::new(runs, links))
+    }
+
+    fn march_view(
+        &self,
+        media: &Media,
+        frame: &Frame,
+        map: &Map,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        progress.begin("picture", 1);
+        let image = self.watch.over(|| self.marched(media, frame, map))?;
+        progress.advance(1);
+        Ok(image)
     }
 }
 

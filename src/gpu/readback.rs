@@ -1,9 +1,16 @@
 //! Work handed to a device and waited for, and results brought to the host.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use bytemuck::Pod;
 
 use super::renderer::{Renderer, TEXEL_BYTES};
+use crate::error::memory;
 use crate::error::{Error, Result};
+
+/// Bytes that are brought to the host at once, so that no buffer is larger than devices allow; a multiple of
+/// every item's size.
+const BYTES_AT_ONCE: u64 = 64 << 20;
 
 impl Renderer {
     /// Records with `record`, submits, and waits for the device to finish.
@@ -11,53 +18,80 @@ impl Renderer {
     /// # Errors
     /// What the device finds wrong with the work, or that it was lost.
     pub fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Result<()> {
-        let memory = self.device().push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = self.device().push_error_scope(wgpu::ErrorFilter::Validation);
-        let mut encoder =
-            self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        record(&mut encoder);
-        self.queue().submit([encoder.finish()]);
-        let waited = self.device().poll(wgpu::PollType::wait_indefinitely());
-        let found = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
-        if let Some(error) = found.into_iter().flatten().next() {
-            return Err(Error::gpu(error.to_string()));
+        let done = self.scoped(|| {
+            let mut encoder =
+                self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            record(&mut encoder);
+            self.queue().submit([encoder.finish()]);
+            self.wait()
+        });
+        done.map_err(Error::gpu)?
+    }
+
+    /// Waits for all that was submitted.
+    fn wait(&self) -> Result<()> {
+        // wgpu 30 panics here where a driver has lost its device.
+        let poll = || self.device().poll(wgpu::PollType::wait_indefinitely());
+        match catch_unwind(AssertUnwindSafe(poll)) {
+            Ok(waited) => waited.map(|_| ()).map_err(|error| Error::gpu(error.to_string())),
+            Err(_) => Err(Error::gpu("the device is lost")),
         }
-        waited.map(|_| ()).map_err(|error| Error::gpu(error.to_string()))
     }
 
     /// Copies a map or a picture to the host, row by row.
     ///
     /// # Errors
-    /// If the device fails.
+    /// If the device fails, or if there is no memory for it.
     pub fn read(&self, texture: &wgpu::Texture) -> Result<Vec<[f32; 4]>> {
         let size = texture.size();
         let row = size.width * TEXEL_BYTES;
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = self.readback(u64::from(padded) * u64::from(size.height));
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(padded),
-            rows_per_image: Some(size.height),
-        };
-        self.submit(|encoder| {
-            let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-            encoder.copy_texture_to_buffer(texture.as_image_copy(), target, size);
-        })?;
-        let bytes = self.mapped(&buffer)?;
-        let rows = bytes.chunks_exact(padded as usize);
-        Ok(rows
-            .flat_map(|r| bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&r[..row as usize]))
-            .collect())
+        let rows = (BYTES_AT_ONCE / u64::from(padded)).clamp(1, size.height.into()) as u32;
+        let texels = size.width as usize * size.height as usize;
+        let mut all = memory::room(texels, "what the GPU made")?;
+        let buffer = self.readback(u64::from(padded) * u64::from(rows));
+        for first in (0..size.height).step_by(rows as usize) {
+            let count = rows.min(size.height - first);
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded),
+                rows_per_image: Some(count),
+            };
+            self.submit(|encoder| {
+                let mut from = texture.as_image_copy();
+                from.origin.y = first;
+                let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+                let part = wgpu::Extent3d { height: count, ..size };
+                encoder.copy_texture_to_buffer(from, target, part);
+            })?;
+            let bytes = self.mapped(&buffer)?;
+            for padded_row in bytes.chunks_exact(padded as usize).take(count as usize) {
+                let texels = padded_row[..row as usize].chunks_exact(TEXEL_BYTES as usize);
+                all.extend(texels.map(bytemuck::pod_read_unaligned::<[f32; 4]>));
+            }
+            drop(bytes);
+            buffer.unmap();
+        }
+        Ok(all)
     }
 
     /// Copies the first `bytes` of a storage buffer to the host.
     ///
     /// # Errors
-    /// If the device fails.
+    /// If the device fails, or if there is no memory for them.
     pub(super) fn read_buffer<T: Pod>(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<T>> {
-        let buffer = self.readback(bytes);
-        self.submit(|encoder| encoder.copy_buffer_to_buffer(source, 0, &buffer, 0, bytes))?;
-        Ok(bytemuck::pod_collect_to_vec(&self.mapped(&buffer)?))
+        let mut all = memory::room(bytes as usize / size_of::<T>(), "what the GPU made")?;
+        let buffer = self.readback(bytes.min(BYTES_AT_ONCE));
+        for first in (0..bytes).step_by(BYTES_AT_ONCE as usize) {
+            let count = BYTES_AT_ONCE.min(bytes - first);
+            self.submit(|encoder| encoder.copy_buffer_to_buffer(source, first, &buffer, 0, count))?;
+            let mapped = self.mapped(&buffer)?;
+            let items = mapped[..count as usize].chunks_exact(size_of::<T>());
+            all.extend(items.map(bytemuck::pod_read_unaligned::<T>));
+            drop(mapped);
+            buffer.unmap();
+        }
+        Ok(all)
     }
 
     fn readback(&self, size: u64) -> wgpu::Buffer {
@@ -77,9 +111,7 @@ impl Renderer {
             let _ = sender.send(result);
         });
         let failed = |why: String| Error::gpu(format!("readback: {why}"));
-        self.device()
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|error| failed(error.to_string()))?;
+        self.wait()?;
         receiver
             .recv()
             .map_err(|error| failed(error.to_string()))?

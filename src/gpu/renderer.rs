@@ -4,7 +4,6 @@
 use std::sync::OnceLock;
 
 use bytemuck::bytes_of;
-use wgpu::util::DeviceExt;
 use wgpu::{BindGroupEntry, BindingResource};
 
 use super::bindings::{FORMAT, at, entry};
@@ -129,7 +128,8 @@ impl Renderer {
         })
     }
 
-    pub(super) fn device(&self) -> &wgpu::Device {
+    /// The device that it works on.
+    pub fn device(&self) -> &wgpu::Device {
         &self.device
     }
 
@@ -141,6 +141,35 @@ impl Renderer {
     pub(super) fn largest_binding(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// Does `work`, and what the device found wrong with it, in its words.
+    pub(super) fn scoped<T>(&self, work: impl FnOnce() -> T) -> Result<T, String> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let done = work();
+        let found = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
+        match found.into_iter().flatten().next() {
+            Some(error) => Err(error.to_string()),
+            None => Ok(done),
+        }
+    }
+
+    /// A buffer that holds `contents`. (wgpu's own function for it panics where there is no memory.)
+    pub(super) fn buffer(
+        &self,
+        label: &str,
+        contents: &[u8],
+        usage: wgpu::BufferUsages,
+    ) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: contents.len() as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue.write_buffer(&buffer, 0, contents);
+        buffer
     }
 
     /// A storage buffer of at least `bytes`, never less than one element of any kind.
@@ -191,14 +220,7 @@ impl Renderer {
             // Another thread may have been faster, with the same.
             let _ = later.set(passes);
         }
-        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let uploaded = GpuMedia::upload(&self.device, &self.queue, media);
-        let found = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
-        match found.into_iter().flatten().next() {
-            Some(error) => Err(Error::gpu(error.to_string())),
-            None => uploaded,
-        }
+        self.scoped(|| GpuMedia::upload(self, media)).map_err(Error::gpu)?
     }
 
     /// Puts the parameters of a frame of `media` on the device.
@@ -207,11 +229,7 @@ impl Renderer {
     /// If the map or the picture is larger than the device's textures can be.
     pub fn frame(&self, frame: &Frame, media: &GpuMedia) -> Result<GpuFrame> {
         let held = self.held(frame, media)?;
-        let buffer = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("frame"),
-            contents: bytes_of(&held),
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        });
+        let buffer = self.buffer("frame", bytes_of(&held), wgpu::BufferUsages::UNIFORM);
         Ok(GpuFrame { buffer, usual: frame.is_usual() })
     }
 
@@ -230,13 +248,8 @@ impl Renderer {
     /// A frame as shaders read it for media on the device.
     fn held(&self, frame: &Frame, media: &GpuMedia) -> Result<Frame> {
         let [width, height, _, map] = frame.sizes;
-        let limit = self.device.limits().max_texture_dimension_2d;
-        for (what, size) in [("picture", width), ("picture", height), ("map", map)] {
-            if size > limit {
-                let (needed, limit) = (format!("{size} pixels"), limit.to_string());
-                return Err(ErrorKind::Limit { what: what.to_owned(), needed, limit }.into());
-            }
-        }
+        self.check_size("picture", [width, height])?;
+        self.check_size("map", [map; 2])?;
         let mut held = *frame;
         held.world_origin.w = media.scale();
         Ok(held)
@@ -261,7 +274,7 @@ impl Renderer {
     /// An empty picture.
     ///
     /// # Errors
-    /// If the device's textures cannot be as large.
+    /// If the device's textures cannot be as large, or it has no memory for so many pixels.
     pub fn image(&self, width: u32, height: u32) -> Result<GpuImage> {
         let (texture, view) = self.texture("picture", [width, height])?;
         Ok(GpuImage { texture, view })
@@ -317,31 +330,45 @@ impl Renderer {
         self.prepare_view(media, frame, shadow, image).record(encoder, frame);
     }
 
+    /// Holds a picture or a map against what the device's textures can be. No device that has textures as
+    /// large has fewer workgroups than they take: WebGPU demands 65535 along an axis, of eight texels each.
+    pub(super) fn check_size(&self, what: &str, [width, height]: [u32; 2]) -> Result<()> {
+        let limit = self.device.limits().max_texture_dimension_2d;
+        if width.max(height) <= limit {
+            return Ok(());
+        }
+        let (needed, limit) = (format!("{width}x{height}"), format!("{limit} along an edge"));
+        Err(ErrorKind::Limit { what: what.to_owned(), needed, limit }.into())
+    }
+
     fn texture(
         &self,
         label: &str,
         [width, height]: [u32; 2],
     ) -> Result<(wgpu::Texture, wgpu::TextureView)> {
-        let limit = self.device.limits().max_texture_dimension_2d;
-        if width.max(height) > limit {
-            let (what, limit) = (label.to_owned(), format!("{limit} on an edge"));
-            return Err(
-                ErrorKind::Limit { what, needed: format!("{width}x{height}"), limit }.into()
-            );
-        }
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::STORAGE_BINDING
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC
-                | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        self.check_size(label, [width, height])?;
+        let make = || {
+            self.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: FORMAT,
+                usage: wgpu::TextureUsages::STORAGE_BINDING
+                    | wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::COPY_SRC
+                    | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            })
+        };
+        // How many bytes a texture may have is known to drivers alone.
+        let texture = self.scoped(make).map_err(|why| {
+            let bytes = u64::from(width) * u64::from(height) * u64::from(TEXEL_BYTES);
+            let needed = format!("{width}x{height} ({bytes} bytes)");
+            let limit = format!("the device's: {why}");
+            Error::from(ErrorKind::Limit { what: label.to_owned(), needed, limit })
+        })?;
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         Ok((texture, view))
     }

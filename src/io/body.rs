@@ -6,65 +6,80 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::histogram::Histogram;
-use super::load::{load_color, load_volume};
+use super::load::{Facts, load_color, load_noted, load_volume};
 use crate::error::{Error, Result};
-use crate::scene::automatic::{Ingredients, window};
+use crate::scene::automatic::{Densities, Ingredients, window};
 use crate::scene::file::VolumeTable;
 use crate::scene::transfer::{self, Choice, Resolved, TransferFunction};
-use crate::volume::Volume;
+use crate::volume::{Levels, Volume};
 
 /// Bins of the histogram that a transfer function is chosen from.
 const BINS: usize = 256;
+/// The values that Hounsfield units have in a body, with metal cut.
+const HOUNSFIELD: [f32; 2] = [-1024.0, 3071.0];
+/// A function over 0..1 speaks of no stored values where those spread over more than this.
+const NORMALISED: f64 = 50.0;
 
 /// Loads everything that `table` names. Where it leaves the window open and `scan` says that values need
-/// no absolute meaning, one is chosen that hides what surrounds a scanned object. With them: what was
-/// done, in words.
+/// no absolute meaning, or no density scale is given that speaks of them, one is chosen that hides what
+/// surrounds a scanned object. With them: what was done, in words.
 ///
 /// # Errors
 /// As [`load_volume`], if a transfer function is wrong, or if a further grid cannot be read.
 pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients, Vec<String>)> {
-    let mut notes = Vec::new();
+    let mut facts = Facts::default();
     let choice = choice(table)?;
-    // A function of stored values: they become densities of 0..1 over its range, whatever their sign.
-    let own = match &choice {
-        Some(Choice::Function(Resolved { function, normalised: false })) => own_window(function),
-        _ => None,
-    };
-    let window_given = table.window.or(own);
-    let asked = VolumeTable { window: window_given, ..table.clone() };
-    let mut volume = load_volume(&asked)?;
+    let loaded = loaded(table, choice.as_ref(), &mut facts)?;
+    let Loaded { mut volume, mut densities, mut function } = loaded;
+    let mut notes = facts.notes;
     if volume.replaced() > 0 {
         let count = volume.replaced();
         notes.push(format!("{count} negative or non-finite voxels count as 0"));
     }
-    if volume.largest() == 0.0 {
+    if volume.largest() == 0.0 && densities.offset == 0.0 {
         notes.push(format!("'{}' is empty: no density is above 0", volume.name));
     }
-    if scan
-        && window_given.is_none()
+    let automatic = scan || table.density_scale.is_none();
+    if automatic
+        && densities == Densities::default()
+        && function.is_none()
         && table.preset.is_none()
         && let Some([low, high]) = window(&volume)
     {
-        volume = volume.windowed([low, high])?;
+        densities = Densities::of_window([low, high], 0.0);
         notes.push(format!("window {low},{high} (chosen; --window sets it)"));
     }
-    let function = match choice {
-        None => None,
-        Some(Choice::Function(Resolved { function, normalised })) => {
-            let range = if normalised { over(&volume) } else { [0.0, 1.0] };
-            let stays = !normalised && (own.is_none() || table.window.is_some());
-            Some(if stays { function } else { function.rescaled(range)? })
-        }
-        Some(Choice::Automatic { range }) => {
-            let range = range.unwrap_or_else(|| over(&volume));
-            let function = transfer::automatic(&histogram(&volume, range).counts, range);
-            notes.push(format!("transfer function of {} points (chosen)", function.points().len()));
-            Some(function)
-        }
-    };
+    if function.is_none() {
+        function = match choice {
+            None => None,
+            Some(Choice::Function(Resolved { function, .. })) => {
+                Some(function.rescaled(over(&volume, &densities))?)
+            }
+            Some(Choice::Automatic { range }) => {
+                let range = range.unwrap_or_else(|| over(&volume, &densities));
+                let counts = histogram(&volume, &densities, range).counts;
+                let function = transfer::automatic(&counts, range);
+                let count = function.points().len();
+                notes.push(format!("transfer function of {count} points (chosen)"));
+                Some(function)
+            }
+        };
+    }
     let modulation = match &table.transfer {
-        Some(table) => transfer::gradient(table)?.map(|function| modulation(&volume, &function)),
+        Some(table) => transfer::gradient(table)?
+            .map(|steep| modulation(&volume, &densities, function.as_ref(), &steep)),
         None => None,
+    };
+    let transfer = match function {
+        Some(function) => Some(densities.held(&function)?),
+        None if densities.cut.is_none() => None,
+        None if densities.cuts_nothing(&volume) => {
+            // Nothing is beyond the window: densities may as well be held as what they are.
+            volume = volume.mapped(|held| densities.density(held.into()) as f32);
+            densities = Densities::default();
+            None
+        }
+        None => Some(densities.held(&transfer::preset("grey")?)?),
     };
     let color = match &table.color {
         Some(grid) => Some(load_color(table, grid)?.map(Arc::new)),
@@ -80,12 +95,95 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
     };
     let ingredients = Ingredients {
         volume: Arc::new(volume),
-        transfer: function.map(Arc::new),
+        densities,
+        transfer: transfer.map(Arc::new),
         color,
         modulation: modulation.map(Arc::new),
         emission_field,
     };
     Ok((ingredients, notes))
+}
+
+/// A volume, and what its densities are.
+struct Loaded {
+    volume: Volume,
+    densities: Densities,
+    /// The transfer function over densities, where that does not depend on a choice to come.
+    function: Option<TransferFunction>,
+}
+
+impl Loaded {
+    /// With stored values as they are, or moved ones, for densities.
+    fn stored(volume: Volume, function: Option<TransferFunction>) -> Self {
+        let densities = Densities::of_stored(&volume);
+        Self { volume, densities, function }
+    }
+}
+
+/// Loads the densities so that the function that is chosen for them can be applied between voxels.
+fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Result<Loaded> {
+    let mut load = |levels: Levels| {
+        facts.notes.clear();
+        load_noted(table, levels, facts)
+    };
+    let resolved = match choice {
+        Some(Choice::Function(resolved)) => Some(resolved),
+        _ => None,
+    };
+    if let Some(window) = table.window {
+        let volume = load(Levels::Moved(window))?;
+        let densities = Densities::of_window(window, volume.moved_by());
+        // Beside a window a function speaks of 0..1.
+        let function = resolved.filter(|one| !one.normalised && !one.over_data);
+        return Ok(Loaded {
+            volume,
+            densities,
+            function: function.map(|one| one.function.clone()),
+        });
+    }
+    match (choice, resolved) {
+        (Some(Choice::Automatic { range: Some(range) }), _) => {
+            let volume = load(Levels::Moved(range.map(|value| value as f32)))?;
+            Ok(Loaded::stored(volume, None))
+        }
+        (_, Some(Resolved { function, over_data: true, .. })) => {
+            let volume = load(Levels::Moved(HOUNSFIELD))?;
+            let data = data_range(&volume);
+            let volume = load(Levels::Moved(data))?;
+            let function = function.rescaled(data.map(f64::from))?;
+            Ok(Loaded::stored(volume, Some(function)))
+        }
+        (_, Some(Resolved { hounsfield: Some(function), .. })) => {
+            let volume = load(Levels::Moved(HOUNSFIELD))?;
+            if is_hounsfield(&volume, facts.of_ct) {
+                let note = "its values are Hounsfield units (--transfer-range spreads over others)";
+                facts.notes.push(note.to_owned());
+                return Ok(Loaded::stored(volume, Some(function.clone())));
+            }
+            let volume = load_noted(table, Levels::AsStored, &mut Facts::default())?;
+            Ok(Loaded::stored(volume, None))
+        }
+        (_, Some(Resolved { function, normalised: false, .. })) => {
+            let Some(range) = own_range(function) else {
+                return Ok(Loaded::stored(load(Levels::AsStored)?, Some(function.clone())));
+            };
+            let volume = load(Levels::Moved(range))?;
+            let data = data_range(&volume);
+            let given = table.transfer.as_ref().is_some_and(|table| table.range.is_some());
+            if given || meets(function.range(), data) {
+                return Ok(Loaded::stored(volume, Some(function.clone())));
+            }
+            let volume = load(Levels::Moved(data))?;
+            let ([low, high], [least, most]) = (function.range(), data);
+            facts.notes.push(format!(
+                "transfer function over {low}..{high} is spread over the data, {least}..{most} \
+                 (--transfer-range {low},{high} keeps it)"
+            ));
+            let function = function.rescaled(data.map(f64::from))?;
+            Ok(Loaded::stored(volume, Some(function)))
+        }
+        _ => Ok(Loaded::stored(load(Levels::AsStored)?, None)),
+    }
 }
 
 /// The function that `table` asks for, its file read.
@@ -100,37 +198,82 @@ fn read(path: &Path) -> Result<String> {
 }
 
 /// The stored values that a function speaks of; `None` if that is one value only.
-fn own_window(function: &TransferFunction) -> Option<[f32; 2]> {
+fn own_range(function: &TransferFunction) -> Option<[f32; 2]> {
     let [low, high] = function.range().map(|value| value as f32);
     (low < high).then_some([low, high])
 }
 
-/// The densities that a volume has.
-fn over(volume: &Volume) -> [f64; 2] {
-    let largest = f64::from(volume.largest());
+/// The stored values of a volume but for a few that stand apart, not all the same.
+fn data_range(volume: &Volume) -> [f32; 2] {
+    let [low, high] = volume.stored_range().unwrap_or_default();
+    if low < high { [low, high] } else { [low.min(0.0), low.max(0.0).max(low.min(0.0) + 1.0)] }
+}
+
+/// Whether a function's range has to do with stored values `data`: whether they overlap, and it is not a function
+/// over 0..1 for values that spread far.
+fn meets([low, high]: [f64; 2], data: [f32; 2]) -> bool {
+    let [least, most] = data.map(f64::from);
+    let normalised = low == 0.0 && high == 1.0 && most - least > NORMALISED;
+    low <= most && least <= high && !normalised
+}
+
+/// Whether stored values are Hounsfield units: by a file's word (`of_ct`), or as they have air at -1000, what
+/// pads a scan below that, and soft tissue around 0.
+fn is_hounsfield(volume: &Volume, of_ct: Option<bool>) -> bool {
+    let by = volume.moved_by();
+    let least = volume.smallest() - by;
+    match of_ct {
+        Some(of_ct) => of_ct && least <= -200.0,
+        None => {
+            let share = |low: f32, high: f32| volume.share_between(low + by, high + by);
+            let padding = if least < -1100.0 { share(least, 0.999 * least) } else { 0.0 };
+            let fits = least <= -900.0 && padding + share(-1100.0, 4100.0) > 0.995;
+            fits && share(-150.0, 150.0) > 0.01 && padding + share(-1100.0, -800.0) > 0.01
+        }
+    }
+}
+
+/// The densities that a volume has, but for a few that stand apart.
+fn over(volume: &Volume, densities: &Densities) -> [f64; 2] {
+    let largest = densities.density(volume.typical_largest().into());
     [0.0, if largest > 0.0 { largest } else { 1.0 }]
 }
 
 /// The densities of a volume that lie in a range, counted.
-fn histogram(volume: &Volume, range: [f64; 2]) -> Histogram {
+fn histogram(volume: &Volume, densities: &Densities, range: [f64; 2]) -> Histogram {
     let mut histogram = Histogram::new(range, BINS);
     let [low, high] = range;
     let mut held = 0;
+    let mut add = |value: f64, count: u64| {
+        let density = densities.density(value);
+        if (low..=high).contains(&density) {
+            histogram.add(density as f32, count);
+        }
+    };
     volume.voxels().for_each_held(|part, value| {
         let count = part.voxels() as u64;
         held += count;
-        if (low..=high).contains(&f64::from(value)) {
-            histogram.add(value, count);
-        }
+        add(value.into(), count);
     });
     let empty = volume.dims().iter().fold(1_u64, |all, &n| all.saturating_mul(n as u64)) - held;
-    if (low..=high).contains(&0.0) {
-        histogram.add(0.0, empty);
-    }
+    add(0.0, empty);
     histogram
 }
 
-/// A factor on extinction from a function of how steep densities are.
-fn modulation(volume: &Volume, function: &TransferFunction) -> Volume {
-    volume.gradient_magnitude().mapped(|steepness| function.at(steepness.into()).1 as f32)
+/// A factor on extinction from a function of how steep densities are, between those that are told apart.
+fn modulation(
+    volume: &Volume,
+    densities: &Densities,
+    function: Option<&TransferFunction>,
+    steep: &TransferFunction,
+) -> Volume {
+    let told_apart = densities.cut.or_else(|| function.map(TransferFunction::range));
+    let gradient = match told_apart {
+        Some(range) if range[0] < range[1] => {
+            let [low, high] = range.map(|density| densities.held_value(density) as f32);
+            volume.mapped(|held| held.clamp(low, high) - low).gradient_magnitude()
+        }
+        _ => volume.gradient_magnitude(),
+    };
+    gradient.mapped(|steepness| steep.at(steepness.into()).1 as f32)
 }

@@ -10,6 +10,8 @@ use exr::prelude::{
 
 use glam::{DMat4, DVec3};
 
+use super::exr_order::sort_attributes;
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::math::Aabb;
@@ -105,7 +107,10 @@ fn threshold_layer(
     ];
     attributes.extend(placement(map.view(), index_from_world, domain));
     attributes.extend(certified(certificate));
-    rgba_layer([map.size(); 2], map.texels(), attributes)
+    let unit = map.view().unit as f32;
+    let world = |[r, g, b, a]: &[f32; 4]| [r * unit, g * unit, b * unit, *a];
+    let texels: Vec<[f32; 4]> = map.texels().iter().map(world).collect();
+    rgba_layer([map.size(); 2], &texels, attributes)
 }
 
 /// How a map lies in the world, as attributes.
@@ -186,10 +191,16 @@ fn channel_layer(
 fn encode_layers(layers: Vec<Channels>) -> Result<Vec<u8>> {
     let size = layers.first().map_or(Vec2(0, 0), |layer| layer.size);
     let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
+    let pixels = (size.0 as u64).saturating_mul(size.1 as u64);
+    let channels: usize = layers.iter().map(|layer| layer.channel_data.list.len()).sum();
+    // Bytes of a picture that cannot be packed, and some for headers.
+    memory::check(pixels.saturating_mul(4 * channels as u64 + 1), "an OpenEXR file")?;
     let mut bytes = Cursor::new(Vec::new());
     ExrImage::from_layers(attributes, layers)
         .write()
         .to_buffered(&mut bytes)
         .map_err(|error| Error::value("exr", error.to_string()))?;
-    Ok(bytes.into_inner())
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
 }

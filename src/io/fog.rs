@@ -3,11 +3,52 @@
 use std::path::Path;
 
 use glam::{DMat4, DVec3, IVec3};
+use ndarray::Array3;
 
-use super::vdb::{Grid, GridHeader, IndexBox, Transform, ValueType, VdbFile};
+use super::vdb::{AnyValue, Grid, GridHeader, IndexBox, Transform, ValueType, VdbFile};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
-use crate::volume::{Volume, Voxels};
+use crate::volume::{Levels, Volume, Voxels};
+
+/// What a grid's numbers are, where the user overrules the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// Distances to a surface, negative inside.
+    LevelSet,
+    /// Densities.
+    Fog,
+}
+
+impl Class {
+    /// OpenVDB's name of it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LevelSet => "level set",
+            Self::Fog => "fog volume",
+        }
+    }
+}
+
+impl std::str::FromStr for Class {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text {
+            "level-set" => Ok(Self::LevelSet),
+            "fog" => Ok(Self::Fog),
+            _ => Err(Error::value("class", format!("'{text}' is none of level-set, fog"))),
+        }
+    }
+}
+
+/// What is said of numbers that look like distances and are taken for densities.
+pub(super) const DISTANCES: &str =
+    "looks like signed distances and is drawn as densities, inside out (--class level-set)";
+
+/// The density of a level set: 1 inside, 0 outside, a linear edge of one voxel across the surface.
+pub(super) fn fog(distance: f32, voxel: f32) -> f32 {
+    (0.5 - distance / voxel).clamp(0.0, 1.0)
+}
 
 /// The grid that is meant of a file: `name` (`density`, `density[1]`, empty for an unnamed
 /// one) or, without one, `density`, else the first grid of numbers, else the first that loads.
@@ -43,27 +84,54 @@ pub fn chosen(file: &VdbFile, name: Option<&str>) -> Result<usize> {
         })
 }
 
-/// The volume of a grid, at most `max_bytes` of voxels. Its medium reaches one voxel beyond the
-/// active bounding box, where it interpolates against the background. A level set becomes fog:
-/// density 1 inside, 0 outside, a linear edge of one voxel across the surface. Values of `window`
-/// are mapped to 0..1.
+/// Which grid of a file is wanted, and how its values become densities.
+pub(super) struct Wanted<'a> {
+    /// Its name; `None` for the one that [`chosen`] takes.
+    pub grid: Option<&'a str>,
+    /// What its numbers are, if not what the file says.
+    pub class: Option<Class>,
+    /// Bytes that its voxels may take.
+    pub max_bytes: u64,
+    /// From numbers to densities.
+    pub levels: Levels,
+}
+
+/// The volume of a grid. Its medium reaches one voxel beyond the active bounding box, where it interpolates against
+/// the background. A level set becomes fog: density 1 inside, 0 outside, a linear edge of one voxel
+/// across the surface. A grid that holds nothing is one voxel without medium.
 ///
 /// # Errors
 /// If the file cannot be read, has no such grid, or takes more memory.
-pub fn load(
-    path: &Path,
-    grid_name: Option<&str>,
-    max_bytes: u64,
-    window: Option<[f32; 2]>,
-) -> Result<Volume> {
-    let chosen = Chosen::open(path, grid_name)?;
-    let Chosen { name, world_from_index, level_set, grid, bounds } = chosen;
+pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) -> Result<Volume> {
+    let chosen = Chosen::open(path, wanted.grid)?;
+    let Chosen { name, world_from_index, level_set, grid, bounds, others } = chosen;
+    let Some(bounds) = bounds else {
+        if !others.is_empty() {
+            let others = others.join(", ");
+            notes.push(format!("grid '{name}' is empty, the file also has {others} (--grid)"));
+        }
+        let nothing = Voxels::Dense(Array3::zeros((1, 1, 1)));
+        return placed(&name, nothing, IVec3::ZERO, &world_from_index, wanted.levels);
+    };
+    let level_set = wanted.class.map_or(level_set, |class| class == Class::LevelSet);
     let voxel = world_from_index.transform_vector3(DVec3::X).length() as f32;
-    let fog = |distance: f32| (0.5 - distance / voxel).clamp(0.0, 1.0);
-    let voxels =
-        grid.voxels(bounds, max_bytes, |value| if level_set { fog(value) } else { value })?;
+    let number = |value| if level_set { fog(value, voxel) } else { value };
+    let voxels = grid.voxels(bounds, wanted.max_bytes, number)?;
+    let around = match grid.background() {
+        AnyValue::Float(value) => value,
+        AnyValue::Double(value) => value as f32,
+        AnyValue::Half(value) => f64::from(value) as f32,
+        _ => 0.0,
+    };
     drop(grid);
-    placed(&name, voxels, bounds.min, &world_from_index, window)
+    if !level_set && wanted.class.is_none() && around > 0.0 {
+        let [least, most] = voxels.range();
+        // A narrow band of distances ends in the background on both sides.
+        if least < 0.0 && least >= -1.5 * around && most <= 1.001 * around {
+            notes.push(format!("grid '{name}' {DISTANCES}"));
+        }
+    }
+    placed(&name, voxels, bounds.min, &world_from_index, wanted.levels)
 }
 
 /// The three components of a grid of vectors, as [`load`] places volumes; at most `max_bytes` of voxels
@@ -77,10 +145,15 @@ pub fn load_vectors(path: &Path, grid_name: &str, max_bytes: u64) -> Result<[Vol
         let why = format!("grid '{grid_name}' has one number a voxel, not three");
         return Err(Error::contents(path, why));
     }
+    let nothing = || {
+        let why = format!("grid '{grid_name}' has no active voxels");
+        Error::contents(path, why)
+    };
+    let bounds = chosen.bounds.ok_or_else(nothing)?;
     let one = |component: usize| {
-        let dense = chosen.grid.densify_component(chosen.bounds, max_bytes / 3, component)?;
+        let dense = chosen.grid.densify_component(bounds, max_bytes / 3, component)?;
         let (voxels, origin) = (Voxels::Dense(dense.values), dense.origin);
-        placed(&chosen.name, voxels, origin, &chosen.world_from_index, None)
+        placed(&chosen.name, voxels, origin, &chosen.world_from_index, Levels::AsStored)
     };
     Ok([one(0)?, one(1)?, one(2)?])
 }
@@ -91,8 +164,10 @@ struct Chosen {
     world_from_index: DMat4,
     level_set: bool,
     grid: Grid,
-    /// One voxel beyond what is active.
-    bounds: IndexBox,
+    /// One voxel beyond what is active; `None` if nothing is.
+    bounds: Option<IndexBox>,
+    /// Other grids that hold something and can be rendered.
+    others: Vec<String>,
 }
 
 impl Chosen {
@@ -106,14 +181,26 @@ impl Chosen {
             Transform::Refused(why) => return Err(refused(why)),
         };
         let grid: Grid = file.load(index)?;
-        let active = grid.active_bounds().ok_or_else(|| refused("it has no active voxels"))?;
+        let bounds = grid.active_bounds().map(|active| active.padded(1));
+        let mut others = Vec::new();
+        if bounds.is_none() && grid_name.is_none() {
+            for (other, header) in file.grids().iter().enumerate() {
+                let holds_something = header.refused.is_none()
+                    && other != index
+                    && file.load(other).is_ok_and(|grid| grid.active_bounds().is_some());
+                if holds_something {
+                    others.push(format!("'{}'", header.name));
+                }
+            }
+        }
         let name = if header.name.is_empty() { "unnamed" } else { &header.name };
         Ok(Self {
             name: name.to_owned(),
             world_from_index,
             level_set: header.class() == "level set",
             grid,
-            bounds: active.padded(1),
+            bounds,
+            others,
         })
     }
 }
@@ -124,10 +211,14 @@ fn placed(
     voxels: Voxels,
     origin: IVec3,
     world_from_index: &DMat4,
-    window: Option<[f32; 2]>,
+    levels: Levels,
 ) -> Result<Volume> {
     let last = DVec3::from_array(voxels.dims().map(|n| n as f64)) - 1.0;
     let placed = *world_from_index * DMat4::from_translation(origin.as_dvec3());
-    let volume = Volume::with_window(name, voxels, placed, window)?;
+    let volume = Volume::with_levels(name, voxels, placed, levels)?;
+    if last.min_element() < 1.0 {
+        // A voxel of nothing has no centres to end at.
+        return Ok(volume);
+    }
     Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: last }))
 }

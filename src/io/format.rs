@@ -115,6 +115,10 @@ impl Format {
             Self::Den
         } else if start.trim_ascii_start().starts_with(b"<") && contains(start, b"<VTKFile") {
             Self::Vti
+        } else if begins(b"# vtk DataFile") {
+            return Err("a legacy VTK file, which is not read; save it as .vti");
+        } else if begins(b"PK\x03\x04") {
+            return Err("a zip archive (NumPy's .npz?), which is not read; unpack it first");
         } else if begins(b"<?xml") {
             return Err("an XML file, but not VTK's");
         } else {
@@ -151,6 +155,8 @@ fn is_nifti(start: &[u8]) -> bool {
 
 /// MetaImage has no mark: the first line is one of few keys.
 fn is_metaimage(start: &[u8]) -> bool {
+    // Some editors put a byte order mark in front.
+    let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
     let line = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let Some(equals) = line.iter().position(|&byte| byte == b'=') else { return false };
     let key = line[..equals].trim_ascii();

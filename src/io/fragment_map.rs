@@ -38,10 +38,11 @@ pub fn encode_fragment_map(
     if let Some(certificate) = certificate {
         header = header.with("certificate", certificate);
     }
+    let unit = view.unit as f32;
     encode_slabs(&header, |x, y| {
-        map.fragments(x, y).map(|fragment| Slab {
-            front: fragment.front,
-            back: fragment.back,
+        map.fragments(x, y).map(move |fragment| Slab {
+            front: fragment.front * unit,
+            back: fragment.back * unit,
             optical_depth: fragment.optical_depth,
         })
     })
@@ -54,14 +55,15 @@ pub fn encode_fragment_map(
 /// # Errors
 /// If the encoder fails.
 pub fn encode_fragment_statistics(map: &FragmentMap) -> Result<Vec<u8>> {
-    let size = map.size();
+    let (size, unit) = (map.size(), map.view().unit as f32);
     let mut channels = ["count", "front", "back", "A"].map(|name| (name, Vec::new()));
     for (x, y) in (0..size).flat_map(|y| (0..size).map(move |x| (x, y))) {
         let nodes = map.nodes(x, y);
         let (first, last) =
             (nodes.first().copied().unwrap_or_default(), nodes.last().copied().unwrap_or_default());
         let opacity = -(-last.optical_depth).exp_m1();
-        let numbers = [map.fragments(x, y).count() as f32, first.depth, last.depth, opacity];
+        let numbers =
+            [map.fragments(x, y).count() as f32, first.depth * unit, last.depth * unit, opacity];
         for ((_, channel), number) in channels.iter_mut().zip(numbers) {
             channel.push(number);
         }

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
-use crate::volume::{Axis, Volume, world_from_index_in_bounds};
+use crate::volume::{Axis, Levels, Volume, world_from_index_in_bounds};
 
 /// Loads the volume that `table` names and puts it where `table` says.
 ///
@@ -19,6 +19,21 @@ use crate::volume::{Axis, Volume, world_from_index_in_bounds};
 /// If there is no such preset or file, if the file is not what it is said to be, or if a value of
 /// `table` cannot be used.
 pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
+    load_noted(table, table.window.into(), &mut Facts::default())
+}
+
+/// What a file says beside its voxels.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Facts {
+    /// What was taken for granted where the file leaves it open.
+    pub notes: Vec<String>,
+    /// Whether it says that a CT scanner made it.
+    pub of_ct: Option<bool>,
+}
+
+/// [`load_volume`] with densities as `levels` says, whatever `table` says of a window, and what else there is
+/// to know.
+pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts) -> Result<Volume> {
     let up = table.up.as_deref().map(str::parse::<Axis>).transpose()?;
     let volume = match (&table.preset, &table.path) {
         (Some(_), Some(_)) => return Err(Error::value("volume", "give path or preset, not both")),
@@ -27,12 +42,12 @@ pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
             refuse_unused(
                 table,
                 "a preset",
-                &["dims", "type", "endian", "spacing", "grid", "from"],
+                &["dims", "type", "endian", "spacing", "grid", "from", "class"],
             )?;
             let volume = preset.parse::<Preset>()?.volume(up.unwrap_or_default())?;
-            table.window.map_or(Ok(volume.clone()), |window| volume.windowed(window))?
+            if levels == Levels::AsStored { volume } else { volume.levelled(levels)? }
         }
-        (None, Some(path)) => load_file(path, table, up)?,
+        (None, Some(path)) => load_file(path, table, up, levels, facts)?,
     };
     let volume = match table.bounds {
         Some(_) if sparse(&volume) => {
@@ -130,6 +145,7 @@ fn refuse_unused(table: &VolumeTable, what: &str, keys: &[&str]) -> Result<()> {
         ("spacing", table.spacing.is_some()),
         ("grid", table.grid.is_some()),
         ("from", table.from.is_some()),
+        ("class", table.class.is_some()),
     ];
     match given.into_iter().find(|(key, given)| *given && keys.contains(key)) {
         Some((key, _)) => Err(Error::value(key, format!("means nothing for {what}"))),
@@ -143,17 +159,42 @@ fn sparse(volume: &Volume) -> bool {
 }
 
 /// Opens a file by what it begins with, or as `table` says.
-fn load_file(path: &Path, table: &VolumeTable, up: Option<Axis>) -> Result<Volume> {
+fn load_file(
+    path: &Path,
+    table: &VolumeTable,
+    up: Option<Axis>,
+    levels: Levels,
+    facts: &mut Facts,
+) -> Result<Volume> {
     let format = format_of(path, table)?;
     check_options(path, format, table)?;
     if format != Format::OpenVdb {
-        return DenseFile::open(path, format, table)?.volume(up, table.window);
+        let file = DenseFile::open(path, format, table)?;
+        facts.notes.extend_from_slice(&file.header().notes);
+        facts.of_ct = of_ct(&file.header().metadata);
+        return file.volume_noted(up, levels, &mut facts.notes);
     }
     let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
-    let volume = fog::load(path, table.grid.as_deref(), max_bytes, table.window)?;
+    let class = table.class.as_deref().map(str::parse).transpose()?;
+    let wanted = fog::Wanted { grid: table.grid.as_deref(), class, max_bytes, levels };
+    let volume = fog::load(path, &wanted, &mut facts.notes)?;
     let turn = DMat4::from_mat3(up.unwrap_or_default().world_from_file());
     let placement = turn * *volume.world_from_index();
     volume.placed(placement)
+}
+
+/// Whether a file's words say that it comes from a CT scanner; `None` if they do not say from what.
+fn of_ct(metadata: &[(String, String)]) -> Option<bool> {
+    let is = |key: &str, word: &str| key.to_ascii_lowercase().contains(word);
+    // DICOM's tag of the modality, as converters write it.
+    let modality = metadata.iter().find(|(key, _)| is(key, "modality") || is(key, "0008_0060"));
+    let units = metadata.iter().find(|(key, _)| is(key, "units"));
+    let of_units = units.filter(|(_, value)| is(value, "hounsfield") || value.trim() == "HU");
+    match (modality.map(|(_, value)| value.trim()), of_units) {
+        (Some("CT" | "MET_MOD_CT"), _) | (_, Some(_)) => Some(true),
+        (Some("MET_MOD_UNKNOWN" | "MET_MOD_OTHER" | "") | None, _) => None,
+        (Some(_), _) => Some(false),
+    }
 }
 
 /// Holds the options of `table` against what a file of this format takes.

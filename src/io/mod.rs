@@ -5,6 +5,7 @@ pub mod coded_map;
 pub mod deep_exr;
 pub mod dense;
 pub mod exr;
+mod exr_order;
 pub mod fog;
 pub mod format;
 pub mod fragment_map;

@@ -3,6 +3,7 @@
 use half::f16;
 use rayon::prelude::*;
 
+use crate::error::memory;
 use crate::error::{Error, Result};
 
 /// Runs the expression with `$type` standing for the numbers' type.
@@ -236,25 +237,45 @@ pub fn decode<T: Send>(
 
 /// The little-endian numbers in `bytes` as little-endian numbers of another type, each the nearest
 /// one; integers keep all their digits.
-pub fn cast(bytes: &[u8], from: ValueType, to: ValueType) -> Vec<u8> {
-    const CHUNK: usize = 1 << 14;
-    let chunks = bytes.par_chunks(CHUNK * from.size());
-    let parts: Vec<Vec<u8>> = chunks
-        .map(|chunk| {
-            let mut bytes = Vec::new();
-            if from.limits().is_none() {
-                to.encode(&from.decode(chunk), &mut bytes);
-                return bytes;
-            }
-            let whole: Vec<i128> =
-                for_type!(from, N => numbers::<N>(chunk).filter_map(Number::to_i128).collect());
-            for_type!(to, N => {
-                bytes.extend(whole.into_iter().flat_map(|value| N::of_i128(value).to_le_bytes()));
-            });
-            bytes
-        })
-        .collect();
-    parts.concat()
+///
+/// # Errors
+/// If there is no memory for them.
+pub fn cast(bytes: &[u8], from: ValueType, to: ValueType) -> Result<Vec<u8>> {
+    transformed(bytes, [from.size(), to.size()], |chunk| {
+        let mut bytes = Vec::new();
+        if from.limits().is_none() {
+            to.encode(&from.decode(chunk), &mut bytes);
+            return bytes;
+        }
+        let whole: Vec<i128> =
+            for_type!(from, N => numbers::<N>(chunk).filter_map(Number::to_i128).collect());
+        for_type!(to, N => {
+            bytes.extend(whole.into_iter().flat_map(|value| N::of_i128(value).to_le_bytes()));
+        });
+        bytes
+    })
+}
+
+/// Items of so many bytes, each made into one of as many others: `change` does so with some of them. All threads
+/// work on a part of them at a time, so that hardly more memory is taken than the result.
+///
+/// # Errors
+/// If there is no memory for the result.
+pub(super) fn transformed(
+    bytes: &[u8],
+    [from, to]: [usize; 2],
+    change: impl Fn(&[u8]) -> Vec<u8> + Sync,
+) -> Result<Vec<u8>> {
+    const CHUNK: usize = 1 << 13;
+    const AT_ONCE: usize = 64;
+    let mut all = memory::room(bytes.len() / from * to, "numbers of another type")?;
+    for part in bytes.chunks(AT_ONCE * CHUNK * from) {
+        let parts: Vec<Vec<u8>> = part.par_chunks(CHUNK * from).map(&change).collect();
+        for part in parts {
+            all.extend_from_slice(&part);
+        }
+    }
+    Ok(all)
 }
 
 /// The little-endian numbers in `bytes`.
@@ -266,7 +287,9 @@ fn numbers<N: Number>(bytes: &[u8]) -> impl Iterator<Item = N> {
 /// bytes; the error is the first word that is no such number.
 pub fn encode_text(text: &[u8], value_type: ValueType, count: usize) -> Result<Vec<u8>, String> {
     let text = std::str::from_utf8(text).map_err(|error| format!("no text: {error}"))?;
-    let mut bytes = Vec::new();
+    // As many as there can be: each has a digit, and a blank behind it.
+    let most = count.min(text.len() / 2 + 1).saturating_mul(value_type.size());
+    let mut bytes = memory::room(most, "voxels").map_err(|error| error.to_string())?;
     for word in text.split_ascii_whitespace().take(count) {
         for_type!(value_type, N => {
             let number: N = word.parse().map_err(|_| {

@@ -10,7 +10,7 @@ use flate2::CrcReader;
 use glam::{DMat4, DVec3, IVec3};
 use serde::Deserialize;
 
-use super::dense::{DenseHeader, Lattice};
+use super::dense::{DenseHeader, Lattice, Space};
 use super::number::ValueType;
 use crate::error::{Error, Result};
 
@@ -37,6 +37,8 @@ pub struct Sidecar {
     pub background: Option<Background>,
     /// Slope and intercept: a value is the stored number times the first plus the second.
     pub value_scale: Option<[f64; 2]>,
+    /// What the world is: a name of NRRD's, as `left-posterior-superior`.
+    pub space: Option<String>,
     /// The axis that points up.
     pub up: Option<String>,
     /// What the grid is called.
@@ -156,7 +158,7 @@ impl Sidecar {
     /// If there is something else in its place.
     pub fn refuse_other_beside(path: &Path) -> Result<()> {
         let beside = Self::path_beside(path);
-        if beside.exists() && read(&beside).map(|text| Self::parse(&text).is_ok())? {
+        if beside.exists() && read(&beside).and_then(|text| Ok(Self::parse(&text).is_ok()))? {
             return Ok(());
         }
         if beside.exists() {
@@ -184,7 +186,7 @@ impl Sidecar {
     /// Puts into `header` what does not depend on how the voxels are stored.
     ///
     /// # Errors
-    /// If `up` is no axis or `crc32` no number.
+    /// If `up` is no axis, `space` no space or `crc32` no number.
     pub(super) fn describe(&self, header: &mut DenseHeader) -> Result<()> {
         header.crc32 = match &self.crc32 {
             Some(text) => Some(u32::from_str_radix(text, 16).map_err(|_| {
@@ -201,6 +203,17 @@ impl Sidecar {
         if whole.as_dvec3() == origin && whole != IVec3::ZERO {
             let world_from_index = self.world_from_lattice().unwrap_or(DMat4::IDENTITY);
             header.lattice = Some(Lattice { world_from_index, origin: whole });
+        }
+        if let Some(text) = &self.space {
+            let Some((space, ours_from_its)) = Space::named(text) else {
+                let why = format!("'{text}' is none of {}", Space::names());
+                return Err(Error::value("space", why));
+            };
+            header.space = Some(space);
+            header.world_from_index = ours_from_its * header.world_from_index;
+            if let Some(lattice) = &mut header.lattice {
+                lattice.world_from_index = ours_from_its * lattice.world_from_index;
+            }
         }
         header.background = self.background.as_ref().map(|background| match background {
             Background::Number(number) => vec![*number; header.components.min(16)],
@@ -247,6 +260,7 @@ impl Sidecar {
         };
         line("background", self.background.as_ref().map(background));
         line("value_scale", self.value_scale.map(|scale| list(&scale)));
+        line("space", quoted(&self.space));
         line("up", quoted(&self.up));
         line("name", quoted(&self.name));
         line("class", quoted(&self.class));

@@ -28,8 +28,6 @@ pub const BEND: f32 = 0.125;
 pub const LOWEST_SHARE: f32 = 0.25;
 /// Share of the tolerance below which transmittance counts as zero: what follows is left out.
 pub const DARK_SHARE: f32 = 0.1;
-/// Points in a fragment at most.
-pub const MOST_POINTS: f32 = 256.0;
 /// No slope is steeper.
 pub const STEEPEST: f32 = f32::MAX;
 /// Lengths and transmittances below this count as this where they divide.
@@ -96,7 +94,8 @@ impl Fitter {
             optical_depth: start.optical_depth + optical_depth * share,
         };
         if self.tolerance > 0.0 && back > start.depth {
-            let pieces = (optical_depth / POINT_SPACING).ceil().min(MOST_POINTS);
+            // Behind the dark none is needed, however thick the slab.
+            let pieces = (optical_depth / POINT_SPACING).ceil();
             let mut i = 1.0;
             while i < pieces && end(i / pieces).optical_depth < self.dark {
                 self.point(end(i / pieces), keep);
@@ -111,6 +110,11 @@ impl Fitter {
         if self.begun && self.last != self.anchor {
             self.close(keep);
         }
+    }
+
+    /// Optical depth of all that was added.
+    pub fn optical_depth(&self) -> f32 {
+        self.last.optical_depth
     }
 
     /// Whether what follows is too dark to matter to a fit.

@@ -37,6 +37,21 @@ pub fn optical_depth_between(nodes: &[Node], before: usize, depth: f32) -> f32 {
     }
 }
 
+/// Optical depth where a shadow's front is taken to be.
+pub const FRONT_DEPTH: f32 = 0.5;
+
+/// Optical depth that a texel needs for its shadow to have a front: nine tenths of the light.
+pub const LEAST_WITH_FRONT: f32 = std::f32::consts::LN_10;
+
+/// Depth where optical depth reaches [`FRONT_DEPTH`]; `None` where it stays below [`LEAST_WITH_FRONT`].
+pub fn front_of(nodes: &[Node]) -> Option<f32> {
+    nodes.last().filter(|last| last.optical_depth >= LEAST_WITH_FRONT)?;
+    let pairs = nodes.array_windows().map(|[a, b]| (a, b));
+    let (a, b) = pairs.into_iter().find(|(_, b)| b.optical_depth >= FRONT_DEPTH)?;
+    let share = (FRONT_DEPTH - a.optical_depth) / (b.optical_depth - a.optical_depth);
+    Some(a.depth + (b.depth - a.depth) * share.clamp(0.0, 1.0))
+}
+
 /// Transmittance at `depth` with each fragment's shadow test an exponential of the way from its
 /// front, `sharpness` in 1 / world length (exponential shadow maps, Annen et al. 2008, on each
 /// fragment in turn: real-time deep shadow maps for hair, "Spatial filtering").

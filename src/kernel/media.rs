@@ -6,7 +6,9 @@ use glam::{Vec3, Vec4};
 use super::density::{Density, four_densities, sample_density};
 use super::light::{irradiance_at, light_direction_at};
 use super::medium::{octaves, phase};
-use super::mixture::{MixedMedia, mixture_density, mixture_emission, mixture_source};
+use super::mixture::{
+    MixedMedia, four_classified, mixture_density, mixture_emission, mixture_source,
+};
 use super::ray::Ray;
 use crate::frame::Frame;
 use crate::scene::{Media, Occupancy};
@@ -23,6 +25,11 @@ pub struct Sampler<'a> {
 enum Content<'a> {
     /// One volume whose extinction is its density times a number.
     Plain(Density<'a>),
+    /// For light rays, which meet nothing but extinction: one volume whose extinction is its density times this
+    /// number.
+    Scaled(Density<'a>, f32),
+    /// For light rays: one volume whose extinction is a function of its density.
+    Classified(Box<MixedMedia<'a>>),
     /// Everything else.
     Mixed(Box<MixedMedia<'a>>),
 }
@@ -47,6 +54,22 @@ impl<'a> Sampler<'a> {
         };
         Self { content, occupancy: media.occupancy() }
     }
+
+    /// A sampler of `media` for light rays: of extinction alone, which is what [`Sampler::of`] says, faster. It knows
+    /// no source and no emission.
+    pub fn of_extinction(media: &'a Media) -> Self {
+        let content = match media.graded() {
+            Some(body) if media.plain().is_none() => match &body.medium.transfer {
+                Some(_) => Content::Classified(Box::new(MixedMedia::of(media))),
+                None => {
+                    let scale = (body.medium.density_scale * media.unit()) as f32;
+                    Content::Scaled(Density::of(&body.volume), scale)
+                }
+            },
+            _ => return Self::of(media),
+        };
+        Self { content, occupancy: media.occupancy() }
+    }
 }
 
 /// Mean density over a piece of a ray; times the frame's extinction per density it is extinction.
@@ -54,7 +77,10 @@ impl<'a> Sampler<'a> {
 pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f32 {
     match &sampler.content {
         Content::Plain(density) => sample_density(density, ray.at(at)),
-        Content::Mixed(media) => mixture_density(media, &Piece { ray, at, half }),
+        Content::Scaled(density, scale) => scale * sample_density(density, ray.at(at)),
+        Content::Mixed(media) | Content::Classified(media) => {
+            mixture_density(media, &Piece { ray, at, half })
+        }
     }
 }
 
@@ -63,6 +89,8 @@ pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f3
 pub fn four_along(sampler: &Sampler<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
     match &sampler.content {
         Content::Plain(density) => four_densities(density, ray, at),
+        Content::Scaled(density, scale) => *scale * four_densities(density, ray, at),
+        Content::Classified(media) => four_classified(media, ray, at, half),
         Content::Mixed(media) => {
             let piece = |i: usize| Piece { ray, at: at[i], half: half[i] };
             Vec4::from_array([0, 1, 2, 3].map(|i| mixture_density(media, &piece(i))))
@@ -101,7 +129,7 @@ pub fn source_along(
     let ambient = frame.ambient.truncate();
     let more = frame.filtering.y as u32;
     match &sampler.content {
-        Content::Plain(_) => {
+        Content::Plain(_) | Content::Scaled(..) => {
             let lit = if more == 0 {
                 light.scattered * transmittance
             } else {
@@ -109,7 +137,7 @@ pub fn source_along(
             };
             frame.albedo.truncate() * (lit + ambient)
         }
-        Content::Mixed(media) => {
+        Content::Mixed(media) | Content::Classified(media) => {
             let (scattered, albedo) =
                 mixture_source(media, piece, |g| octaves(more, g, light.cosine, transmittance));
             light.irradiance * scattered + ambient * albedo
@@ -120,7 +148,7 @@ pub fn source_along(
 /// Radiance per world length that a piece of a ray emits.
 pub fn emission_along(sampler: &Sampler<'_>, piece: &Piece<'_>) -> Vec3 {
     match &sampler.content {
-        Content::Plain(_) => Vec3::ZERO,
-        Content::Mixed(media) => mixture_emission(media, piece),
+        Content::Plain(_) | Content::Scaled(..) => Vec3::ZERO,
+        Content::Mixed(media) | Content::Classified(media) => mixture_emission(media, piece),
     }
 }

@@ -2,8 +2,6 @@
 
 use glam::Vec4;
 
-use crate::frame::LOOKUP_WEIGHT;
-
 /// The whole sphere's solid angle.
 pub const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
 /// Keeps 0 / 0 out where nothing is scattered.
@@ -13,6 +11,13 @@ pub const SMALLEST_WEIGHT: f32 = 1e-30;
 #[inline]
 pub fn step_opacity(tau: f32) -> f32 {
     1.0 - (-tau).exp()
+}
+
+/// Mean transmittance over a step of optical depth `tau` to its front: (1 - exp(-tau)) / tau, by its series
+/// where the difference has no digits.
+#[inline]
+pub fn mean_transmittance(tau: f32) -> f32 {
+    if tau < 0.01 { 1.0 - tau * (0.5 - tau / 6.0) } else { step_opacity(tau) / tau }
 }
 
 /// Share of light scattered per steradian into an angle of the given cosine between the ways that
@@ -54,14 +59,14 @@ pub struct Scattered {
 
 /// Four steps with two samples each: optical depths in order, the distance of the first sample and the
 /// distance between samples, and the transmittance from the camera in front of them. Steps share a place
-/// if they add at most [`LOOKUP_WEIGHT`] together: all four if they are no longer than `shared`, else the
-/// first or the last two.
+/// if they add at most `weight` together: all four if they are no longer than `length`, else the first or the
+/// last two.
 pub fn scattered(
     through: f32,
     [early, late]: [Vec4; 2],
     first: f32,
     spacing: f32,
-    shared: f32,
+    [weight, length]: [f32; 2],
 ) -> Scattered {
     let (first_half, middle) = taken(through, early);
     let (last_half, behind) = taken(middle, late);
@@ -71,15 +76,15 @@ pub fn scattered(
     let mut weights = pairs(first_half, last_half);
     let mut moments = pairs(held, held_late);
     let sums = [weights.x + weights.y, weights.z + weights.w];
-    if sums[0] + sums[1] <= LOOKUP_WEIGHT && 8.0 * spacing <= shared {
+    if sums[0] + sums[1] <= weight && 8.0 * spacing <= length {
         weights = Vec4::new(sums[0] + sums[1], 0.0, 0.0, 0.0);
         moments.x += moments.y + moments.z + moments.w;
     } else {
-        if sums[0] <= LOOKUP_WEIGHT {
+        if sums[0] <= weight {
             (weights.x, weights.y) = (sums[0], 0.0);
             moments.x += moments.y;
         }
-        if sums[1] <= LOOKUP_WEIGHT {
+        if sums[1] <= weight {
             (weights.z, weights.w) = (sums[1], 0.0);
             moments.z += moments.w;
         }

@@ -1,7 +1,7 @@
 //! Places of a ray that need not be sampled, because they lie in empty bricks, and how long steps may be
 //! elsewhere, as media change more or less.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::ray::Ray;
 use crate::scene::{EMPTY, Occupancy, ROUGHEST};
@@ -12,6 +12,17 @@ pub const BATCH: u32 = 4;
 pub const LEAP: f32 = 0.1;
 /// Steps at least, as a share of the ray's end: what rounding still tells apart.
 pub const LEAST_SHARE: f32 = 2e-6;
+
+/// What the samples of cut steps of a camera ray aim at, as a share of the limit: where one is thick, others are.
+pub const CUT_SHARE: f32 = 0.33;
+/// What the samples of cut steps may hold, as a share of the limit.
+pub const CUT_LIMIT: f32 = 0.5;
+/// How much longer than made for the steepest place steps may be before ends of batches are looked at.
+pub const HIDING: f32 = 3.0;
+/// What steps that are cut become at least, as a share of themselves.
+pub const SHORTEST_CUT: f32 = 0.125;
+/// The same at most.
+pub const LONGEST_CUT: f32 = 0.75;
 
 /// A ray on its way through the bricks.
 #[derive(Clone, Debug)]
@@ -83,6 +94,24 @@ impl<'a> Walk<'a> {
         if left < 1.001 * self.step { left } else { self.step }
     }
 
+    /// Whether steps are so long, beside those that are made for the steepest place of the media, that something
+    /// dense may begin between the last one's middle and its end.
+    #[inline]
+    pub fn hides(&self, step: f32) -> bool {
+        step > HIDING * self.lengths[1]
+    }
+
+    /// What steps of a length become that must be cut to `share` of it: as long as they are if `share` is 1
+    /// or more, or if rounding tells no shorter ones apart.
+    #[inline]
+    pub fn cut(&self, step: f32, share: f32) -> f32 {
+        if share >= 1.0 {
+            return step;
+        }
+        let shorter = step * share.clamp(SHORTEST_CUT, LONGEST_CUT);
+        shorter.max(LEAST_SHARE * self.exit).min(step)
+    }
+
     /// Whether the brick at distance `t` is empty; `end` becomes where the ray leaves it, or the empty
     /// block around it.
     fn look(&mut self, t: f32) -> bool {
@@ -102,5 +131,37 @@ impl<'a> Walk<'a> {
         let [least, rough, most] = self.lengths;
         self.step = (longer * rough).min(most).max(least);
         code >= EMPTY
+    }
+}
+
+/// How long the four steps of a light ray are, and their optical depths: `depths` tells those of steps of a
+/// length, which begins with `step` and is cut until optical depth bends no more from step to step than
+/// `limit` over the share of light that gets to them, behind the optical depth `tau`. Where steps are longer than
+/// [`Walk::hides`] allows, `end` tells the optical depth of a step like the place where they end: what begins
+/// behind the last one's middle is seen there.
+#[inline]
+pub fn cut_to_bend(
+    walk: &Walk<'_>,
+    mut step: f32,
+    [limit, tau]: [f32; 2],
+    depths: impl Fn(f32) -> Vec4,
+    end: impl Fn(f32) -> f32,
+) -> (f32, Vec4) {
+    loop {
+        let taus = depths(step);
+        let mut bend = (taus.yzw() - taus.xyz()).abs().max_element();
+        if walk.hides(step) {
+            // Half a step on.
+            bend = bend.max(2.0 * (end(step) - taus.w).abs());
+        }
+        if bend <= limit {
+            return (step, taus);
+        }
+        // Half of a step's length is a quarter of the bend.
+        let shorter = walk.cut(step, (limit / (bend * (-tau).exp())).sqrt());
+        if shorter >= step {
+            return (step, taus);
+        }
+        step = shorter;
     }
 }

@@ -2,6 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
+use crate::frame::Frame;
+
 /// A ray in frame space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -40,6 +42,13 @@ pub fn intersect_box(ray: &Ray, min: Vec3, max: Vec3) -> (f32, f32) {
     let b = (max - ray.origin) / d;
     let enter = a.min(b).max_element().max(0.0);
     (enter, a.max(b).min_element())
+}
+
+/// Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at most those
+/// that the frame allows for all of it.
+pub fn voxels_over(frame: &Frame, ray: &Ray, length: f32, extent: f32) -> f32 {
+    let most = frame.voxel_share.w / extent.max(length).max(f32::MIN_POSITIVE);
+    length * ray.direction.length().min(most)
 }
 
 /// How many steps to take over `voxels` voxel lengths.

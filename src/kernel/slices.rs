@@ -4,8 +4,8 @@ use glam::Vec4;
 
 use super::light::light_ray;
 use super::media::{Sampler, density_along, four_along};
-use super::ray::{Ray, intersect_box, step_count};
-use crate::frame::{Frame, SLAB_SAMPLES_PER_VOXEL};
+use super::ray::{Ray, intersect_box, step_count, voxels_over};
+use crate::frame::Frame;
 
 /// The slabs of a texel's ray: slab `i` lies between depths `start + i step` and `start + (i + 1)
 /// step`, clipped to where the ray is inside the volume.
@@ -42,10 +42,15 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
     let planes = frame.counts[1];
     if planes == 0 {
         let extent = exit - enter;
-        let voxels = extent * ray.direction.length();
+        let voxels = voxels_over(frame, &ray, extent, extent);
         let count = step_count(voxels, frame.rates.y, frame.steps[0], frame.steps[1]);
         let step = extent / count as f32;
-        return Slabs { step, last: count, samples: samples_over(&ray, step), ..none };
+        return Slabs {
+            step,
+            last: count,
+            samples: samples_over(frame, &ray, step, extent),
+            ..none
+        };
     }
     // How much longer a way along this ray is than along the axis.
     let direction =
@@ -55,14 +60,15 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
         (frame.slices.x * along, (frame.slices.y - frame.slices.x) * along / planes as f32);
     let first = (((enter - start) / step).max(0.0) as u32).min(planes - 1);
     let last = ((exit - start) / step).ceil().max(0.0) as u32;
-    let samples = samples_over(&ray, step);
+    let samples = samples_over(frame, &ray, step, exit - enter);
     Slabs { start, step, first, last: last.clamp(first + 1, planes), samples, ..none }
 }
 
-/// As many samples as the voxels of a length of a ray ask for; rounding asks for none.
-pub fn samples_over(ray: &Ray, step: f32) -> u32 {
-    let voxels = step * ray.direction.length();
-    (voxels * SLAB_SAMPLES_PER_VOXEL - 0.01).ceil().clamp(1.0, 65_536.0) as u32
+/// As many samples as the voxels of a length of a ray, which is `extent` long in the medium, ask for; rounding
+/// asks for none.
+pub fn samples_over(frame: &Frame, ray: &Ray, step: f32, extent: f32) -> u32 {
+    let voxels = voxels_over(frame, ray, step, extent);
+    (voxels * frame.rates.w - 0.01).ceil().clamp(1.0, 65_536.0) as u32
 }
 
 /// Depths of the front and the back of slab `i` in the volume; empty if the second is not greater.
@@ -137,4 +143,16 @@ pub fn four_optical_depths(
         sums += four_along(sampler, &slabs.ray, at, 0.5 * steps);
     }
     sums * steps * frame.domain_min.w
+}
+
+/// Optical depth of a slab as long as a batch's last one with the density at its end.
+pub fn end_optical_depth(
+    sampler: &Sampler<'_>,
+    frame: &Frame,
+    slabs: &Slabs,
+    batch: &Batch,
+) -> f32 {
+    let step = (batch.backs.w - batch.fronts.w).max(0.0);
+    let half = 0.5 * step / slabs.samples as f32;
+    density_along(sampler, &slabs.ray, batch.backs.w, half) * (step * frame.domain_min.w)
 }

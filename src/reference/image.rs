@@ -1,4 +1,9 @@
-//! A picture by brute force in f64: no shadow map, every point lit through the exact integral.
+//! A picture by brute force in f64: no shadow map, every point lit through the exact integral. It knows
+//! nothing of the steps that renderers take.
+//!
+//! What a part of a ray sends to the camera is an integral over optical depth, so parts are halved until
+//! neither the camera's nor the light's optical depth changes by more than [`MOST_DEPTH`] over one: four
+//! points integrate the exponentials that are left to 1e-8.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -6,7 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::extinction::Extinction;
-use super::integral::Cells;
+use super::integral::{Cells, Stretch};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::scene::Scene;
@@ -19,9 +24,17 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
 ];
 
+/// Optical depth over a part of a ray at most, towards the camera and the light.
+const MOST_DEPTH: f64 = 0.5;
+/// Light behind as much less is not looked for: a billionth of a pixel's.
+const DARK: f64 = 1e-9;
+/// Halvings of a part at most: where a shadow's edge runs through a part, its light never is smooth.
+const MOST_HALVINGS: u32 = 24;
+
 /// Single scattering of `scene` at `width` x `height` pixels, one ray through each pixel's centre.
-/// Each cell that a camera ray crosses is cut into `cuts` equal parts with four Gauss points each;
-/// transmittance to the camera and from the light is exact at every point.
+/// Each cell that a camera ray crosses is cut into `cuts` equal parts, and those in halves while they are
+/// optically thick, with four Gauss points each; transmittance to the camera and from the light is exact
+/// at every point.
 ///
 /// # Errors
 /// If the scene's media are more than one plain volume.
@@ -48,6 +61,17 @@ struct Truth<'a> {
     extinction: Extinction<'a>,
 }
 
+/// A stretch of a camera ray.
+struct Seen<'a> {
+    stretch: &'a Stretch,
+    origin: DVec3,
+    direction: DVec3,
+    /// Extinction per unit of density.
+    scale: f64,
+    /// Optical depth in front of the stretch.
+    tau: f64,
+}
+
 impl Truth<'_> {
     fn radiance(&self, origin: DVec3, direction: DVec3, cuts: u32) -> [f32; 4] {
         let scene = self.scene;
@@ -58,17 +82,11 @@ impl Truth<'_> {
         let way = [0.0, ground.unwrap_or(f64::INFINITY)];
         self.cells.walk(origin, direction, way, |stretch| {
             let part = (stretch.exit - stretch.enter) / f64::from(cuts);
+            let view = Seen { stretch, origin, direction, scale, tau };
             for cut in 0..cuts {
-                for [node, weight] in GAUSS {
-                    let t = stretch.enter + (f64::from(cut) + node) * part;
-                    let extinction = scale * stretch.density(t);
-                    if extinction <= 0.0 {
-                        continue;
-                    }
-                    let seen = (-tau - scale * stretch.integral_to(t)).exp();
-                    let source = self.scattered(origin + t * direction, direction);
-                    light += source * (seen * extinction * weight * part);
-                }
+                let [from, to] = [cut, cut + 1].map(|i| stretch.enter + f64::from(i) * part);
+                let ends = [from, to].map(|t| self.end(&view, t));
+                light += self.part(&view, [from, to], ends, MOST_HALVINGS);
             }
             tau += scale * stretch.integral();
             true
@@ -82,6 +100,46 @@ impl Truth<'_> {
         let seen = light + through * behind;
         let alpha = 1.0 - through * (1.0 - alpha);
         [seen.x as f32, seen.y as f32, seen.z as f32, alpha as f32]
+    }
+
+    /// Optical depth to the camera and transmittance from the light at a distance.
+    fn end(&self, view: &Seen<'_>, t: f64) -> [f64; 2] {
+        let to_camera = view.tau + view.scale * view.stretch.integral_to(t);
+        if (-to_camera).exp() < DARK {
+            return [to_camera, 0.0];
+        }
+        let point = view.origin + t * view.direction;
+        [to_camera, self.extinction.light_transmittance(self.scene.light(), point)]
+    }
+
+    /// What a part of a ray sends to the camera, whose ends are known.
+    fn part(&self, view: &Seen<'_>, [from, to]: [f64; 2], ends: [[f64; 2]; 2], left: u32) -> DVec3 {
+        let [[near, arriving_near], [far, arriving_far]] = ends;
+        if (-near).exp() < DARK || far <= near {
+            return DVec3::ZERO;
+        }
+        let (dim, bright) = (arriving_near.min(arriving_far), arriving_near.max(arriving_far));
+        let changes = bright > dim * MOST_DEPTH.exp();
+        // Between dark ends of a thick part there may still be light.
+        let thick = far - near > MOST_DEPTH;
+        let most = if thick { 1.0 } else { bright * (far - near) };
+        if left > 0 && most * (-near).exp() > DARK && (thick || changes) {
+            let middle = 0.5 * (from + to);
+            let end = self.end(view, middle);
+            return self.part(view, [from, middle], [ends[0], end], left - 1)
+                + self.part(view, [middle, to], [end, ends[1]], left - 1);
+        }
+        let mut light = DVec3::ZERO;
+        for [node, weight] in GAUSS {
+            let t = from + node * (to - from);
+            let extinction = view.scale * view.stretch.density(t);
+            if extinction > 0.0 {
+                let seen = (-view.tau - view.scale * view.stretch.integral_to(t)).exp();
+                let source = self.scattered(view.origin + t * view.direction, view.direction);
+                light += source * (seen * extinction * weight * (to - from));
+            }
+        }
+        light
     }
 
     /// Light that the medium at `point` sends towards the camera, per unit of optical depth.

@@ -151,6 +151,8 @@ impl Axis {
         // On a plane between two cells the ray is in the one that it goes on through.
         let cell = if slope < 0.0 { start.ceil() as i64 - 1 } else { start.floor() as i64 };
         let last = count as i64 - 1;
+        // From so far away that rounding is longer than the volume, the walk would have far to go.
+        let cell = cell.clamp(-1, last);
         let (inverse, next) = (1.0 / slope, f64::INFINITY);
         let mut axis = Self { origin, slope, inverse, cell, layers: [0; 2], next, last };
         axis.arrive();
@@ -168,7 +170,10 @@ impl Axis {
     fn arrive(&mut self) {
         let layer = |i: i64| i.clamp(0, self.last) as usize;
         self.layers = [layer(self.cell), layer(self.cell + 1)];
-        if self.slope != 0.0 {
+        if !(-1..=self.last).contains(&self.cell) {
+            // It has left the volume.
+            self.next = f64::INFINITY;
+        } else if self.slope != 0.0 {
             let plane = if self.slope < 0.0 { self.cell } else { self.cell + 1 };
             self.next = (plane as f64 - self.origin) * self.inverse;
         }

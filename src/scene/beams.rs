@@ -8,7 +8,8 @@
 
 use glam::{DVec3, Vec4};
 
-use super::Scene;
+use super::{Body, Scene};
+use crate::error::{Error, Result};
 use crate::image::Image;
 
 /// The colour channels that a picture is right in.
@@ -102,6 +103,33 @@ impl Beam {
         for (sum, pixel) in sum.pixels.iter_mut().zip(&picture.pixels) {
             *sum = (Vec4::from(*sum) + weights * Vec4::from(*pixel)).to_array();
         }
+    }
+
+    /// [`Beam::add`], if that leaves numbers.
+    ///
+    /// # Errors
+    /// If a radiance does not fit f32: whose it is.
+    pub fn add_finite(&self, picture: &Image, sum: &mut Image) -> Result<()> {
+        self.add(picture, sum);
+        if sum.pixels.iter().flatten().all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        let scene = &self.scene;
+        let emission =
+            |body: &Body| body.medium.emission.as_ref().map_or(0.0, |emission| emission.scale);
+        let emitted = scene.media.bodies().iter().map(emission).fold(0.0, f64::max);
+        let emitted = emitted * scene.media.world_bounds().size().length();
+        let center = scene.media.world_bounds().center();
+        let arriving = scene.light().irradiance_at(center).max_element();
+        let others = scene.ambient.max(scene.background.unwrap_or_default()).max_element();
+        let (what, radiance) = if emitted >= arriving.max(others) {
+            ("emission", emitted)
+        } else if arriving >= others {
+            ("light", arriving)
+        } else {
+            ("ambient or background", others)
+        };
+        Err(Error::value(what, format!("its radiance (about {radiance:e}) does not fit f32")))
     }
 
     /// What its map is called among those of a scene: nothing if there is no other.

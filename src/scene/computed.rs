@@ -7,6 +7,9 @@ use crate::settings::Settings;
 /// Memory for lists below which nothing can be built.
 const LEAST_MEMORY: u64 = 1 << 20;
 
+/// Qualities that can be asked for: beyond, f32 tells no steps apart.
+const QUALITIES: std::ops::RangeInclusive<f64> = 0.125..=64.0;
+
 /// The settings that `file` asks for, defaults where it says nothing.
 pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     let default = Settings::default();
@@ -34,6 +37,14 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
         }
         given => Ok(given.unwrap_or(or)),
     };
+    let quality = shadow.quality.unwrap_or(default.quality);
+    if !QUALITIES.contains(&quality) {
+        let (least, most) = (QUALITIES.start(), QUALITIES.end());
+        return Err(Error::value(
+            "shadow.quality",
+            format!("{quality} is not between {least} and {most}"),
+        ));
+    }
     if shadow.memory.is_some_and(|bytes| bytes < LEAST_MEMORY) {
         let why = format!("less than {LEAST_MEMORY} bytes hold no row of lists");
         return Err(Error::value("shadow.memory", why));
@@ -47,6 +58,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
         exposure,
         map: shadow.map.as_ref().map(|name| name.parse()).transpose()?,
         map_size: count("shadow.size", shadow.size, default.map_size, 1 << 13)?,
+        quality,
         steps: count("shadow.steps", shadow.steps, default.steps, 1 << 20)?,
         view_steps: shadow
             .view_steps

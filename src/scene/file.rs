@@ -54,6 +54,7 @@ tables! {
         spacing: [f64; 3],
         window: [f32; 2],
         up: String,
+        class: String,
         translate: [f64; 3],
         rotate_degrees: [f64; 3],
         scale: f64,
@@ -68,7 +69,7 @@ tables! {
         name: String,
         file: PathBuf,
         points: Vec<[f64; 5]>,
-        range: [f64; 2],
+        range: TransferRange,
         gradient: Vec<[f64; 2]>,
     }
     /// `[volume.emission]`: of a grid, or of the densities themselves.
@@ -105,6 +106,7 @@ tables! {
     ShadowTable {
         map: String,
         size: u32,
+        quality: f64,
         steps: u32,
         view_steps: u32,
         thresholds: [f64; 3],
@@ -122,6 +124,24 @@ tables! {
     }
     /// `[ground]`
     GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
+}
+
+/// What values a transfer function is spread over.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "range: neither two numbers nor \"data\"")]
+pub enum TransferRange {
+    /// These.
+    Values([f64; 2]),
+    /// Those of the volume.
+    Word(RangeWord),
+}
+
+/// A range that is no pair of numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RangeWord {
+    /// All values that the volume holds, but for a few that stand apart.
+    Data,
 }
 
 impl SceneFile {

@@ -37,6 +37,8 @@ pub struct LightView {
     pub light_from_world: DMat4,
     /// Where a point or spot light stands; `None` for a directional light.
     pub position: Option<DVec3>,
+    /// World lengths that a depth of 1 in a map stands for ([`Media::unit`]).
+    pub unit: f64,
 }
 
 impl LightView {
@@ -85,6 +87,7 @@ impl LightView {
                 direction_v: DVec3::ZERO,
                 light_from_world: from_rows(rows),
                 position: None,
+                unit: media.unit(),
             };
             (width * height, view)
         };
@@ -139,6 +142,7 @@ impl LightView {
             direction_v: down * (v1 - v0),
             light_from_world: from_rows(rows),
             position: Some(position),
+            unit: media.unit(),
         })
     }
 

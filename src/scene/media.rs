@@ -77,6 +77,11 @@ impl Medium {
     }
 }
 
+/// Powers of two of a diagonal within which world lengths are what is computed in.
+const ORDINARY_POWER: f64 = 16.0;
+/// How many voxels of the space of several bodies a ray counts at most for each that the bodies have.
+const FINER_THAN_BODIES: f64 = 4.0;
+
 /// Several bodies in one space of voxel indices: that of the body whose box around all is the smallest,
 /// with voxels as fine as the finest of all along its axes. That of the only body is its own.
 ///
@@ -98,10 +103,11 @@ impl From<Volume> for Media {
 }
 
 impl Media {
-    /// One body.
+    /// One body. Where light is emitted beside its densities too, that is part of the domain.
     pub fn of(volume: Arc<Volume>, medium: Medium) -> Self {
-        let (world_from_index, domain) = (*volume.world_from_index(), volume.domain());
+        let world_from_index = *volume.world_from_index();
         let bodies = vec![Body { volume, medium }];
+        let domain = around(&bodies, &world_from_index.inverse(), bodies[0].volume.domain());
         Self { bodies, world_from_index, domain, occupancy: OnceLock::new() }
     }
 
@@ -150,6 +156,15 @@ impl Media {
         }
     }
 
+    /// The only body, if extinction follows from its density alone, by a number or a transfer function: then
+    /// it is known how fast it changes.
+    pub fn graded(&self) -> Option<&Body> {
+        match &self.bodies[..] {
+            [body] if body.medium.modulation.is_none() => Some(body),
+            _ => None,
+        }
+    }
+
     /// Whether some body emits light.
     pub fn emits(&self) -> bool {
         self.bodies.iter().any(|body| body.medium.emission.is_some())
@@ -171,11 +186,19 @@ impl Media {
         self.domain
     }
 
+    /// The only body, if nothing lies beside its voxels: then index space is theirs.
+    pub(super) fn only_volume(&self) -> Option<&Volume> {
+        match &self.bodies[..] {
+            [only] if only.volume.domain() == self.domain => Some(&only.volume),
+            _ => None,
+        }
+    }
+
     /// Voxels along x, y, z: the only body's, else the domain's size.
     pub fn dims(&self) -> [usize; 3] {
-        match &self.bodies[..] {
-            [only] => only.volume.dims(),
-            _ => self.domain.size().to_array().map(|n| (n.ceil() as usize).max(1)),
+        match self.only_volume() {
+            Some(only) => only.dims(),
+            None => self.domain.size().to_array().map(|n| (n.ceil() as usize).max(1)),
         }
     }
 
@@ -199,6 +222,38 @@ impl Media {
         self.bodies.iter().flat_map(|body| body.volume.visible_points(share)).collect()
     }
 
+    /// World lengths that stand for one in f32, where maps and pictures are computed: 1 for media that are neither
+    /// tiny nor huge, else the power of two next to their diagonal. Numbers keep their digits then, and their
+    /// squares fit, whatever a file's lengths are.
+    pub fn unit(&self) -> f64 {
+        let power = self.world_bounds().size().length().log2().round();
+        if power.is_finite() && power.abs() > ORDINARY_POWER { power.exp2() } else { 1.0 }
+    }
+
+    /// Voxel lengths that a ray through the domain may count at most. Of a body alone that is its diagonal. The
+    /// index space of several is as fine as the finest of them, which may be by any factor: what rays take
+    /// follows from the voxels that there are.
+    pub fn most_voxels(&self) -> f64 {
+        let diagonal =
+            |body: &Body| DVec3::from_array(body.volume.dims().map(|n| n as f64)).length();
+        let sum: f64 = self.bodies.iter().map(diagonal).sum();
+        if self.bodies.len() > 1 { FINER_THAN_BODIES * sum } else { sum }
+    }
+
+    /// A bound of extinction anywhere, 1 / world length: what all bodies have where they are densest.
+    pub fn densest(&self) -> f64 {
+        let densest = |Body { volume, medium }: &Body| {
+            let density = match &medium.transfer {
+                Some(function) => {
+                    function.points().iter().fold(0.0, |most, point| point.opacity.max(most))
+                }
+                None => f64::from(volume.largest()),
+            };
+            medium.density_scale * density
+        };
+        self.bodies.iter().map(densest).sum()
+    }
+
     /// The largest density of all.
     pub fn largest(&self) -> f32 {
         self.bodies.iter().map(|body| body.volume.largest()).fold(0.0, f32::max)
@@ -215,9 +270,27 @@ fn common_space(bodies: &[Body], chosen: &Body) -> (DMat4, Aabb) {
     });
     let world_from_index = own * DMat4::from_scale(1.0 / finer);
     let index_from_world = world_from_index.inverse();
-    let corners = bodies.iter().flat_map(|body| body.volume.world_corners());
-    let around = Aabb::around(corners.map(|corner| index_from_world.transform_point3(corner)));
-    (world_from_index, around.unwrap_or_else(|| chosen.volume.domain()))
+    let corners = chosen.volume.world_corners().map(|p| index_from_world.transform_point3(p));
+    let own = Aabb::around(corners).unwrap_or_else(|| chosen.volume.domain());
+    (world_from_index, around(bodies, &index_from_world, own))
+}
+
+/// The box around `own` and all that bodies extinguish or emit, in an index space.
+fn around(bodies: &[Body], index_from_world: &DMat4, own: Aabb) -> Aabb {
+    let field =
+        |body: &Body| body.medium.emission.as_ref().and_then(|emission| emission.field.clone());
+    let others = bodies.iter().flat_map(|body| [Some(body.volume.clone()), field(body)]);
+    others.flatten().fold(own, |all, volume| {
+        let corners = volume.world_corners().map(|p| index_from_world.transform_point3(p));
+        let Some(box_of) = Aabb::around(corners) else { return all };
+        // A box that is the same but for rounding is the same.
+        let slack = 1e-6 * all.size();
+        let (low, high) = (box_of.min.cmplt(all.min - slack), box_of.max.cmpgt(all.max + slack));
+        Aabb {
+            min: DVec3::select(low, box_of.min, all.min),
+            max: DVec3::select(high, box_of.max, all.max),
+        }
+    })
 }
 
 /// What a space is chosen by: the volume of its box, then the transform itself, so that the order of the

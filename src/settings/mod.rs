@@ -17,7 +17,12 @@ pub struct Settings {
     pub map: Option<MapKind>,
     /// Texels along each edge of the map.
     pub map_size: u32,
-    /// Steps along a light ray at most; fewer where the result is the same.
+    /// How much finer everything is than usual, above 0: steps and slabs are one over it as long, also those
+    /// that `steps` and `view_steps` allow, and all tolerances one over its square, so that errors of steps
+    /// and fits go to zero as it grows. What a map's resolution or its few numbers cost stays.
+    pub quality: f64,
+    /// Steps along a light ray at most; fewer where the result is the same. Where a medium is so dense that
+    /// light ends within few of them, they are cut.
     pub steps: u32,
     /// Steps along a camera ray at most; `None` takes as many as the voxels ask for.
     pub view_steps: Option<u32>,
@@ -49,6 +54,19 @@ pub struct Settings {
     pub octaves: u32,
 }
 
+impl Settings {
+    /// What one over the square of [`Settings::quality`] makes of an error that is allowed.
+    pub fn finer(&self, error: f64) -> f64 {
+        error / (self.quality * self.quality)
+    }
+
+    /// What [`Settings::quality`] makes of a number of steps.
+    pub fn more(&self, steps: u32) -> u32 {
+        // Conversion saturates.
+        (f64::from(steps) * self.quality).ceil().max(1.0) as u32
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -57,6 +75,7 @@ impl Default for Settings {
             exposure: 1.0,
             map: None,
             map_size: 512,
+            quality: 1.0,
             steps: 512,
             view_steps: None,
             thresholds: [0.1, 0.5, 0.9],

@@ -17,7 +17,9 @@ use crate::scene::LightView;
 /// many a voxel along the others.
 pub fn grid_shape(dims: [usize; 3], count: u16) -> [usize; 3] {
     let longest = dims.into_iter().max().unwrap_or(1).max(1);
-    dims.map(|n| (n * usize::from(count)).div_ceil(longest).max(1))
+    // The space of bodies of very different scales has more voxels than can be counted so often.
+    let cells = |n: usize| (n as u128 * u128::from(count)).div_ceil(longest as u128);
+    dims.map(|n| usize::try_from(cells(n)).unwrap_or(1).max(1))
 }
 
 /// The voxel index in the middle of a cell.

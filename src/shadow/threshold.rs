@@ -92,6 +92,16 @@ impl ShadowMap for ThresholdMap {
         }
     }
 
+    fn front(&self, x: u32, y: u32) -> Option<f32> {
+        let [_, middle, _, a] = self.texels[y as usize * self.size as usize + x as usize];
+        // Where all thresholds are reached: other channels hold depths of shares of the texel's own opacity.
+        (a >= self.thresholds[2] as f32).then_some(middle)
+    }
+
+    fn reach(&self) -> f32 {
+        self.frame.filtering.z
+    }
+
     fn bytes(&self) -> u64 {
         size_of_val(self.texels()) as u64
     }

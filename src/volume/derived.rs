@@ -61,7 +61,8 @@ impl Volume {
     /// The same volume with other values of the same shape, finite and at least 0.
     fn holding(&self, voxels: Voxels) -> Self {
         let largest = voxels.largest();
-        let (name, bricks) = (self.name.clone(), OnceLock::new());
-        Self { name, voxels, largest, replaced: 0, bricks, ..*self }
+        let name = self.name.clone();
+        let (bricks, typical) = (OnceLock::new(), OnceLock::new());
+        Self { name, voxels, largest, replaced: 0, bricks, typical, ..*self }
     }
 }

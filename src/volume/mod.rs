@@ -10,8 +10,10 @@
 
 mod bricks;
 mod derived;
+mod levels;
 mod placement;
 pub mod presets;
+mod ranks;
 mod sparse;
 mod statistics;
 mod voxels;
@@ -25,7 +27,10 @@ use ndarray::Array3;
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 pub use bricks::{BRICK, Bricks, Range, brick_edge};
+pub use levels::Levels;
+use levels::Moved;
 pub use placement::{Axis, world_from_index_in_bounds};
+use ranks::Ranks;
 pub use sparse::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Part, SparseVoxels, place_of};
 pub use statistics::Statistics;
 pub use voxels::{Held, Voxels};
@@ -51,6 +56,10 @@ pub struct Volume {
     replaced: usize,
     /// The largest density.
     largest: f32,
+    /// What was done to stored values.
+    moved: Moved,
+    /// The largest density but for a few voxels; made when first asked for.
+    typical: OnceLock<f32>,
     /// Made when first asked for.
     bricks: OnceLock<Bricks>,
 }
@@ -67,7 +76,7 @@ impl Volume {
         values: Array3<f32>,
         world_from_index: DMat4,
     ) -> Result<Self> {
-        Self::with_window(name, Voxels::Dense(values), world_from_index, None)
+        Self::with_levels(name, Voxels::Dense(values), world_from_index, Levels::AsStored)
     }
 
     /// The same from values that are dense or sparse, with the stored values `low..high` mapped to 0..1 first,
@@ -78,9 +87,22 @@ impl Volume {
     /// As [`Volume::new`], and if the window is empty or not finite.
     pub fn with_window(
         name: impl Into<String>,
-        mut voxels: Voxels,
+        voxels: Voxels,
         world_from_index: DMat4,
         window: Option<[f32; 2]>,
+    ) -> Result<Self> {
+        Self::with_levels(name, voxels, world_from_index, window.into())
+    }
+
+    /// The same, with stored values that become densities as `levels` says.
+    ///
+    /// # Errors
+    /// As [`Volume::with_window`].
+    pub fn with_levels(
+        name: impl Into<String>,
+        mut voxels: Voxels,
+        world_from_index: DMat4,
+        levels: Levels,
     ) -> Result<Self> {
         let name = name.into();
         if let Voxels::Dense(values) = &mut voxels
@@ -88,9 +110,7 @@ impl Volume {
         {
             *values = values.as_standard_layout().into_owned();
         }
-        if let Some(window) = window {
-            apply_window(&mut voxels, window)?;
-        }
+        let moved = levels.apply(&mut voxels)?;
         let [nx, ny, nz] = voxels.dims();
         if [nx, ny, nz].iter().any(|&n| n == 0 || n > MAX_DIM) {
             let why = format!("dims {nx},{ny},{nz} must each be 1 to {MAX_DIM}");
@@ -101,8 +121,18 @@ impl Volume {
         let largest = voxels.largest();
         let top = DVec3::new(nx as f64, ny as f64, nz as f64) - 0.5;
         let domain = Aabb { min: DVec3::splat(-0.5), max: top };
-        let bricks = OnceLock::new();
-        Ok(Self { name, voxels, world_from_index, domain, replaced, largest, bricks })
+        let (bricks, typical) = (OnceLock::new(), OnceLock::new());
+        Ok(Self {
+            name,
+            voxels,
+            world_from_index,
+            domain,
+            replaced,
+            largest,
+            moved,
+            typical,
+            bricks,
+        })
     }
 
     /// The same volume elsewhere.
@@ -138,16 +168,52 @@ impl Volume {
     ///
     /// # Errors
     /// If the window is empty or not finite.
-    pub fn windowed(mut self, window: [f32; 2]) -> Result<Self> {
-        apply_window(&mut self.voxels, window)?;
+    pub fn windowed(self, window: [f32; 2]) -> Result<Self> {
+        self.levelled(Levels::Window(window))
+    }
+
+    /// The same volume with its densities taken for stored values that become others as `levels` says.
+    ///
+    /// # Errors
+    /// If the values of `levels` do not rise or are not finite.
+    pub fn levelled(mut self, levels: Levels) -> Result<Self> {
+        self.moved = levels.apply(&mut self.voxels)?;
         self.largest = self.voxels.largest();
-        self.bricks = OnceLock::new();
+        (self.bricks, self.typical) = (OnceLock::new(), OnceLock::new());
         Ok(self)
     }
 
     /// The largest density.
     pub fn largest(&self) -> f32 {
         self.largest
+    }
+
+    /// The largest density, but for a few voxels that stand apart from all others: a hot pixel is nothing that a
+    /// picture should be made for.
+    pub fn typical_largest(&self) -> f32 {
+        *self.typical.get_or_init(|| Ranks::of(&self.voxels).typical_largest())
+    }
+
+    /// What was added to stored values to make densities of them ([`Levels::Moved`]), else 0.
+    pub fn moved_by(&self) -> f32 {
+        self.moved.by
+    }
+
+    /// The smallest and the largest stored value, but for a few that stand apart, of a volume that was moved
+    /// ([`Levels::Moved`]).
+    pub fn stored_range(&self) -> Option<[f32; 2]> {
+        self.moved.stored
+    }
+
+    /// The smallest density.
+    pub fn smallest(&self) -> f32 {
+        self.voxels.range()[0]
+    }
+
+    /// Share of the voxels whose densities lie between two, both included, to within a percent of each.
+    pub fn share_between(&self, low: f32, high: f32) -> f64 {
+        let all = self.dims().iter().map(|&n| n as f64).product::<f64>();
+        Ranks::of(&self.voxels).between(low, high) as f64 / all
     }
 
     /// The range of densities in each brick.
@@ -190,16 +256,20 @@ impl Volume {
         self.domain.corners().map(|p| self.world_from_index.transform_point3(p))
     }
 
-    /// Points in world space around what can be seen: the ends of rows of voxels above `share` of
-    /// the largest value, half a voxel further out, in some 4,000 rows at most; the domain's corners
-    /// if nothing can be seen.
+    /// Points in world space around what can be seen: the ends of rows of voxels, along each axis, above `share` of
+    /// the largest value that is typical, half a voxel further out, in some 12,000 rows at most; the domain's
+    /// corners if nothing can be seen.
     pub fn visible_points(&self, share: f32) -> Vec<DVec3> {
-        let least = self.largest * share;
-        let mut points = statistics::row_ends_above(&self.voxels, least, 64);
-        if points.is_empty() {
-            points = self.domain.corners().to_vec();
-        }
-        points.into_iter().map(|p| self.world_from_index.transform_point3(p)).collect()
+        let points = self.seen_points(share);
+        if points.is_empty() { self.world_corners().to_vec() } else { points }
+    }
+
+    /// The same; none if nothing can be seen.
+    pub fn seen_points(&self, share: f32) -> Vec<DVec3> {
+        let least = self.typical_largest() * share;
+        let points = statistics::row_ends_above(&self.voxels, least, 64);
+        let held = points.into_iter().map(|p| p.clamp(self.domain.min, self.domain.max));
+        held.map(|p| self.world_from_index.transform_point3(p)).collect()
     }
 
     /// How many stored values were negative, NaN or infinite and render as 0.
@@ -228,6 +298,20 @@ impl Volume {
         let sums = statistics::nonempty_column_sums(&self.voxels, axis);
         sums.into_iter().map(|sum| sum * spacing).collect()
     }
+
+    /// The integral of density over world length that `share` of the columns of voxels along an axis are below of,
+    /// without those that hold nothing: the harmonic mean over the three index axes, in which the shortest ways
+    /// count most. However the volume lies, and whatever the order of its axes, it is the same. `None` if
+    /// nothing is there.
+    pub fn column_quantile(&self, share: f64) -> Option<f64> {
+        let mut inverse = 0.0;
+        for (axis, along) in DVec3::AXES.into_iter().enumerate() {
+            let length = self.world_from_index.transform_vector3(along).length();
+            let sums = statistics::nonempty_column_sums(&self.voxels, axis);
+            inverse += 1.0 / (sums.get((sums.len() as f64 * share) as usize)? * length);
+        }
+        Some(3.0 / inverse)
+    }
 }
 
 fn check_placement(name: &str, world_from_index: &DMat4) -> Result<()> {
@@ -241,15 +325,5 @@ fn check_placement(name: &str, world_from_index: &DMat4) -> Result<()> {
         let why = format!("world_from_index has no inverse (determinant {determinant})");
         return Err(Error::value(name, why));
     }
-    Ok(())
-}
-
-fn apply_window(voxels: &mut Voxels, [low, high]: [f32; 2]) -> Result<()> {
-    if !(low < high && low.is_finite() && high.is_finite()) {
-        return Err(Error::value("window", format!("{low},{high} is not LO,HI with LO < HI")));
-    }
-    let scale = 1.0 / (high - low);
-    // NaN stays NaN, and is replaced like everywhere else.
-    voxels.replace(|v| ((v - low) * scale).clamp(0.0, 1.0));
     Ok(())
 }

@@ -82,8 +82,8 @@ impl SparseVoxels {
     /// be the first of the next one; what lies beyond the volume may be anything.
     ///
     /// # Errors
-    /// If the lengths do not fit, a block is none of those stored, or one at the upper borders stands for another
-    /// one too, unless it is the same everywhere.
+    /// If the lengths do not fit, a block is none of those stored, or one at the upper borders stands for one
+    /// too of which another part is in the volume, unless it is the same everywhere.
     pub fn new(dims: [usize; 3], table: Vec<u32>, values: Vec<f32>) -> Result<Self> {
         let wrong = |why: &str| Err(Error::value("sparse voxels", why));
         let blocks = dims.map(blocks_along).iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
@@ -259,27 +259,31 @@ impl SparseVoxels {
     fn repeat_last(&mut self) -> Result<()> {
         let counts = self.blocks();
         let uniform = self.uniform();
-        let mut uses = vec![0_u32; uniform.len()];
-        for &stored in &self.table {
-            uses[stored as usize] += 1;
-        }
+        // The last voxel of each stored block that is in the volume.
+        let mut ends: Vec<Option<[usize; 3]>> = vec![None; uniform.len()];
         for (i, &stored) in self.table.iter().enumerate() {
+            if uniform[stored as usize].is_some() {
+                continue;
+            }
             let block = place_of(i, counts);
             let last: [usize; 3] =
                 std::array::from_fn(|axis| (self.dims[axis] - 1 - block[axis] * BLOCK).min(BLOCK));
-            if last == [BLOCK; 3] || uniform[stored as usize].is_some() {
-                continue;
+            match ends[stored as usize] {
+                Some(known) if known != last => {
+                    let why = "a block at the border stands for another one too";
+                    return Err(Error::value("sparse voxels", why));
+                }
+                _ => ends[stored as usize] = Some(last),
             }
-            if uses[stored as usize] > 1 {
-                let why = "a block at the border stands for another one too";
-                return Err(Error::value("sparse voxels", why));
-            }
-            let values = &mut self.values[stored as usize * BLOCK_VALUES..][..BLOCK_VALUES];
+        }
+        let blocks = self.values.par_chunks_exact_mut(BLOCK_VALUES).zip(ends);
+        blocks.for_each(|(values, last)| {
+            let Some(last) = last.filter(|last| *last != [BLOCK; 3]) else { return };
             for k in 0..BLOCK_VALUES {
                 let place = place_of(k, [BLOCK_EDGE; 3]);
                 values[k] = values[inside(std::array::from_fn(|axis| place[axis].min(last[axis])))];
             }
-        }
+        });
         Ok(())
     }
 

@@ -92,15 +92,21 @@ fn column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64> {
     values.lanes(Axis(2 - axis)).into_iter().map(sum).collect()
 }
 
+fn stride_of(across: [usize; 2]) -> usize {
+    let mut stride = 1;
+    while across.iter().fold(1, |all: usize, n| all.saturating_mul(n.div_ceil(stride)))
+        > MOST_COLUMNS
+    {
+        stride *= 2;
+    }
+    stride
+}
+
 fn sparse_column_sums(voxels: &SparseVoxels, axis: usize) -> Vec<f64> {
     let across = [(axis + 1) % 3, (axis + 2) % 3];
     let dims = voxels.dims();
-    let mut stride = 1;
-    let counts = |stride: usize| across.map(|axis| dims[axis].div_ceil(stride));
-    while counts(stride)[0].saturating_mul(counts(stride)[1]) > MOST_COLUMNS {
-        stride *= 2;
-    }
-    let [width, height] = counts(stride);
+    let stride = stride_of(across.map(|axis| dims[axis]));
+    let [width, height] = across.map(|axis| dims[axis].div_ceil(stride));
     let mut sums = vec![0.0; width * height];
     let column = |voxel: [usize; 3]| {
         let [a, b] = across.map(|axis| voxel[axis]);
@@ -128,22 +134,56 @@ fn sparse_column_sums(voxels: &SparseVoxels, axis: usize) -> Vec<f64> {
     sums
 }
 
-/// The corners (voxel index x, y, z) where rows along x begin and end to be above `least`, half a
-/// voxel outside; of about `most` rows along y and z each.
+/// Where what is seen is thinner than this, in voxels, it is framed with its edges.
+const THIN: f64 = 8.0;
+
+/// Where rows of voxels along each axis begin and end to be above `least` (voxel index x, y, z), half a voxel
+/// outside; of about `most` rows along each of the other two axes, the same ones whichever way an axis runs.
 pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DVec3> {
-    let [nx, ny, nz] = voxels.dims();
-    let stride = |n: usize| n.div_ceil(most);
-    let mut ends = Vec::new();
-    let mut row = vec![0.0; nx];
-    for z in (0..nz).step_by(stride(nz)) {
-        for y in (0..ny).step_by(stride(ny)) {
-            voxels.fill_row(y, z, &mut row);
-            let Some(first) = row.iter().position(|&v| v > least) else { continue };
-            let last = row.iter().rposition(|&v| v > least).unwrap_or(first);
-            for x in [first as f64 - 0.5, last as f64 + 0.5] {
-                ends.push(DVec3::new(x, y as f64, z as f64));
+    let dims = voxels.dims();
+    let shown = |voxel: [usize; 3]| match voxels {
+        Voxels::Dense(values) => values[[voxel[2], voxel[1], voxel[0]]] > least,
+        Voxels::Sparse(voxels) => voxels.get(voxel) > least,
+    };
+    // Ends of rows, and along which axis, outwards.
+    let mut ends: Vec<(DVec3, DVec3)> = Vec::new();
+    for axis in 0..3 {
+        let [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
+        for j in spread(dims[b], most) {
+            for k in spread(dims[c], most) {
+                let voxel = |i: usize| {
+                    let mut voxel = [0; 3];
+                    (voxel[axis], voxel[b], voxel[c]) = (i, j, k);
+                    voxel
+                };
+                let Some(first) = (0..dims[axis]).find(|&i| shown(voxel(i))) else { continue };
+                let last = (first..dims[axis]).rfind(|&i| shown(voxel(i))).unwrap_or(first);
+                let out = DVec3::AXES[axis] * 0.5;
+                for (i, out) in [(first, -out), (last, out)] {
+                    ends.push((DVec3::from_array(voxel(i).map(|v| v as f64)), out));
+                }
             }
         }
     }
-    ends
+    let low = ends.iter().fold(DVec3::INFINITY, |low, (end, _)| low.min(*end));
+    let high = ends.iter().fold(DVec3::NEG_INFINITY, |high, (end, _)| high.max(*end));
+    let thin = (high - low).cmplt(DVec3::splat(THIN));
+    // What is interpolated to nothing reaches to the next voxels, which shows where there are few.
+    let reach = DVec3::select(thin, DVec3::ONE, DVec3::ZERO);
+    let mut points: Vec<DVec3> =
+        ends.iter().map(|(end, out)| *end + DVec3::select(thin, DVec3::ZERO, *out)).collect();
+    for axis in DVec3::AXES.into_iter().map(|axis| axis * reach).filter(|axis| *axis != DVec3::ZERO)
+    {
+        points = points.iter().flat_map(|point| [*point - axis, *point + axis]).collect();
+    }
+    points
+}
+
+/// At most `most` of 0..n, evenly, and the same ones counted from either end.
+fn spread(n: usize, most: usize) -> impl Iterator<Item = usize> {
+    let count = n.min(most);
+    (0..count).map(move |k| {
+        let at = |k: usize| (2 * k + 1) * n / (2 * count);
+        if 2 * k < count { at(k) } else { n - 1 - at(count - 1 - k) }
+    })
 }

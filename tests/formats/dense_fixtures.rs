@@ -241,13 +241,14 @@ fn metaimage_cases() -> Vec<Case> {
 fn nifti_cases() -> Vec<Case> {
     let sform =
         [(254, 1.0), (280, -2.0), (292, 5.0), (300, 3.0), (308, 6.0), (320, 4.0), (324, 7.0)];
-    let placed = columns([5.0, 6.0, 7.0], [[-2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 4.0]]);
+    // In LPS: NIfTI's x and y are negated.
+    let placed = columns([-5.0, -6.0, 7.0], [[2.0, 0.0, 0.0], [0.0, -3.0, 0.0], [0.0, 0.0, 4.0]]);
     // Half of the numbers, scaled by two and lifted by a half each: see the test of the scale.
     let plain = [nifti(4, false, *b"n+1\0", &sform), numbers!(i16, to_le_bytes)].concat();
     // A half turn about z, and the third axis mirrored.
     let half = 0.5_f32.sqrt();
     let qform = [(252, 1.0), (76, -1.0), (80, 2.0), (84, 3.0), (88, 4.0), (264, half), (268, 1.0)];
-    let turned = columns([1.0, 0.0, 0.0], [[0.0, 2.0, 0.0], [-3.0, 0.0, 0.0], [0.0, 0.0, -4.0]]);
+    let turned = columns([-1.0, 0.0, 0.0], [[0.0, -2.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, -4.0]]);
     let packed = [nifti(16, true, *b"n+1\0", &qform), numbers!(f32, to_be_bytes)].concat();
     let pair = nifti(2, false, *b"ni1\0", &[(80, 1.0), (84, 1.0), (88, 2.0), (108, 0.0)]);
     vec![

@@ -23,7 +23,7 @@ fn exercise(path: &Path, format: Format, what: &str) -> bool {
         let Ok(file) = DenseFile::open(path, format, &table) else { continue };
         let Ok(voxels) = file.voxels() else { continue };
         let dims = file.header().dims;
-        assert_eq!(voxels.density().len(), dims.iter().product::<usize>(), "{what}");
+        assert_eq!(voxels.density().unwrap().len(), dims.iter().product::<usize>(), "{what}");
         let mut count = 0;
         voxels.for_each(|_, _| count += 1);
         assert_eq!(count, dims.iter().product::<usize>() * file.header().components, "{what}");

@@ -8,7 +8,7 @@ use deepshadow::scene::file::VolumeTable;
 use deepshadow::{ErrorKind, Result};
 use glam::{DMat4, DVec3};
 
-use super::dense_fixtures::{Case, cases, gzip, nifti, npy, vti};
+use super::dense_fixtures::{Case, cases, dds, gzip, nifti, npy, vti};
 
 /// Opens a file as what it begins with.
 pub fn open(path: &Path) -> Result<DenseFile> {
@@ -38,7 +38,7 @@ fn every_format_gives_its_values_and_its_place() {
         assert!(file.format().name().starts_with(prefix), "{}: {:?}", case.name, file.format());
         assert_eq!(file.header().dims, [3, 2, 2], "{}", case.name);
         assert_close(file.header().world_from_index, case.world_from_index, case.name);
-        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density();
+        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density().unwrap();
         assert_eq!(density.dim(), (2, 2, 3), "{}", case.name);
         let expected: Vec<f32> = (0..12_u8).map(f32::from).collect();
         assert_eq!(density.iter().copied().collect::<Vec<_>>(), expected, "{}", case.name);
@@ -75,8 +75,9 @@ fn spacing_replaces_lengths_and_keeps_axes_and_origin() {
 fn up_turns_the_files_world() {
     let table = VolumeTable { up: Some("z".to_owned()), ..VolumeTable::default() };
     let world = loaded("nifti_sform", &table);
-    // The file's z is 7 at the first voxel and now points up; its y points away from the viewer.
-    assert_eq!(world.transform_point3(DVec3::ZERO), DVec3::new(5.0, 7.0, -6.0));
+    // The file's z is 7 at the first voxel and now points up; its y, 6 to the front of the patient and so -6 in
+    // LPS, points away from the viewer.
+    assert_eq!(world.transform_point3(DVec3::ZERO), DVec3::new(-5.0, 7.0, 6.0));
 }
 
 #[test]
@@ -104,9 +105,26 @@ fn nifti_slope_and_intercept_make_the_values() {
         world_from_index: DMat4::IDENTITY,
     };
     let folder = tempfile::tempdir().unwrap();
-    let density = open(&case.write(&folder)).unwrap().voxels().unwrap().density();
+    let density = open(&case.write(&folder)).unwrap().voxels().unwrap().density().unwrap();
     assert_eq!(density[[0, 0, 1]], -2.5);
     assert_eq!(density[[1, 1, 2]], 2.5);
+}
+
+/// The library's own writer leaves out zeros of the end marker that would begin a byte.
+#[test]
+fn a_pvm_stream_without_the_end_of_its_end_marker_is_whole() {
+    let pvm = [b"PVM\n3 2 2\n1\n", &(0..12).collect::<Vec<u8>>()[..]].concat();
+    let whole = dds(&pvm, 'd', 1, 1);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("v.pvm");
+    let read = |cut: usize| {
+        std::fs::write(&path, &whole[..whole.len() - cut]).unwrap();
+        open(&path).and_then(|file| file.voxels()).map(|voxels| voxels.bytes().to_vec())
+    };
+    for cut in [0, 1] {
+        assert_eq!(read(cut).unwrap(), (0..12).collect::<Vec<u8>>(), "{cut} bytes cut");
+    }
+    assert!(read(2).is_err());
 }
 
 #[test]
@@ -116,7 +134,7 @@ fn vectors_and_colours_become_their_length() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("v.nrrd");
     std::fs::write(&path, [head.as_bytes(), &[3, 4, 6, 8]].concat()).unwrap();
-    let density = open(&path).unwrap().voxels().unwrap().density();
+    let density = open(&path).unwrap().voxels().unwrap().density().unwrap();
     assert_eq!(density.iter().copied().collect::<Vec<_>>(), [5.0, 10.0]);
 }
 
@@ -236,7 +254,7 @@ fn real_files_hold_what_other_readers_find_in_them() {
         let Some(path) = shared(name) else { continue };
         let file = open(&path).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(file.header().dims, dims, "{name}");
-        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density();
+        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density().unwrap();
         let found: f64 = density.iter().map(|&v| f64::from(v)).sum();
         assert!((found - sum).abs() <= 1e-9 * sum.abs(), "{name}: {found} instead of {sum}");
         assert_eq!(density[[z, y, x]], value, "{name}");

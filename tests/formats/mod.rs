@@ -2,8 +2,10 @@
 
 mod deep_exr;
 mod deep_exr_odd;
+mod dense_ambiguous;
 mod dense_fixtures;
 mod dense_hostile;
+mod dense_spaces;
 mod dense_truth;
 mod dense_write;
 mod fuzz_targets;
@@ -17,6 +19,9 @@ mod vdb_peer;
 mod vdb_truth;
 mod vdb_write;
 
+pub use deep_exr::{COMPRESSIONS as DEEP_COMPRESSIONS, small_image as small_deep_image};
+pub use dense_fixtures::{cases as dense_cases, gzip};
+pub use dense_truth::shared as shared_file;
 pub use vdb_fixtures::fixture as vdb_fixture;
-pub use vdb_hostile::fixtures as vdb_fixture_files;
+pub use vdb_hostile::{Random as Xorshift, fixtures as vdb_fixture_files, mutate};
 pub use vdb_truth::shared_files as shared_vdb;

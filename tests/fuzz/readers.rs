@@ -58,7 +58,7 @@ fn dense_file(path: &Path, format: Format) {
         let Ok(file) = DenseFile::open(path, format, &table) else { continue };
         let Ok(voxels) = file.voxels() else { continue };
         voxels.for_each(|_, _| ());
-        assert_eq!(voxels.density().len(), file.header().dims.iter().product::<usize>());
+        assert_eq!(voxels.density().unwrap().len(), file.header().dims.iter().product::<usize>());
         let _ = file.volume(None, None);
     }
 }

@@ -19,7 +19,7 @@ use clap::Args;
 use super::arguments::{SourceArguments, above_0, count, size, valid};
 use super::backend::BackendChoice;
 use super::job::Request;
-use super::print;
+use super::print_json;
 use crate::accuracy::largest_optical_depth;
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
@@ -101,6 +101,13 @@ struct About {
     largest_optical_depth: f64,
 }
 
+impl Arguments {
+    /// Threads that are asked for.
+    pub(super) fn threads(&self) -> Option<u32> {
+        self.source.threads
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let methods = match &arguments.maps {
         Some(labels) => Method::list(labels)?,
@@ -156,7 +163,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let json = results::json(&findings);
     folder.finish_with(&[html.as_bytes(), csv.as_bytes(), json.as_bytes()])?;
     job.note(&format!("wrote {}: {} maps", path.display(), findings.rows.len()));
-    if arguments.json { print(&json) } else { Ok(()) }
+    if arguments.json { print_json(&json) } else { Ok(()) }
 }
 
 fn open(arguments: &Arguments) -> Result<Request<'_>> {

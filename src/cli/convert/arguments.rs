@@ -73,6 +73,19 @@ pub(super) struct Wanted {
     pub compression: Option<String>,
 }
 
+impl Wanted {
+    /// Whether the voxels stay as they are.
+    pub(super) fn is_nothing(&self) -> bool {
+        self.to_type.is_none()
+            && self.range.is_none()
+            && self.crop.is_none()
+            && self.resample.is_none()
+            && self.threshold.is_none()
+            && !self.magnitude
+            && !self.half
+    }
+}
+
 impl Arguments {
     /// How the input is read, and what is done with it.
     pub(super) fn meaning(&self) -> Result<(VolumeTable, Wanted)> {

@@ -52,14 +52,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let file = DenseFile::open(input, format, &job.table)?;
         let output = Output::promise(path, target, &Inputs::new(file.files().to_vec()))?;
         job.progress.begin("convert", 3);
-        let grid = DenseGrid::read(&file)?;
-        drop(file);
-        job.progress.advance(1);
-        let grid = job.edited(grid)?;
-        match output {
-            Output::OpenVdb(output, compression) => job.dense_to_vdb(grid, output, compression)?,
-            Output::Dense(output, format) => job.encode(grid, output, format)?,
+        for note in &file.header().notes {
+            job.note(note);
         }
+        job.dense_file(&file, output)?
     };
     let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
     job.note(&format!("wrote {}: {what}", names.join(" and ")));
@@ -88,16 +84,32 @@ impl Job<'_> {
         self.table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES)
     }
 
+    /// What becomes of a file of dense voxels.
+    fn dense_file(&self, file: &DenseFile, output: Output) -> Result<Converted> {
+        let read = || {
+            let grid = DenseGrid::read(file)?;
+            self.progress.advance(1);
+            self.edited(grid)
+        };
+        match output {
+            Output::Dense(output, format) => self.encode(read()?, output, format),
+            Output::OpenVdb(output, compression) => match self.packed_vdb(file, compression)? {
+                Some(packed) => self.streamed_to_vdb(packed, output, compression),
+                None => self.dense_to_vdb(read()?, output, compression),
+            },
+        }
+    }
+
     /// All steps but the last, which gives the numbers another type.
     fn edited(&self, mut grid: DenseGrid) -> Result<DenseGrid> {
         if let Some(bounds) = self.wanted.crop {
             grid = grid.cropped(bounds)?;
         }
         if let Some(least) = self.wanted.threshold {
-            grid = grid.without_below(least);
+            grid = grid.without_below(least)?;
         }
         if self.wanted.magnitude {
-            grid = grid.magnitude();
+            grid = grid.magnitude()?;
         }
         self.resampled(grid)
     }
@@ -126,14 +138,12 @@ impl Job<'_> {
             return Err(Error::value("type", why));
         }
         let remap = self.remap(|| grid.span(), grid.value_type, to);
-        grid = grid.retyped(to, remap);
+        grid = grid.retyped(to, remap)?;
         // Who gives a range wants new values; without one they stay what they were.
         if self.wanted.range.is_none() {
             grid.value_scale = remap.value_scale();
         }
-        let ([x, y, z], components) = (grid.dims, grid.components);
-        let vector = if components > 1 { format!(" x {components}") } else { String::new() };
-        let what = format!("{x} x {y} x {z} voxels of {}{vector}", grid.value_type.name());
+        let what = described(grid.dims, grid.components, grid.value_type);
         self.progress.advance(1);
         let written = output.write(grid)?;
         self.note_lost(&written.lost);
@@ -175,4 +185,10 @@ impl Job<'_> {
             self.note(&note);
         }
     }
+}
+
+/// Voxels for people.
+fn described([x, y, z]: [usize; 3], components: usize, value_type: ValueType) -> String {
+    let vector = if components > 1 { format!(" x {components}") } else { String::new() };
+    format!("{x} x {y} x {z} voxels of {}{vector}", value_type.name())
 }

@@ -6,16 +6,20 @@ use glam::{DMat4, IVec3};
 
 use super::{Converted, Job};
 use crate::error::{Error, ErrorKind, Result};
-use crate::io::dense::DenseGrid;
+use crate::io::dense::{DenseFile, DenseGrid, PackedGrid, Space};
+use crate::io::fog;
 use crate::io::number::ValueType as Number;
+use crate::io::output::{PendingFile, commit};
 use crate::io::vdb::{
-    Compression, Grid, GridHeader, IndexBox, MetaValue, Metadata, NewGrid, Transform, ValueType,
-    VdbFile, VdbWriter,
+    Compression, Grid, GridHeader, IndexBox, MetaValue, Metadata, NewGrid, SurveyDepth, Transform,
+    ValueType, VdbFile, VdbWriter,
 };
-use crate::io::{PendingFile, fog};
 
 /// Metadata that other fields of a dense grid hold, or that speaks of the file it comes from.
-const UNDERSTOOD: [&str; 3] = ["name", "class", "is_saved_as_half_float"];
+const UNDERSTOOD: [&str; 4] = ["name", "class", "is_saved_as_half_float", SPACE];
+
+/// The metadata that says what a grid's world is, by a name of NRRD's.
+const SPACE: &str = "space";
 
 /// What a grid without another name is called in OpenVDB files, where programs look for it.
 const DENSITY: &str = "density";
@@ -43,7 +47,7 @@ impl Job<'_> {
                 self.progress.advance(2);
                 continue;
             }
-            let grid = self.sparsely_edited(file.load(index)?);
+            let grid = self.sparsely_edited(self.loaded(file, index)?);
             let (grid, place) = self.sparsely_resampled(grid, file, header)?;
             let grid = self.retyped(grid)?;
             self.progress.advance(1);
@@ -66,11 +70,48 @@ impl Job<'_> {
         output: PendingFile,
         compression: Compression,
     ) -> Result<Converted> {
-        let name = if grid.name.is_empty() { DENSITY.to_owned() } else { grid.name.clone() };
-        let scalar = if grid.components == 1 { "fog volume" } else { "unknown" };
-        let class = grid.class.clone().unwrap_or_else(|| scalar.to_owned());
-        let place = grid.world_from_index;
-        let metadata = grid.metadata.clone();
+        let known = grid.without_bytes();
+        let sparse = grid.active.is_some() || grid.background.is_some();
+        self.note_numbers(&known);
+        let grid = self.retyped(grid.into_vdb()?)?;
+        self.progress.advance(1);
+        let count = grid.active_voxel_count();
+        let half = self.half(known.value_type == Number::F16);
+        let new = NewGrid::new(grid, &known.world_from_index).with_half(half);
+        let mut writer = vdb_writer(&known, compression);
+        writer.add(described(new, &known))?;
+        self.progress.advance(1);
+        self.written(writer, output, &known, sparse.then_some(count), compression)
+    }
+
+    /// A file whose voxels can go into leaves as they come, if nothing is to be done with them.
+    pub(super) fn packed_vdb(
+        &self,
+        file: &DenseFile,
+        compression: Compression,
+    ) -> Result<Option<(DenseGrid, PackedGrid)>> {
+        if self.wanted.is_nothing() { file.packed_vdb(compression) } else { Ok(None) }
+    }
+
+    /// The same as [`Self::dense_to_vdb`] for voxels that are in leaves already.
+    pub(super) fn streamed_to_vdb(
+        &self,
+        (known, packed): (DenseGrid, PackedGrid),
+        output: PendingFile,
+        compression: Compression,
+    ) -> Result<Converted> {
+        self.note_numbers(&known);
+        self.progress.advance(2);
+        let count = known.background.is_some().then(|| packed.active_voxel_count());
+        let new = described(NewGrid::described(&known.world_from_index), &known);
+        let mut writer = vdb_writer(&known, compression);
+        packed.write(&mut writer, new)?;
+        self.progress.advance(1);
+        self.written(writer, output, &known, count, compression)
+    }
+
+    /// Says what becomes of a dense grid's numbers and what is lost of it.
+    fn note_numbers(&self, grid: &DenseGrid) {
         if let Some(up) = grid.up {
             self.note_lost(&[format!("that {} points up (render it with --up)", up.name())]);
         }
@@ -78,23 +119,19 @@ impl Job<'_> {
         if from != to && self.wanted.to_type.is_none() && from != Number::F16 {
             self.note(&format!("{} become {}, which holds them", from.name(), to.name()));
         }
-        let [x, y, z] = grid.dims;
-        let active = grid.active.is_some() || grid.background.is_some();
-        let grid = self.retyped(grid.into_vdb()?)?;
-        self.progress.advance(1);
-        let count = grid.active_voxel_count();
-        let what = if active { format!(", {count} of them active") } else { String::new() };
-        let mut new = NewGrid::new(grid, &place).with_class(&class);
-        for (key, text) in metadata {
-            new.metadata().set(&key, MetaValue::String(text));
-        }
-        let half = self.half(from == Number::F16);
-        let mut file_metadata = Metadata::default();
-        let creator = concat!("deepshadow ", env!("CARGO_PKG_VERSION"));
-        file_metadata.set("creator", MetaValue::String(creator.to_owned()));
-        let mut writer = VdbWriter::new(&[&name], compression, &file_metadata);
-        writer.add(new.with_half(half))?;
-        self.progress.advance(1);
+    }
+
+    /// The file of a dense grid, of which `active` voxels are active if not all.
+    fn written(
+        &self,
+        writer: VdbWriter,
+        output: PendingFile,
+        grid: &DenseGrid,
+        active: Option<u64>,
+        compression: Compression,
+    ) -> Result<Converted> {
+        let (name, [x, y, z]) = (vdb_name(grid), grid.dims);
+        let what = active.map(|count| format!(", {count} of them active")).unwrap_or_default();
         self.vdb_file(
             writer,
             output,
@@ -122,12 +159,17 @@ impl Job<'_> {
         }
         let place = affine(header).map_err(refused)?;
         self.progress.begin("convert", 3);
-        let grid = self.sparsely_edited(file.load(index)?);
+        let grid = self.sparsely_edited(self.loaded(file, index)?);
         let bounds = self.wanted.crop.or_else(|| grid.active_bounds());
         let bounds = bounds.ok_or_else(|| refused("it has no active voxels".to_owned()))?;
         let mut dense = DenseGrid::of_vdb(&grid, bounds, place, self.max_bytes())
             .map_err(|error| with_advice(error, "--crop, --max-bytes"))?;
         self.progress.advance(1);
+        let space = header.metadata.get(SPACE).map(ToString::to_string);
+        if let Some((space, ours_from_its)) = space.and_then(|name| Space::named(&name)) {
+            dense.space = Some(space);
+            dense.world_from_index = ours_from_its * dense.world_from_index;
+        }
         dense.name.clone_from(&header.name);
         dense.class = Some(header.class().to_owned());
         // What the grid says comes before what the whole file says.
@@ -158,6 +200,19 @@ impl Job<'_> {
             return Err(Error::contents(file.path(), "it has no grid that can be read"));
         }
         Ok(chosen)
+    }
+
+    /// A grid of a file, unless it takes more memory than allowed.
+    fn loaded(&self, file: &VdbFile, index: usize) -> Result<Grid> {
+        let needed = file.survey(index, SurveyDepth::Topology)?.memory_bytes;
+        if needed > self.max_bytes() {
+            let what = format!("{}: grid '{}'", file.path().display(), file.grids()[index].name);
+            let (needed, limit) =
+                (format!("{needed} bytes"), format!("{} bytes", self.max_bytes()));
+            let limit = format!("{limit} (--max-bytes)");
+            return Err(ErrorKind::Limit { what, needed, limit }.into());
+        }
+        file.load(index)
     }
 
     fn sparsely_edited(&self, mut grid: Grid) -> Grid {
@@ -240,12 +295,44 @@ impl Job<'_> {
         }
     }
 
-    fn vdb_file(&self, writer: VdbWriter, output: PendingFile, what: &str) -> Result<Converted> {
-        let bytes = writer.finish()?;
-        let what = format!("{what}, {} bytes", bytes.len());
-        output.finish_with(&bytes)?;
-        Ok((vec![self.output.to_owned()], what))
+    fn vdb_file(
+        &self,
+        writer: VdbWriter,
+        mut output: PendingFile,
+        what: &str,
+    ) -> Result<Converted> {
+        let mut length = 0;
+        for part in writer.finish_parts()? {
+            length += part.len();
+            output.put(&part)?;
+        }
+        commit(vec![output])?;
+        Ok((vec![self.output.to_owned()], format!("{what}, {length} bytes")))
     }
+}
+
+/// What a dense grid is called in OpenVDB files.
+fn vdb_name(grid: &DenseGrid) -> &str {
+    if grid.name.is_empty() { DENSITY } else { &grid.name }
+}
+
+/// A file of a dense grid.
+fn vdb_writer(grid: &DenseGrid, compression: Compression) -> VdbWriter {
+    let mut metadata = Metadata::default();
+    let creator = concat!("deepshadow ", env!("CARGO_PKG_VERSION"));
+    metadata.set("creator", MetaValue::String(creator.to_owned()));
+    VdbWriter::new(&[vdb_name(grid)], compression, &metadata)
+}
+
+/// A new grid with the class and the metadata of a dense one.
+fn described(new: NewGrid, grid: &DenseGrid) -> NewGrid {
+    let scalar = if grid.components == 1 { "fog volume" } else { "unknown" };
+    let mut new = new.with_class(grid.class.as_deref().unwrap_or(scalar));
+    let space = grid.space.map(|space| (SPACE.to_owned(), space.name().to_owned()));
+    for (key, text) in grid.metadata.iter().chain(&space) {
+        new.metadata().set(key, MetaValue::String(text.clone()));
+    }
+    new
 }
 
 /// The place of a grid; why there is none that can be used.

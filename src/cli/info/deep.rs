@@ -1,11 +1,11 @@
 //! What `info` finds out about a deep image, and how it is said.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use serde_json::{Value as Json, json};
 
 use super::json::number;
+use super::text::{Lines, in_memory};
 use crate::error::Result;
 use crate::io::deep_exr::{Attribute, Channel, DeepFile, DeepHeader, DeepStatistics, Window};
 
@@ -78,44 +78,40 @@ impl DeepReport {
         Some(4 * found.pixels + found.samples * self.header.sample_bytes() as u64)
     }
 
-    pub(super) fn text(&self, text: &mut String) -> std::fmt::Result {
+    pub(super) fn text(&self, text: &mut Lines) {
         let [width, height] = self.size;
         let [x, y] = self.header.data_window.min;
-        write!(text, "  pixels      {width} x {height}, first {x},{y}")?;
-        match self.header.display_window.size() {
-            Some([width, height]) => writeln!(text, ", of a picture of {width} x {height}")?,
-            None => writeln!(text)?,
-        }
+        let of_picture = match self.header.display_window.size() {
+            Some([width, height]) => format!(", of a picture of {width} x {height}"),
+            None => String::new(),
+        };
+        text.add(format_args!("  pixels      {width} x {height}, first {x},{y}{of_picture}"));
         let channels = self.header.channels.iter();
-        let channels =
-            channels.map(|c| format!("{} ({})", c.name.escape_debug(), c.pixel_type.name()));
-        writeln!(text, "  channels    {}", channels.collect::<Vec<_>>().join(", "))?;
+        let channels = channels.map(|c| format!("{} ({})", c.name, c.pixel_type.name()));
+        let channels = channels.collect::<Vec<_>>().join(", ");
+        text.add(format_args!("  channels    {channels}"));
         if let Some(found) = &self.statistics {
             let [least, mean, most] = found.opacity;
-            writeln!(
-                text,
-                "  samples     {}, a pixel {} .. {}, mean {}",
-                found.samples,
-                found.fewest,
-                found.most,
-                found.mean_samples()
-            )?;
-            writeln!(text, "  empty       {} of {} pixels", found.empty_pixels, found.pixels)?;
+            let a_pixel = [found.fewest, found.most].map(|count| count.to_string()).join(" .. ");
+            let (samples, mean_samples) = (found.samples, found.mean_samples());
+            text.add(format_args!(
+                "  samples     {samples}, a pixel {a_pixel}, mean {mean_samples}"
+            ));
+            text.add(format_args!(
+                "  empty       {} of {} pixels",
+                found.empty_pixels, found.pixels
+            ));
             if let Some([near, far]) = found.depth {
-                writeln!(text, "  depth       {near} .. {far}")?;
+                text.add(format_args!("  depth       {near} .. {far}"));
             }
-            writeln!(text, "  final alpha {least} .. {most}, mean {mean}")?;
+            text.add(format_args!("  final alpha {least} .. {most}, mean {mean}"));
         }
-        let compression = self.header.compression.name();
-        write!(text, "  stored      {} bytes, compression {compression}", self.file_bytes)?;
-        match self.memory_bytes() {
-            Some(bytes) => writeln!(text, ", {bytes} bytes in memory")?,
-            None => writeln!(text)?,
-        }
+        let stored =
+            format!("{} bytes, compression {}", self.file_bytes, self.header.compression.name());
+        text.add(format_args!("  stored      {stored}{}", in_memory(self.memory_bytes())));
         for part in &self.other_parts {
-            writeln!(text, "  not read    part {part}")?;
+            text.add(format_args!("  not read    part {part}"));
         }
-        Ok(())
     }
 }
 

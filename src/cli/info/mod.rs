@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments::FileArguments;
-use super::print;
+use super::{print, print_json};
 use crate::error::Result;
 use crate::scene::file::VolumeTable;
 pub(super) use json::number;
@@ -34,6 +34,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut table = VolumeTable::default();
     arguments.how.overlay(&mut table);
     let report = Report::of(&arguments.file, &table, !arguments.no_stats, !arguments.json)?;
-    let text = if arguments.json { json::write(&report) } else { text::write(&report) };
-    print(&text)
+    if arguments.json { print_json(&json::write(&report)) } else { print(&text::write(&report)) }
 }

@@ -7,6 +7,7 @@ use serde_json::Value as Json;
 
 use super::deep::DeepReport;
 use super::json;
+use crate::cli::say;
 use crate::error::{Error, Result};
 use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile};
 use crate::io::format::Format;
@@ -79,6 +80,9 @@ impl Report {
             }
             _ => {
                 let file = DenseFile::open(path, format, table)?;
+                for note in &file.header().notes {
+                    say(note);
+                }
                 let grid = GridReport::of_dense(&file, statistics, statistics && histograms)?;
                 report.grids.push(grid);
             }
@@ -165,7 +169,11 @@ impl GridReport {
             world_from_index: Some(header.world_from_index),
             statistics: Vec::new(),
             histogram: None,
-            metadata: header.metadata.iter().map(text).collect(),
+            metadata: {
+                let space =
+                    header.space.map(|space| ("space".to_owned(), Json::from(space.name())));
+                header.metadata.iter().map(text).chain(space).collect()
+            },
             compression: header.compression.to_owned(),
             file_bytes: file.file_bytes(),
             memory_bytes: u64::try_from(header.memory_bytes()).ok(),
@@ -186,13 +194,22 @@ impl GridReport {
                 report.statistics = vec![sparse.statistics];
             }
         } else if values {
-            let voxels = file.voxels()?;
+            // Nothing is kept: voxels may be more than memory holds.
             let mut tallies = vec![Tally::default(); header.components];
-            voxels.for_each(|value, component| tallies[component].add(value));
+            let mut range = FiniteRange::default();
+            file.scan(|values, densities| {
+                for (&value, component) in values.iter().zip((0..header.components).cycle()) {
+                    tallies[component].add(value);
+                }
+                for &density in densities {
+                    range.add(density);
+                }
+            })?;
             report.statistics = tallies.iter().map(Tally::statistics).collect();
-            if with_histogram {
-                let density = voxels.density();
-                report.histogram = histogram(|each| density.iter().for_each(|&value| each(value)));
+            if let (true, Some(range)) = (with_histogram, range.0) {
+                let mut histogram = Histogram::new(range, BINS);
+                file.scan(|_, densities| densities.iter().for_each(|&one| histogram.add(one, 1)))?;
+                report.histogram = Some(histogram);
             }
         }
         Ok(report)
@@ -234,14 +251,4 @@ impl Tally {
         }
         Statistics { min, max, mean: sum / count as f64, nan_count }
     }
-}
-
-/// The histogram of what `values` hands to what it is given; `None` without finite numbers. It is
-/// run twice.
-fn histogram(values: impl Fn(&mut dyn FnMut(f32))) -> Option<Histogram> {
-    let mut range = FiniteRange::default();
-    values(&mut |value| range.add(value));
-    let mut histogram = Histogram::new(range.0?, BINS);
-    values(&mut |value| histogram.add(value, 1));
-    Some(histogram)
 }

@@ -8,6 +8,7 @@ use super::header::{Channel, DeepHeader, PixelType};
 use super::row::{DeepImage, DeepRow, Samples};
 use super::slab::Slab;
 use super::{DEEP_FLAG, LONG_NAMES_FLAG, MAGIC, VERSION};
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
 
 /// Lines that are packed at once, so that no more of them are in memory than that.
@@ -90,6 +91,9 @@ impl DeepImage {
     }
 }
 
+/// Bytes before the packed counts of a line.
+const CHUNK_HEAD: usize = 28;
+
 /// Puts a file together from its packed lines.
 fn assemble(header: &DeepHeader, chunk: impl Fn(u32) -> Result<Chunk> + Sync) -> Result<Vec<u8>> {
     header.check_names()?;
@@ -103,6 +107,8 @@ fn assemble(header: &DeepHeader, chunk: impl Fn(u32) -> Result<Chunk> + Sync) ->
     for batch in lines.chunks(BATCH) {
         let chunks: Vec<Chunk> = batch.par_iter().map(|&y| chunk(y)).collect::<Result<_>>()?;
         for (&y, chunk) in batch.iter().zip(chunks) {
+            let length = CHUNK_HEAD + chunk.counts.len() + chunk.samples.len();
+            memory::grow(&mut bytes, length, "a deep image")?;
             let offset = bytes.len() as u64;
             let entry = table_at + 8 * y as usize;
             bytes[entry..entry + 8].copy_from_slice(&offset.to_le_bytes());

@@ -12,6 +12,7 @@ use super::parse::{self, Start};
 use super::row::{DeepImage, DeepRow, Samples};
 use super::statistics::{DeepStatistics, Tally};
 use super::{DEEP_FLAG, MAGIC};
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
 
 /// Bytes that the headers may take.
@@ -77,7 +78,7 @@ impl DeepFile {
                 "it ends early: {left} bytes where the places of {lines} lines are due"
             )));
         }
-        let mut table = vec![0; table_bytes as usize];
+        let mut table = memory::filled(table_bytes as usize, 0, "places of lines")?;
         stream.seek(SeekFrom::Start(start.table_at)).map_err(failed)?;
         stream.read_exact(&mut table).map_err(failed)?;
         let offsets = table.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect();
@@ -160,7 +161,7 @@ impl DeepFile {
             }
             *unread -= count;
             // The file has as many bytes.
-            let mut bytes = vec![0; count as usize];
+            let mut bytes = memory::filled(count as usize, 0, "a line of samples")?;
             stream.seek(SeekFrom::Start(at)).map_err(failed)?;
             stream.read_exact(&mut bytes).map_err(failed)?;
             Ok(bytes)

@@ -4,14 +4,12 @@
 use glam::{DMat4, IVec3};
 use rayon::prelude::*;
 
-use super::{DenseFile, DenseHeader, Order};
+use super::{DenseFile, DenseHeader, Order, Space};
+use crate::error::memory;
 use crate::error::{Error, Result};
-use crate::io::number::{Endian, ValueType};
+use crate::io::number::{Endian, ValueType, transformed};
 use crate::io::vdb::{AnyValue, Grid, IndexBox};
 use crate::volume::Axis;
-
-/// Numbers that a thread takes at once.
-const CHUNK: usize = 1 << 16;
 
 /// All voxels of a box, and what is known of them.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +36,8 @@ pub struct DenseGrid {
     pub origin: IVec3,
     /// Slope and intercept: a value is the stored number times the first plus the second.
     pub value_scale: [f64; 2],
+    /// What the world is, where it is known.
+    pub space: Option<Space>,
     /// The axis that points up, where it is known.
     pub up: Option<Axis>,
     /// Everything else.
@@ -45,7 +45,8 @@ pub struct DenseGrid {
 }
 
 /// What readers put into other fields, or what says how a file is laid out.
-const UNDERSTOOD: [&str; 30] = [
+const UNDERSTOOD: [&str; 34] = [
+    "AnatomicalOrientation",
     "BinaryDataByteOrderMSB",
     "CompressedData",
     "CompressedDataSize",
@@ -63,6 +64,8 @@ const UNDERSTOOD: [&str; 30] = [
     "Position",
     "Rotation",
     "TransformMatrix",
+    "axis maxs",
+    "axis mins",
     "byte skip",
     "byteskip",
     "centerings",
@@ -72,6 +75,7 @@ const UNDERSTOOD: [&str; 30] = [
     "kinds",
     "line skip",
     "lineskip",
+    "space",
     "space dimension",
     "space origin",
     "spacings",
@@ -86,33 +90,53 @@ impl DenseGrid {
     /// As [`DenseFile::voxels`].
     pub fn read(file: &DenseFile) -> Result<Self> {
         let voxels = file.voxels()?;
+        let (value_type, bytes) = plain(file.header(), voxels.into_bytes())?;
+        let grid = Self { value_type, bytes, ..Self::without_voxels(file) };
+        match &file.header().sparse {
+            Some(sparse) => grid.cropped(sparse.active_bounds),
+            None => Ok(grid),
+        }
+    }
+
+    /// All but the voxels of a file.
+    pub(super) fn without_voxels(file: &DenseFile) -> Self {
         let header = file.header();
-        let DenseHeader { dims, components, .. } = *header;
-        let (value_type, bytes) = plain(header, voxels.into_bytes());
+        let DenseHeader { dims, components, value_type, .. } = *header;
         let lattice = header.lattice.map(|lattice| (lattice.world_from_index, lattice.origin));
         let (world_from_index, origin) = lattice.unwrap_or((header.world_from_index, IVec3::ZERO));
         let level_set = header.sparse.as_ref().is_some_and(|sparse| sparse.level_set);
         let known = header.background.as_ref().filter(|values| values.len() == components);
         let mut metadata = header.metadata.clone();
         metadata.retain(|(key, _)| !UNDERSTOOD.contains(&key.as_str()));
-        let grid = Self {
+        Self {
             name: header.name.clone().unwrap_or_default(),
             class: header.class.clone().or_else(|| level_set.then(|| "level set".to_owned())),
             dims,
             components,
             value_type,
-            bytes,
+            bytes: Vec::new(),
             active: None,
             background: known.cloned(),
             world_from_index,
             origin,
             value_scale: [1.0, 0.0],
+            space: header.space,
             up: header.up,
             metadata,
-        };
-        match &header.sparse {
-            Some(sparse) => grid.cropped(sparse.active_bounds),
-            None => Ok(grid),
+        }
+    }
+
+    /// All that is known but the voxels.
+    #[must_use]
+    pub fn without_bytes(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            class: self.class.clone(),
+            bytes: Vec::new(),
+            active: None,
+            background: self.background.clone(),
+            metadata: self.metadata.clone(),
+            ..*self
         }
     }
 
@@ -151,6 +175,7 @@ impl DenseGrid {
             world_from_index,
             origin: bounds.min,
             value_scale: [1.0, 0.0],
+            space: None,
             up: None,
             metadata: Vec::new(),
         })
@@ -218,8 +243,9 @@ impl DenseGrid {
         let dims = part.dims().map(|length| length as usize);
         let offset = (part.min - own.min).to_array().map(|n| n as usize);
         let size = self.voxel_bytes();
-        let bytes = rows(&self.bytes, self.dims, offset, dims, size);
+        let bytes = rows(&self.bytes, self.dims, offset, dims, size)?;
         let active = self.active.map(|active| rows(&active, self.dims, offset, dims, 1));
+        let active = active.transpose()?;
         Ok(Self { dims, bytes, active, origin: part.min, ..self })
     }
 }
@@ -231,19 +257,19 @@ fn rows<T: Copy>(
     offset: [usize; 3],
     dims: [usize; 3],
     width: usize,
-) -> Vec<T> {
-    let mut part = Vec::with_capacity(dims.iter().product::<usize>() * width);
+) -> Result<Vec<T>> {
+    let mut part = memory::room(dims.iter().product::<usize>() * width, "a part of the voxels")?;
     for z in offset[2]..offset[2] + dims[2] {
         for y in offset[1]..offset[1] + dims[1] {
             let start = ((z * size[1] + y) * size[0] + offset[0]) * width;
             part.extend_from_slice(&items[start..start + dims[0] * width]);
         }
     }
-    part
+    Ok(part)
 }
 
 /// Numbers as [`DenseGrid`] has them: little endian, x fastest, unscaled.
-fn plain(header: &DenseHeader, mut bytes: Vec<u8>) -> (ValueType, Vec<u8>) {
+fn plain(header: &DenseHeader, mut bytes: Vec<u8>) -> Result<(ValueType, Vec<u8>)> {
     let (mut value_type, [slope, intercept]) = (header.value_type, header.scale);
     let size = value_type.size();
     if header.endian == Endian::Big {
@@ -253,28 +279,28 @@ fn plain(header: &DenseHeader, mut bytes: Vec<u8>) -> (ValueType, Vec<u8>) {
         use ValueType::{F16, F32, I8, I16, U8, U16};
         let narrow = matches!(value_type, U8 | I8 | U16 | I16 | F16 | F32);
         let to = if narrow { F32 } else { ValueType::F64 };
-        let parts: Vec<Vec<u8>> = bytes
-            .par_chunks(CHUNK * size)
-            .map(|chunk| {
-                let mut values = value_type.decode(chunk);
-                for value in &mut values {
-                    *value = *value * slope + intercept;
-                }
-                let mut scaled = Vec::new();
-                to.encode(&values, &mut scaled);
-                scaled
-            })
-            .collect();
-        (bytes, value_type) = (parts.concat(), to);
+        bytes = transformed(&bytes, [size, to.size()], |chunk| {
+            let mut values = value_type.decode(chunk);
+            for value in &mut values {
+                *value = *value * slope + intercept;
+            }
+            let mut scaled = Vec::new();
+            to.encode(&values, &mut scaled);
+            scaled
+        })?;
+        value_type = to;
     }
     if header.order == Order::ZFastest {
         let [nx, ny, nz] = header.dims;
         let size = value_type.size();
-        let turned = (0..nz).into_par_iter().flat_map_iter(|z| {
-            let voxels = (0..ny).flat_map(move |y| (0..nx).map(move |x| (x * ny + y) * nz + z));
-            voxels.flat_map(|voxel| bytes[voxel * size..(voxel + 1) * size].iter().copied())
+        let mut turned = memory::filled(bytes.len(), 0, "voxels")?;
+        turned.par_chunks_mut(nx * ny * size).enumerate().for_each(|(z, plane)| {
+            for (i, voxel) in plane.chunks_exact_mut(size).enumerate() {
+                let from = ((i % nx * ny + i / nx) * nz + z) * size;
+                voxel.copy_from_slice(&bytes[from..from + size]);
+            }
         });
-        bytes = turned.collect();
+        bytes = turned;
     }
-    (value_type, bytes)
+    Ok((value_type, bytes))
 }

@@ -8,6 +8,8 @@ use crate::error::Result;
 pub(super) struct Style {
     /// What stands between key and value; the first that a line has counts.
     pub separators: &'static [&'static str],
+    /// The separator behind a user's own key.
+    pub key_separator: Option<&'static str>,
     /// Lines before the first key.
     pub skipped_lines: usize,
     /// The key of the last line; without one, an empty line or the file's end ends the header, and
@@ -19,18 +21,27 @@ pub(super) struct Style {
     pub form: &'static str,
 }
 
+/// What some editors begin a text with.
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// The lines of a header, and where it ends.
 pub(super) struct HeaderLines {
     lines: Vec<(String, String)>,
+    /// Whether each is the user's own key, which says nothing to a reader.
+    keys: Vec<bool>,
     end: usize,
     any_case: bool,
 }
 
 impl HeaderLines {
     pub(super) fn read(input: &Input, style: &Style) -> Result<Self> {
-        let mut header = Self { lines: Vec::new(), end: 0, any_case: style.any_case };
+        let mut header =
+            Self { lines: Vec::new(), keys: Vec::new(), end: 0, any_case: style.any_case };
         for (number, line) in input.head.split_inclusive(|&byte| byte == b'\n').enumerate() {
             header.end += line.len();
+            // Some editors put a byte order mark in front.
+            let line =
+                if number == 0 { line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line) } else { line };
             let line = String::from_utf8_lossy(line);
             let line = line.trim_end();
             match (line.trim().is_empty(), style.last_key) {
@@ -40,13 +51,22 @@ impl HeaderLines {
                 _ if number < style.skipped_lines => continue,
                 _ => {}
             }
-            let parts = style.separators.iter().find_map(|separator| line.split_once(separator));
-            let Some((key, value)) = parts else {
+            let parts = style
+                .separators
+                .iter()
+                .find_map(|separator| line.split_once(separator).map(|parts| (*separator, parts)));
+            let names_files = |(_, value): &(String, String)| value.starts_with("LIST");
+            if parts.is_none() && header.lines.last().is_some_and(names_files) {
+                // The names of further files follow, and nothing else.
+                return Ok(header);
+            }
+            let Some((separator, (key, value))) = parts else {
                 return Err(input.bad(format!("line {} is no '{}'", number + 1, style.form)));
             };
             let key = key.trim().to_owned();
             let is_last = style.last_key.is_some_and(|last| key == last);
             header.lines.push((key, value.trim().to_owned()));
+            header.keys.push(style.key_separator == Some(separator));
             if is_last {
                 return Ok(header);
             }
@@ -65,12 +85,19 @@ impl HeaderLines {
             };
             names.iter().any(same)
         };
-        self.lines.iter().find(|(key, _)| named(key)).map(|(_, value)| value.as_str())
+        let fields = self.lines.iter().zip(&self.keys).filter(|(_, own)| !**own);
+        fields.map(|(line, _)| line).find(|(key, _)| named(key)).map(|(_, value)| value.as_str())
     }
 
-    /// All keys and values.
-    pub(super) fn all(&self) -> &[(String, String)] {
-        &self.lines
+    /// All lines but the fields of these names.
+    pub(super) fn without(&self, fields: &[&str]) -> Vec<(String, String)> {
+        let kept = self.lines.iter().zip(&self.keys).filter(|((key, _), own)| {
+            let same = |name: &&str| {
+                if self.any_case { key.eq_ignore_ascii_case(name) } else { key == *name }
+            };
+            **own || !fields.iter().any(same)
+        });
+        kept.map(|(line, _)| line.clone()).collect()
     }
 
     /// Bytes of the header.

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
 
 /// Bytes that a header may take.
@@ -36,7 +37,12 @@ impl<'a> Input<'a> {
         if self.size > self.max_bytes {
             return Err(self.too_large("the file", u128::from(self.size)));
         }
-        std::fs::read(self.path).map_err(|error| Error::file(self.path, error))
+        let failed = |error| Error::file(self.path, error);
+        let mut bytes = memory::room(self.size as usize, &self.path.display().to_string())?;
+        let file = File::open(self.path).map_err(failed)?;
+        // Not more than there is room for, should it have grown meanwhile.
+        file.take(self.size).read_to_end(&mut bytes).map_err(failed)?;
+        Ok(bytes)
     }
 
     /// The file says something that cannot be.

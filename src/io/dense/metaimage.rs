@@ -6,14 +6,16 @@ use super::grid::DenseGrid;
 use super::header_lines::{HeaderLines, Style};
 use super::input::Input;
 use super::payload::{Packing, Payload};
+use super::space::anatomical_orientation;
 use super::write::{numbers, one_line, steps};
-use super::{DenseHeader, named_by, placed};
+use super::{DenseHeader, Space, named_by, placed};
 use crate::error::{Error, Result};
 use crate::io::number::{Endian, ValueType};
 
 /// `Key = value` up to the line that says where the voxels are.
 const STYLE: Style = Style {
     separators: &["="],
+    key_separator: None,
     skipped_lines: 0,
     last_key: Some("ElementDataFile"),
     any_case: false,
@@ -41,11 +43,12 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         header.endian = Endian::Big;
     }
     header.world_from_index = transform(input, &fields)?;
+    // Places are a patient's, in LPS, where the file says how that one lies.
+    let orientation = fields.get(&["AnatomicalOrientation"]);
+    header.space = orientation.filter(|text| !text.starts_with('?')).map(|_| Space::Lps);
     header.name = fields.get(&["Name"]).map(str::to_owned);
     let known = ["NDims", "DimSize", "ElementType", "BinaryData", "BinaryDataByteOrderMSB"];
-    let mut metadata = fields.all().to_vec();
-    metadata.retain(|(key, _)| !known.contains(&key.as_str()));
-    header.metadata = metadata;
+    header.metadata = fields.without(&known);
     let payload = payload(input, &fields, &mut header)?;
     Ok((header, payload))
 }
@@ -115,7 +118,14 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     let offset = match fields.get(&["HeaderSize"]) {
         None => start,
         Some(text) => match input.numbers::<i64, 1>("HeaderSize", text)? {
-            [-1] => u128::from(size).saturating_sub(header.bytes()) as u64,
+            [-1] => {
+                let due = header.bytes();
+                let at = u128::from(size).checked_sub(due).filter(|&at| at >= u128::from(start));
+                at.map(|at| at as u64).ok_or_else(|| {
+                    let left = size.saturating_sub(start);
+                    input.bad(format!("it ends early: {left} bytes of voxels, {due} are due"))
+                })?
+            }
             [skip] => start.saturating_add(skip.max(0) as u64),
         },
     };
@@ -155,6 +165,11 @@ pub(super) fn head(grid: &DenseGrid, packed: Option<usize>, data_file: Option<&s
         format!("TransformMatrix = {}", numbers(directions, " ")),
         format!("Offset = {}", numbers(origin.to_array(), " ")),
         "CenterOfRotation = 0 0 0".to_owned(),
+    ]);
+    if grid.space == Some(Space::Lps) {
+        lines.push(format!("AnatomicalOrientation = {}", anatomical_orientation(steps)));
+    }
+    lines.extend([
         format!("ElementSpacing = {}", numbers(steps.map(DVec3::length), " ")),
         format!("DimSize = {x} {y} {z}"),
     ]);

@@ -8,7 +8,10 @@
 //! [`DenseFile::volume`] a volume of those, where it can without holding both.
 
 mod den;
+mod detached;
+mod distances;
 mod grid;
+mod header;
 mod header_lines;
 mod input;
 mod metaimage;
@@ -23,6 +26,9 @@ mod pvm;
 mod pvm_stream;
 mod resample;
 mod retype;
+mod space;
+mod stream_to_vdb;
+mod target;
 mod to_vdb;
 mod voxels;
 mod vti;
@@ -31,136 +37,38 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use glam::{DMat4, DVec3, IVec3};
+use glam::{DMat4, DVec3};
 use ndarray::Array3;
 
+use super::fog::{Class, DISTANCES, fog};
 use super::format::Format;
-use super::number::{Endian, ValueType};
+use super::number::decode;
 use super::raw;
 use super::sidecar::Sidecar;
-use super::vdb::{IndexBox, Statistics};
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::Aabb;
 use crate::scene::file::VolumeTable;
-use crate::volume::{self, Axis, Volume};
+use crate::volume::{self, Axis, Levels, Volume};
 pub use grid::DenseGrid;
+pub use header::{DenseHeader, Lattice, Order, SparsePart};
 use input::Input;
 use payload::{PART, Packing, Payload};
+pub use space::Space;
+pub use stream_to_vdb::PackedGrid;
+pub use target::DenseTarget;
 pub use voxels::Voxels;
 use voxels::{arranged, densities};
-pub use write::{DenseOutput, DenseTarget, Written};
+pub use write::{DenseOutput, Written};
 
 /// Bytes that a volume may take, unless the user says otherwise.
 pub const DEFAULT_MAX_BYTES: u64 = 4 << 30;
 
+/// Bytes that are looked through at once.
+const SCANNED: usize = 1 << 20;
+
 /// The most numbers that a voxel may have.
 const MAX_COMPONENTS: usize = 16;
-
-/// Which index runs fastest.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Order {
-    /// x, then y, then z.
-    #[default]
-    XFastest,
-    /// z, then y, then x: NumPy's Fortran order of a (z, y, x) array.
-    ZFastest,
-}
-
-/// What a file says of its voxels.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DenseHeader {
-    /// What the file calls them, if it does.
-    pub name: Option<String>,
-    /// Voxels along x, y, z.
-    pub dims: [usize; 3],
-    /// Numbers in a voxel, beside each other; more than one are a vector or a colour.
-    pub components: usize,
-    /// Number type, as stored.
-    pub value_type: ValueType,
-    /// Byte order.
-    pub endian: Endian,
-    /// Order of the voxels.
-    pub order: Order,
-    /// Slope and intercept: a value is the stored number times the first plus the second.
-    pub scale: [f64; 2],
-    /// From voxel index (x, y, z), centres at integers, to the file's own world.
-    pub world_from_index: DMat4,
-    /// The axis that points up, where the file says so.
-    pub up: Option<Axis>,
-    /// The larger grid of indices that the voxels are a box of, where the file says so.
-    pub lattice: Option<Lattice>,
-    /// The value around the voxels, a number for each component, where the file says so.
-    pub background: Option<Vec<f64>>,
-    /// OpenVDB's class, where the file says so.
-    pub class: Option<String>,
-    /// What a sparse grid says beyond its box.
-    pub sparse: Option<SparsePart>,
-    /// CRC-32 that the voxels' bytes have, where the file says so.
-    pub crc32: Option<u32>,
-    /// How the voxels are packed, in a word.
-    pub compression: &'static str,
-    /// Everything else that it says, in the order of the file.
-    pub metadata: Vec<(String, String)>,
-}
-
-/// Indices that go on beyond a box of voxels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lattice {
-    /// From these indices to the file's own world.
-    pub world_from_index: DMat4,
-    /// Index of the box's first voxel.
-    pub origin: IVec3,
-}
-
-/// What is known of a sparse grid that was made dense: the box has one voxel of its surroundings on
-/// every side of the active ones.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SparsePart {
-    /// The box around the active voxels, in the grid's own indices.
-    pub active_bounds: IndexBox,
-    /// Number of active voxels.
-    pub active_voxels: u64,
-    /// The value outside of the tree.
-    pub background: f32,
-    /// Whether the values are distances to a surface, negative inside.
-    pub level_set: bool,
-    /// Of the active values.
-    pub statistics: Statistics,
-}
-
-impl DenseHeader {
-    pub(super) fn new(dims: [usize; 3], value_type: ValueType) -> Self {
-        Self {
-            name: None,
-            dims,
-            components: 1,
-            value_type,
-            endian: Endian::Little,
-            order: Order::XFastest,
-            scale: [1.0, 0.0],
-            world_from_index: DMat4::IDENTITY,
-            up: None,
-            lattice: None,
-            background: None,
-            class: None,
-            sparse: None,
-            crc32: None,
-            compression: "none",
-            metadata: Vec::new(),
-        }
-    }
-
-    /// Bytes of all voxels as stored.
-    pub(super) fn bytes(&self) -> u128 {
-        let [x, y, z] = self.dims.map(|n| n as u128);
-        x * y * z * self.components as u128 * self.value_type.size() as u128
-    }
-
-    /// Bytes of all voxels as densities.
-    pub fn memory_bytes(&self) -> u128 {
-        self.dims.iter().map(|&n| n as u128).product::<u128>() * size_of::<f32>() as u128
-    }
-}
 
 /// A file whose header has been read. Voxels are read when asked for.
 #[derive(Debug)]
@@ -205,6 +113,13 @@ impl DenseFile {
                 format!("{} numbers a voxel, 1 to {MAX_COMPONENTS} can be", header.components);
             return Err(input.bad(why));
         }
+        if let Some(name) = &table.class {
+            let class = name.parse::<Class>()?;
+            header.class = Some(class.name().to_owned());
+            if let Some(sparse) = &mut header.sparse {
+                sparse.level_set = class == Class::LevelSet;
+            }
+        }
         if let Some(spacing) = table.spacing {
             header.world_from_index = respaced(header.world_from_index, spacing)?;
             if let Some(lattice) = &mut header.lattice {
@@ -220,6 +135,7 @@ impl DenseFile {
             let why = format!("its axes and spacing have no inverse (determinant {determinant})");
             return Err(input.bad(why));
         }
+        header.notes.extend(payload.surplus(header.bytes()));
         let file_bytes = input.size;
         let mut files = vec![path.to_owned()];
         files.extend(payload.path().map(Path::to_owned));
@@ -293,11 +209,33 @@ impl DenseFile {
         self.payload.read_parts(&self.path, header.bytes() as usize, rows, &mut |part| {
             if values.is_empty() && part.len() == rows {
                 // As many as are due: a first part has come.
-                values.reserve_exact(header.dims.iter().product());
+                memory::reserve(&mut values, header.dims.iter().product(), "voxels")?;
             }
-            values.extend(densities(header, &part));
+            let own = densities(header, &part);
+            memory::reserve(&mut values, own.len(), "voxels")?;
+            values.extend(own);
+            Ok(())
         })?;
-        Ok(arranged(header, values))
+        arranged(header, values)
+    }
+
+    /// Looks through the voxels without keeping them: `each` is given the numbers of some rows, one for each
+    /// component, and what a renderer would make of them.
+    ///
+    /// # Errors
+    /// As [`DenseFile::voxels`].
+    pub fn scan(&self, mut each: impl FnMut(&[f64], &[f32])) -> Result<()> {
+        let header = &self.header;
+        self.check_memory(header.bytes())?;
+        let [slope, intercept] = header.scale;
+        let row = header.components * header.value_type.size() * header.dims[0];
+        let rows = (SCANNED / row).max(1) * row;
+        self.payload.read_parts(&self.path, header.bytes() as usize, rows, &mut |part| {
+            let numbers =
+                decode(&part, header.value_type, header.endian, |v| v * slope + intercept);
+            each(&numbers, &densities(header, &part));
+            Ok(())
+        })
     }
 
     /// # Errors
@@ -318,18 +256,40 @@ impl DenseFile {
     /// # Errors
     /// As [`DenseFile::voxels`], and if the window is empty.
     pub fn volume(&self, up: Option<Axis>, window: Option<[f32; 2]>) -> Result<Volume> {
+        self.volume_noted(up, window.into(), &mut Vec::new())
+    }
+
+    /// The same with densities as `levels` says, and `notes` of what the values look like.
+    pub(super) fn volume_noted(
+        &self,
+        up: Option<Axis>,
+        levels: Levels,
+        notes: &mut Vec<String>,
+    ) -> Result<Volume> {
         let mut values = self.density()?;
         let up = up.or(self.header.up).unwrap_or_default();
         let world_from_file = DMat4::from_mat3(up.world_from_file());
         let placed = world_from_file * self.header.world_from_index;
         // As for OpenVDB's grids: fog inside of surfaces, and a medium that ends in the background.
         let class = self.header.class.as_deref();
-        if class == Some("level set") || self.header.sparse.as_ref().is_some_and(|s| s.level_set) {
-            let voxel = self.header.world_from_index.transform_vector3(DVec3::X).length() as f32;
-            values.mapv_inplace(|distance| (0.5 - distance / voxel).clamp(0.0, 1.0));
+        let sparse = self.header.sparse.as_ref();
+        let level_set = class == Some("level set") || sparse.is_some_and(|s| s.level_set);
+        let steps = [DVec3::X, DVec3::Y, DVec3::Z]
+            .map(|axis| self.header.world_from_index.transform_vector3(axis).length());
+        let slope = if sparse.is_none() && (level_set || class.is_none()) {
+            distances::slope_of_distances(&values.view(), steps)
+        } else {
+            None
+        };
+        if level_set {
+            // Distances need not be in the lengths that voxels have.
+            let voxel = (steps[0] * slope.unwrap_or(1.0)) as f32;
+            values.mapv_inplace(|distance| fog(distance, voxel));
+        } else if slope.is_some() && self.header.components == 1 {
+            notes.push(format!("'{}' {DISTANCES}", self.name()));
         }
         let values = volume::Voxels::Dense(values);
-        let volume = Volume::with_window(self.name(), values, placed, window)?;
+        let volume = Volume::with_levels(self.name(), values, placed, levels)?;
         if self.header.sparse.is_none() {
             return Ok(volume);
         }
@@ -339,6 +299,14 @@ impl DenseFile {
 }
 
 impl Payload {
+    /// A word on bytes of the file behind the `due` ones of the voxels.
+    fn surplus(&self, due: u128) -> Option<String> {
+        let Self::Stored { path, offset, packing: Packing::Bare, .. } = self else { return None };
+        let size = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
+        let more = u128::from(size.saturating_sub(*offset)).checked_sub(due).filter(|&n| n > 0)?;
+        Some(format!("{}: {more} bytes behind the voxels are not read", path.display()))
+    }
+
     /// Voxels as they are from byte `offset` of `path` on.
     fn bare(path: &Path, offset: u64) -> Self {
         Self::Stored { path: path.to_owned(), offset, packing: Packing::Bare, skip: 0 }

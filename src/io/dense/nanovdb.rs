@@ -15,6 +15,7 @@ use super::nanovdb_chunks;
 use super::payload::Payload;
 use super::{DenseHeader, Lattice, SparsePart};
 use crate::error::Result;
+use crate::error::memory;
 use crate::io::number::ValueType;
 use crate::io::vdb::{IndexBox, Statistics};
 
@@ -153,7 +154,7 @@ fn densify(input: &Input, grid: &Bytes) -> Result<(DenseHeader, Vec<u8>)> {
         grid,
         bounds,
         dims,
-        values: vec![background; voxels as usize],
+        values: memory::filled(voxels as usize, background, "a dense grid")?,
         sum: 0.0,
         range: [f64::INFINITY, f64::NEG_INFINITY],
         counts: [0; 2],

@@ -5,6 +5,7 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
+use crate::error::memory;
 use crate::io::vdb::decompress_blosc;
 
 /// The `size` bytes of the grid that starts where `data` does, and the packing's name.
@@ -25,12 +26,14 @@ pub(super) fn unpack(
     match codec {
         0 => {
             let grid = data.get(..size).ok_or_else(|| short(data.len()))?;
-            Ok((grid.to_vec(), "none"))
+            Ok((memory::copied(grid, "its grid").map_err(|error| error.to_string())?, "none"))
         }
         1 => {
-            let mut grid = Vec::new();
             let chunk = next().ok_or_else(|| short(0))?;
-            let unpacked = ZlibDecoder::new(chunk).take(size as u64).read_to_end(&mut grid);
+            // Deflate packs to 1 in 1032 at best.
+            let most = size.min(chunk.len().saturating_mul(1032));
+            let mut grid = memory::room(most, "its grid").map_err(|error| error.to_string())?;
+            let unpacked = ZlibDecoder::new(chunk).take(most as u64).read_to_end(&mut grid);
             unpacked.map_err(|error| format!("its grid cannot be unpacked: {error}"))?;
             if grid.len() < size { Err(short(grid.len())) } else { Ok((grid, "zip")) }
         }
@@ -46,6 +49,7 @@ pub(super) fn unpack(
                     return Err(format!("a blosc chunk of {} bytes for {length}", chunk.len()));
                 }
                 let before = grid.len();
+                memory::grow(&mut grid, length, "its grid").map_err(|error| error.to_string())?;
                 grid.resize(before + length, 0);
                 decompress_blosc(chunk, &mut grid[before..])?;
             }

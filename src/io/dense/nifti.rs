@@ -9,7 +9,9 @@ use glam::{DMat3, DMat4, DQuat, DVec3};
 
 use super::input::Input;
 use super::payload::{Packing, Payload};
-use super::{DenseHeader, placed};
+use super::space::LPS_FROM_RAS;
+use super::target::is_sheared;
+use super::{DenseHeader, Space, placed};
 use crate::error::Result;
 use crate::io::number::{Endian, ValueType};
 
@@ -86,7 +88,10 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     if slope != 0.0 && slope.is_finite() && intercept.is_finite() && components == 1 {
         header.scale = [slope, intercept];
     }
-    header.world_from_index = transform(&fields);
+    let place = transform(&fields);
+    header.world_from_index = place.world_from_index;
+    header.space = place.of_patient.then_some(Space::Lps);
+    header.notes.extend(place.note.map(str::to_owned));
     describe(&fields, &mut header);
 
     let offset = fields.float(108);
@@ -96,7 +101,17 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     }
     let offset = offset as u64;
     let payload = match (detached, gzip) {
-        (true, _) => Payload::bare(&input.path.with_extension("img"), offset),
+        (true, _) => {
+            let (bare, packed) =
+                (input.path.with_extension("img"), input.path.with_extension("img.gz"));
+            if !bare.exists() && packed.exists() {
+                header.compression = "gzip";
+                let packing = Packing::Gzip;
+                Payload::Stored { path: packed, offset: 0, packing, skip: offset }
+            } else {
+                Payload::bare(&bare, offset)
+            }
+        }
         (false, false) => Payload::bare(input.path, offset),
         (false, true) => {
             header.compression = "gzip";
@@ -125,28 +140,76 @@ fn number_type(input: &Input, code: i64) -> Result<(ValueType, usize)> {
     })
 }
 
-fn transform(fields: &Fields) -> DMat4 {
+/// Where the voxels are.
+struct Place {
+    world_from_index: DMat4,
+    /// Whether that is in a patient's space.
+    of_patient: bool,
+    note: Option<&'static str>,
+}
+
+/// Steps of sform and qform may differ by this share of their length and still be the same.
+const SAME: f64 = 1e-4;
+
+fn transform(fields: &Fields) -> Place {
     // A size of 0 or less says nothing.
     let sizes = fields.vector(80).to_array();
     let sizes = sizes.map(|size| if size == 0.0 { 1.0 } else { size.abs() });
-    if fields.short(254) > 0 {
-        let rows = [280, 296, 312].map(|at| fields.vector(at).extend(fields.float(at + 12)));
-        let [x, y, z] = rows;
-        return DMat4::from_cols(x, y, z, glam::DVec4::W).transpose();
-    }
-    let steps = DMat3::from_diagonal(DVec3::from(sizes));
-    if fields.short(252) > 0 {
-        let q = fields.vector(256);
-        let w = (1.0 - q.length_squared()).max(0.0).sqrt();
-        // The factor in pixdim[0] mirrors the third axis.
-        let mirror = if fields.float(76) < 0.0 { -1.0 } else { 1.0 };
-        let turn = DMat3::from_quat(DQuat::from_xyzw(q.x, q.y, q.z, w).normalize());
-        let [x, y, z] = (turn * steps * DMat3::from_diagonal(DVec3::new(1.0, 1.0, mirror)))
-            .to_cols_array_2d()
-            .map(DVec3::from);
-        return placed(fields.vector(268), [x, y, z]);
-    }
-    DMat4::from_mat3(steps)
+    let (qform, sform) = (fields.short(252) > 0, fields.short(254) > 0);
+    let affine = Some(affine(fields)).filter(|matrix| sform && is_place(matrix));
+    let turned = qform.then(|| rotation(fields, sizes));
+    // As ITK chooses: an affine one of the scanner, and others where they are no second opinion.
+    let (world_from_index, note) = match (affine, turned) {
+        (None, None) => {
+            let steps = DMat4::from_scale(DVec3::from(sizes));
+            return Place { world_from_index: steps, of_patient: false, note: None };
+        }
+        (Some(affine), None) => (affine, None),
+        (None, Some(turned)) => (turned, None),
+        (Some(affine), Some(turned)) => {
+            let scanner = fields.short(254) == 1 && !is_sheared(&affine);
+            let same = is_same(&affine, &turned);
+            let note = "its sform says another place than its qform, which is taken, as ITK does";
+            let other = "its qform says another place than its sform, which is taken, as ITK does";
+            match (scanner, same) {
+                (_, true) => (affine, None),
+                (true, false) => (affine, Some(other)),
+                (false, false) => (turned, Some(note)),
+            }
+        }
+    };
+    let world_from_index = DMat4::from_scale(LPS_FROM_RAS) * world_from_index;
+    Place { world_from_index, of_patient: true, note }
+}
+
+/// The matrix (sform).
+fn affine(fields: &Fields) -> DMat4 {
+    let rows = [280, 296, 312].map(|at| fields.vector(at).extend(fields.float(at + 12)));
+    let [x, y, z] = rows;
+    DMat4::from_cols(x, y, z, glam::DVec4::W).transpose()
+}
+
+/// The rotation (qform) with voxels of these sizes.
+fn rotation(fields: &Fields, sizes: [f64; 3]) -> DMat4 {
+    let q = fields.vector(256);
+    let w = (1.0 - q.length_squared()).max(0.0).sqrt();
+    // The factor in pixdim[0] mirrors the third axis.
+    let mirror = if fields.float(76) < 0.0 { -1.0 } else { 1.0 };
+    let turn = DMat3::from_quat(DQuat::from_xyzw(q.x, q.y, q.z, w).normalize());
+    let steps = DMat3::from_diagonal(DVec3::from(sizes) * DVec3::new(1.0, 1.0, mirror));
+    let [x, y, z] = (turn * steps).to_cols_array_2d().map(DVec3::from);
+    placed(fields.vector(268), [x, y, z])
+}
+
+/// Some programs say that there is a matrix and write zeros.
+fn is_place(matrix: &DMat4) -> bool {
+    matrix.is_finite() && matrix.determinant().is_normal()
+}
+
+fn is_same(one: &DMat4, other: &DMat4) -> bool {
+    let length = other.x_axis.length().max(other.y_axis.length()).max(other.z_axis.length());
+    let off = (*one - *other).to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    off <= SAME * length
 }
 
 fn describe(fields: &Fields, header: &mut DenseHeader) {

@@ -1,5 +1,5 @@
 //! NumPy arrays (`.npy`, versions 1 to 3): axes (z, y, x), in C or Fortran order, and one more for
-//! vectors. A sidecar beside the file tells where its voxels lie.
+//! vectors. A sidecar beside the file tells where its voxels lie, and how many numbers each has.
 
 use super::grid::DenseGrid;
 use super::input::Input;
@@ -34,19 +34,16 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let shape = shape.strip_prefix('(').and_then(|rest| rest.split_once(')')).map(|(list, _)| list);
     let lengths: Option<Vec<i64>> = shape.and_then(|list| {
         let words = list.split(',').map(str::trim).filter(|word| !word.is_empty());
-        words.take(64).map(|word| word.parse().ok()).collect()
+        // Python 2 writes long numbers with an L.
+        words.take(64).map(|word| word.trim_end_matches('L').parse().ok()).collect()
     });
     let lengths = lengths.ok_or_else(|| input.bad("its shape is no list of numbers"))?;
-    let (z, y, x, components) = match *lengths.as_slice() {
-        [z, y, x] => (z, y, x, 1),
-        [z, y, x, components] => (z, y, x, components),
-        _ => {
-            let why = format!("an array of {} axes, a volume has three (z, y, x)", lengths.len());
-            return Err(input.bad(why));
-        }
-    };
+    let sidecar = Sidecar::beside(input.path)?;
+    let said = sidecar.as_ref().and_then(|(_, sidecar)| sidecar.components);
+    let Meaning { lengths: [z, y, x], components, note } = meaning(input, &lengths, said)?;
     let mut header = DenseHeader::new(input.dims([x, y, z])?, value_type);
     header.components = usize::try_from(components).unwrap_or(0);
+    header.notes.extend(note);
     header.endian = endian;
     if item("fortran_order")?.starts_with("True") {
         if header.components != 1 {
@@ -54,7 +51,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         }
         header.order = Order::ZFastest;
     }
-    if let Some((beside, sidecar)) = Sidecar::beside(input.path)? {
+    if let Some((beside, sidecar)) = sidecar {
         if !sidecar.fits(&header) {
             let why = format!("it describes other voxels than {}", input.path.display());
             return Err(Error::contents(beside, why));
@@ -63,6 +60,57 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         described.map_err(|error| Error::contents(beside, error.to_string()))?;
     }
     Ok((header, Payload::bare(input.path, start as u64 + length)))
+}
+
+/// What an array's axes are.
+struct Meaning {
+    /// Voxels along z, y, x.
+    lengths: [i64; 3],
+    components: i64,
+    note: Option<String>,
+}
+
+/// What axes of these `lengths` mean, if a sidecar has `said` how many numbers a voxel has. A fourth axis may
+/// be a vector's behind the others or one of batches or time before them: where the lengths do not tell, it is refused.
+fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meaning> {
+    let [z, y, x, last] = match *lengths {
+        [z, y, x] => return Ok(Meaning { lengths: [z, y, x], components: 1, note: None }),
+        [a, b, c, d] => [a, b, c, d],
+        // Batches of batches of one.
+        [1, .., b, c, d] if lengths[..lengths.len() - 3].iter().all(|&n| n == 1) => [1, b, c, d],
+        _ => {
+            let why = format!("an array of {} axes, a volume has three (z, y, x)", lengths.len());
+            return Err(input.bad(why));
+        }
+    };
+    let vectors = Meaning { lengths: [z, y, x], components: last, note: None };
+    let frame = Meaning { lengths: [y, x, last], components: 1, note: None };
+    let option = |count: i64| format!("'components = {count}' in a sidecar says otherwise");
+    match said {
+        Some(count) if count as i64 == last => Ok(vectors),
+        Some(1) if z == 1 => Ok(frame),
+        Some(count) => {
+            let why = format!("a last axis of {last}, but components = {count} in its sidecar");
+            Err(input.bad(why))
+        }
+        None if last == 1 => Ok(vectors),
+        None if z == 1 && last != 3 => {
+            let note = format!("axes (1, {y}, {x}, {last}): a batch of one; {}", option(last));
+            Ok(Meaning { note: Some(note), ..frame })
+        }
+        None if last == 2 || last == 3 => {
+            let note = format!("a last axis of {last}: vectors, of which the length is taken");
+            Ok(Meaning { note: Some(note), ..vectors })
+        }
+        None => {
+            let why = format!(
+                "axes ({z}, {y}, {x}, {last}) may be {z} frames or vectors of {last}; of frames only one \
+                 is read, vectors need 'components = {last}' in a sidecar {}",
+                input.path.with_extension("toml").display()
+            );
+            Err(input.bad(why))
+        }
+    }
 }
 
 /// `'<f4'`, `'|u1'` and their like.

@@ -1,6 +1,8 @@
 //! NRRD (`.nrrd`, and `.nhdr` with the voxels in a second file): raw, gzip or text, with spacings
 //! or with axes and an origin in a world of the file's own.
 
+use std::path::Path;
+
 use glam::DVec3;
 
 use super::grid::DenseGrid;
@@ -8,13 +10,14 @@ use super::header_lines::{HeaderLines, Style};
 use super::input::Input;
 use super::payload::{Packing, Payload};
 use super::write::{numbers, one_line, steps};
-use super::{DenseHeader, named_by, placed};
+use super::{DenseHeader, Space, named_by, placed};
 use crate::error::Result;
 use crate::io::number::{Endian, ValueType};
 
 /// `field: value` and `key:=value` behind the first line, which is the mark, up to an empty one.
 const STYLE: Style = Style {
     separators: &[":=", ":"],
+    key_separator: Some(":="),
     skipped_lines: 1,
     last_key: None,
     any_case: true,
@@ -32,15 +35,8 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     if sizes.len() != axes {
         return Err(input.bad(format!("{} sizes for {axes} axes", sizes.len())));
     }
-    // A fourth axis in front holds the components of a vector or a colour.
-    let (components, lengths) = match *sizes.as_slice() {
-        [x, y, z] => (1, [x, y, z]),
-        [c, x, y, z] if first_axis_is_no_space(&fields) => (c, [x, y, z]),
-        _ => {
-            let why = format!("{axes} axes, a volume has three (and one before them for vectors)");
-            return Err(input.bad(why));
-        }
-    };
+    let Axes { components, first } = axes_of(input, &fields, &sizes)?;
+    let lengths = [sizes[first], sizes[first + 1], sizes[first + 2]];
     let mut header = DenseHeader::new(input.dims(lengths)?, number_type(input, needed("type")?)?);
     header.components = usize::try_from(components).unwrap_or(0);
     header.endian = match fields.get(&["endian"]) {
@@ -48,24 +44,91 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         Some("little") | None => Endian::Little,
         Some(other) => return Err(input.bad(format!("endian '{other}' is none of little, big"))),
     };
-    header.world_from_index = transform(input, &fields, axes)?;
+    place(input, &fields, [axes, first], &mut header)?;
     header.name = fields.get(&["content"]).map(str::to_owned);
-    let known = ["sizes", "dimension", "type", "endian", "encoding", "space directions"];
-    let mut metadata = fields.all().to_vec();
-    metadata.retain(|(key, _)| !known.contains(&key.as_str()));
-    header.metadata = metadata;
+    header.metadata = fields.without(&HEEDED);
     let payload = payload(input, &fields, &mut header)?;
     Ok((header, payload))
 }
 
-fn first_axis_is_no_space(fields: &HeaderLines) -> bool {
-    let first =
-        |name: &[&str]| fields.get(name).and_then(|list| list.split_ascii_whitespace().next());
-    match (first(&["kinds"]), first(&["space directions"])) {
-        (Some(kind), _) => !["domain", "space", "time", "list"].contains(&kind),
-        (None, Some(direction)) => direction == "none",
-        (None, None) => false,
+/// Which axes are those of space.
+struct Axes {
+    /// Numbers of a voxel.
+    components: i64,
+    /// The first of the three, which follow one another.
+    first: usize,
+}
+
+/// What `kinds` and `space directions` say of each axis; where they say nothing, three axes are space.
+fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
+    let axes = sizes.len();
+    let kinds: Vec<String> = fields
+        .get(&["kinds"])
+        .map(|list| list.split_ascii_whitespace().map(str::to_ascii_lowercase).collect())
+        .unwrap_or_default();
+    let directions = fields.get(&["space directions"]).map(direction_words).unwrap_or_default();
+    let is_space = |axis: usize| match (directions.get(axis), kinds.get(axis)) {
+        (Some(word), _) => Some(*word != "none"),
+        (None, Some(kind)) if kind == "domain" || kind == "space" => Some(true),
+        (None, Some(kind)) if kind != "???" && kind != "none" => Some(false),
+        _ => None,
+    };
+    let is_frames =
+        |axis: usize| kinds.get(axis).is_some_and(|kind| ["time", "list"].contains(&kind.as_str()));
+    let not_space = |axis: usize| is_space(axis) == Some(false) || is_frames(axis);
+    let frames = |axis: usize| {
+        let why = format!("{} frames along axis {axis}, only one is read", sizes[axis]);
+        Err(input.bad(why))
+    };
+    match axes {
+        3 => match (0..3).find(|&axis| not_space(axis)) {
+            None => Ok(Axes { components: 1, first: 0 }),
+            Some(axis) if sizes[axis] == 1 && axis == 2 => Ok(Axes { components: 1, first: 0 }),
+            Some(axis) => {
+                let kind = kinds.get(axis).map_or("none", String::as_str);
+                let why = format!("axis {axis} is '{kind}', a volume has three axes of space");
+                Err(input.bad(why))
+            }
+        },
+        4 if not_space(3) && (0..3).all(|axis| !not_space(axis)) => {
+            if sizes[3] == 1 {
+                return Ok(Axes { components: 1, first: 0 });
+            }
+            if is_frames(3) || kinds.get(3).is_none() {
+                return frames(3);
+            }
+            Err(input.bad(format!("its {} numbers a voxel lie apart from each other", sizes[3])))
+        }
+        4 if not_space(0) && (1..4).all(|axis| !not_space(axis)) => {
+            if is_frames(0) && sizes[0] != 1 {
+                return frames(0);
+            }
+            Ok(Axes { components: sizes[0], first: 1 })
+        }
+        _ => {
+            let why = format!(
+                "{axes} axes, a volume has three (and one before them for vectors, said by 'kinds')"
+            );
+            Err(input.bad(why))
+        }
     }
+}
+
+/// A word for each axis: `none`, or a vector in brackets.
+fn direction_words(list: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    let mut rest = list.trim_start();
+    while !rest.is_empty() && words.len() < 17 {
+        let end = if rest.starts_with('(') {
+            rest.find(')').map(|at| at + 1)
+        } else {
+            rest.find([' ', '\t', '('])
+        };
+        let (word, behind) = rest.split_at(end.unwrap_or(rest.len()));
+        words.push(word);
+        rest = behind.trim_start();
+    }
+    words
 }
 
 fn number_type(input: &Input, text: &str) -> Result<ValueType> {
@@ -96,39 +159,85 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
     })
 }
 
-/// The steps and the origin: `space directions` and `space origin`, or else `spacings`.
-fn transform(input: &Input, fields: &HeaderLines, axes: usize) -> Result<glam::DMat4> {
+/// Fills in where the voxels are: `space directions` and `space origin` in `space`, or else `spacings`, `axis mins` and
+/// `axis maxs`, which know of no space. Of the file's axes, three from `first` on are spatial.
+fn place(
+    input: &Input,
+    fields: &HeaderLines,
+    [axes, first]: [usize; 2],
+    header: &mut DenseHeader,
+) -> Result<()> {
     let mut steps = [DVec3::X, DVec3::Y, DVec3::Z];
+    let mut origin = DVec3::ZERO;
     if let Some(list) = fields.get(&["space directions"]) {
-        let vectors: Vec<&str> = list.split_inclusive(')').map(str::trim).collect();
-        let spatial = vectors.iter().filter_map(|text| Some((text, text.find('(')?)));
-        let spatial: Vec<&str> = spatial.map(|(text, open)| &text[open..]).collect();
-        if spatial.len() != 3 {
-            return Err(input.bad(format!("{} space directions, a volume has 3", spatial.len())));
-        }
-        for (step, text) in steps.iter_mut().zip(spatial) {
-            *step = vector(input, "space directions", text)?;
-        }
-    } else if let Some(list) = fields.get(&["spacings"]) {
-        let words: Vec<&str> = list.split_ascii_whitespace().collect();
+        let words = direction_words(list);
         if words.len() != axes {
-            return Err(input.bad(format!("{} spacings for {axes} axes", words.len())));
+            return Err(input.bad(format!("{} space directions for {axes} axes", words.len())));
         }
-        for (step, word) in steps.iter_mut().zip(&words[axes - 3..]) {
-            let [spacing] = input.numbers::<f64, 1>("spacings", word)?;
-            // Unknown spacings are written as NaN.
-            *step *= if spacing.is_nan() { 1.0 } else { spacing };
+        for (step, word) in steps.iter_mut().zip(&words[first..]) {
+            *step = vector(input, "space directions", word)?;
+        }
+    } else {
+        for (axis, step) in steps.iter_mut().enumerate() {
+            let (spacing, at) = along(input, fields, [axes, first + axis], header.dims[axis])?;
+            *step *= spacing;
+            origin[axis] = at;
+        }
+        if fields.get(&["axis mins"]).is_some() && fields.get(&["centerings", "centers"]).is_none()
+        {
+            let note = "axis mins without centerings: they are taken for the borders of voxels, as \
+                        teem does (--spacing)";
+            header.notes.push(note.to_owned());
         }
     }
-    let origin = fields.get(&["space origin"]);
-    let origin = origin.map(|text| vector(input, "space origin", text)).transpose()?;
-    Ok(placed(origin.unwrap_or_default(), steps))
+    if let Some(text) = fields.get(&["space origin"]) {
+        origin = vector(input, "space origin", text)?;
+    }
+    header.world_from_index = placed(origin, steps);
+    if let Some(text) = fields.get(&["space"]) {
+        let Some((space, ours_from_its)) = Space::named(text) else {
+            return Err(input.bad(format!("space '{text}' is none of {}", Space::names())));
+        };
+        header.space = Some(space);
+        header.world_from_index = ours_from_its * header.world_from_index;
+    }
+    Ok(())
 }
 
-/// `(x,y,z)`
+/// The distance between the `count` samples of axis `axis` of `axes` and where the first one lies.
+fn along(
+    input: &Input,
+    fields: &HeaderLines,
+    [axes, axis]: [usize; 2],
+    count: usize,
+) -> Result<(f64, f64)> {
+    let number = |names: &[&str]| -> Result<Option<f64>> {
+        let Some(list) = fields.get(names) else { return Ok(None) };
+        let words: Vec<&str> = list.split_ascii_whitespace().collect();
+        if words.len() != axes {
+            return Err(input.bad(format!("{} {} for {axes} axes", words.len(), names[0])));
+        }
+        let [number] = input.numbers::<f64, 1>(names[0], words[axis])?;
+        // What is unknown is written as NaN.
+        Ok(Some(number).filter(|number| !number.is_nan()))
+    };
+    let centerings = fields.get(&["centerings", "centers"]).unwrap_or_default();
+    // teem's choice where nothing is said is the cell.
+    let of_nodes = centerings.split_ascii_whitespace().nth(axis) == Some("node");
+    let [low, high] = [number(&["axis mins", "axismins"])?, number(&["axis maxs", "axismaxs"])?];
+    let lengths = if of_nodes { count as f64 - 1.0 } else { count as f64 };
+    let between = low.zip(high).map(|(low, high)| (high - low) / lengths.max(1.0));
+    let spacing = number(&["spacings"])?.or(between).unwrap_or(1.0);
+    let first = low.map_or(0.0, |low| if of_nodes { low } else { low + 0.5 * spacing });
+    Ok((spacing, first))
+}
+
+/// `(x,y,z)`; what a space with time has behind them counts for nothing.
 fn vector(input: &Input, field: &str, text: &str) -> Result<DVec3> {
     let inner = text.trim().trim_start_matches('(').trim_end_matches(')');
-    input.numbers::<f64, 3>(field, inner).map(DVec3::from)
+    let words: Vec<&str> = inner.split(',').collect();
+    let three = if words.len() == 4 { words[..3].join(",") } else { inner.to_owned() };
+    input.numbers::<f64, 3>(field, &three).map(DVec3::from)
 }
 
 fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Result<Payload> {
@@ -163,41 +272,70 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     };
     let lines = number(&["line skip", "lineskip"])?;
     let skip = number(&["byte skip", "byteskip"])?;
-    if lines != 0 {
-        return Err(input.bad(format!("line skip {lines}, which is not read")));
-    }
+    let lines =
+        usize::try_from(lines).map_err(|_| input.bad(format!("line skip {lines} is below 0")))?;
+    let start = if lines == 0 { start } else { behind_lines(input, &path, start, lines)? };
     // -1 says that the voxels are the last bytes of the file.
     let (offset, skip) = match u64::try_from(skip) {
         Ok(skip) if packing == Packing::Bare => (start.saturating_add(skip), 0),
         Ok(skip) => (start, skip),
         Err(_) if skip == -1 && packing == Packing::Bare => {
-            (u128::from(size).saturating_sub(header.bytes()) as u64, 0)
+            (last_bytes(input, size, start, header)?, 0)
+        }
+        Err(_) if skip == -1 => {
+            let why = format!("byte skip -1 with encoding {encoding} is not read; unpack it first");
+            return Err(input.bad(why));
         }
         Err(_) => return Err(input.bad(format!("byte skip {skip}"))),
     };
     Ok(Payload::Stored { path, offset, packing, skip })
 }
 
-/// Fields that a reader heeds.
-const FIELDS: [&str; 18] = [
-    "type",
-    "dimension",
+/// Where the voxels start that are the last bytes of a file of `size` bytes, none before `start`.
+fn last_bytes(input: &Input, size: u64, start: u64, header: &DenseHeader) -> Result<u64> {
+    let due = header.bytes();
+    let offset = u128::from(size).checked_sub(due).filter(|&at| at >= u128::from(start));
+    offset.map(|at| at as u64).ok_or_else(|| {
+        let left = size.saturating_sub(start);
+        input.bad(format!("it ends early: {left} bytes of voxels, {due} are due"))
+    })
+}
+
+/// Where line `lines` of the file behind byte `start` begins.
+fn behind_lines(input: &Input, path: &Path, start: u64, lines: usize) -> Result<u64> {
+    let ends = || input.bad(format!("line skip {lines}: there are fewer lines"));
+    // A header may name any file: opening a pipe waits, and a device never ends.
+    let metadata = std::fs::metadata(path).map_err(|e| crate::Error::file(path, e))?;
+    if !metadata.is_file() {
+        return Err(input.bad("the header's voxels are not in a file"));
+    }
+    let voxels = Input::open(path, input.max_bytes)?;
+    let from = usize::try_from(start).map_err(|_| ends())?;
+    let text = voxels.head.get(from..).ok_or_else(ends)?;
+    let mut breaks = text.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+    breaks.nth(lines - 1).map(|(at, _)| start + at as u64 + 1).ok_or_else(ends)
+}
+
+/// Fields that are heeded, or that say nothing any more of what was made of the voxels.
+const HEEDED: [&str; 18] = [
     "sizes",
-    "kinds",
+    "dimension",
+    "type",
     "endian",
     "encoding",
-    "content",
-    "spacings",
+    "space directions",
     "space",
     "space dimension",
-    "space directions",
     "space origin",
-    "data file",
-    "datafile",
-    "byte skip",
-    "byteskip",
-    "line skip",
-    "lineskip",
+    "spacings",
+    "axis mins",
+    "axismins",
+    "axis maxs",
+    "axismaxs",
+    "centerings",
+    "centers",
+    "kinds",
+    "content",
 ];
 
 /// The header for the voxels of `grid`, in the file `data_file` or right behind it.
@@ -224,7 +362,10 @@ pub(super) fn head(grid: &DenseGrid, packed: bool, data_file: Option<&str>) -> S
         "NRRD0004".to_owned(),
         format!("type: {number_type}"),
         format!("dimension: {}", 3 + usize::from(vectors)),
-        "space dimension: 3".to_owned(),
+        match grid.space {
+            Some(space) => format!("space: {}", space.name()),
+            None => "space dimension: 3".to_owned(),
+        },
         format!("sizes: {}{x} {y} {z}", before(&grid.components.to_string())),
         format!("space directions: {}{dx} {dy} {dz}", before("none")),
         format!("kinds: {}domain domain domain", before("vector")),
@@ -239,9 +380,7 @@ pub(super) fn head(grid: &DenseGrid, packed: bool, data_file: Option<&str>) -> S
         // A colon ends a field's name, and a sharp begins a comment.
         let key = one_line(key).replace([':', '='], "_");
         let key = key.trim_start_matches('#');
-        // A key that is also a field of the format stays a key.
-        let mark = if FIELDS.iter().any(|name| key.eq_ignore_ascii_case(name)) { "_" } else { "" };
-        lines.push(format!("{key}{mark}:={}", one_line(value)));
+        lines.push(format!("{key}:={}", one_line(value)));
     }
     if let Some(name) = data_file {
         lines.push(format!("data file: {name}"));

@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use flate2::Crc;
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::io::number::{ValueType, encode_text};
 
 /// Bytes of a file that are worked on at once, where it need not lie in memory as a whole.
-pub(super) const PART: usize = 1 << 25;
+pub(super) const PART: usize = 1 << 22;
 
 /// How the voxels of a file are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,12 +45,23 @@ impl Payload {
             Self::Checked(payload, _) => payload,
             own => own,
         };
-        if let Self::Stored { packing: Packing::Gzip | Packing::Zlib, .. } = stored {
+        let part = match stored {
             // Nobody knows whether as much will come.
-            let mut take = |part| bytes.extend::<Vec<u8>>(part);
-            return self.read_parts(file, due, PART, &mut take).map(|()| bytes);
-        }
-        self.read_parts(file, due, due, &mut |part| bytes = part).map(|()| bytes)
+            Self::Stored { packing: Packing::Gzip | Packing::Zlib, .. } => PART,
+            _ => due,
+        };
+        self.read_parts(file, due, part, &mut |part| {
+            if part.len() == due {
+                bytes = part;
+                return Ok(());
+            }
+            if bytes.is_empty() {
+                memory::reserve(&mut bytes, due, "voxels")?;
+            }
+            bytes.extend(part);
+            Ok(())
+        })?;
+        Ok(bytes)
     }
 
     /// Whether [`Payload::read_parts`] never holds more than a part.
@@ -78,19 +90,19 @@ impl Payload {
         file: &Path,
         due: usize,
         part: usize,
-        take: &mut dyn FnMut(Vec<u8>),
+        take: &mut dyn FnMut(Vec<u8>) -> Result<()>,
     ) -> Result<()> {
         let mut take_all = |path: &Path, bytes: &[u8]| {
             let bytes = bytes.get(..due).ok_or_else(|| short(path, bytes.len(), due))?;
-            bytes.chunks(part.max(1)).for_each(|chunk| take(chunk.to_vec()));
-            Ok(())
+            let mut chunks = bytes.chunks(part.max(1));
+            chunks.try_for_each(|chunk| take(memory::copied(chunk, "voxels")?))
         };
         let (path, offset, packing, skip) = match self {
             Self::Checked(payload, crc32) => {
                 let mut found = Crc::new();
                 payload.read_parts(file, due, part, &mut |part| {
                     found.update(&part);
-                    take(part);
+                    take(part)
                 })?;
                 return check(file, found.sum(), *crc32);
             }
@@ -109,16 +121,18 @@ impl Payload {
         let parts = [due, part];
         let found = match packing {
             Packing::Bare if left < due as u64 => return Err(short(path, left as usize, due)),
-            Packing::Bare => unpack(stored, skip, parts, take).map_err(failed)?,
+            Packing::Bare => unpack(stored, skip, parts, take)?.map_err(failed)?,
             Packing::Gzip => {
-                unpack(MultiGzDecoder::new(stored), skip, parts, take).map_err(broken(path))?
+                unpack(MultiGzDecoder::new(stored), skip, parts, take)?.map_err(broken(path))?
             }
             Packing::Zlib => {
-                unpack(ZlibDecoder::new(stored), skip, parts, take).map_err(broken(path))?
+                unpack(ZlibDecoder::new(stored), skip, parts, take)?.map_err(broken(path))?
             }
             Packing::Text(value_type) => {
-                let mut text = Vec::new();
-                stored.read_to_end(&mut text).map_err(failed)?;
+                // A number is a digit and a blank at least, and mostly much less than as many digits.
+                let most = (metadata.len() - offset.min(metadata.len())) as usize;
+                let mut text = memory::room(most, "voxels as text")?;
+                stored.take(most as u64).read_to_end(&mut text).map_err(failed)?;
                 let text = text.get(skip as usize..).unwrap_or_default();
                 let bytes = encode_text(text, value_type, due / value_type.size())
                     .map_err(|why| Error::contents(path, why))?;
@@ -145,30 +159,37 @@ fn broken(path: &Path) -> impl Fn(std::io::Error) -> Error {
 }
 
 /// Gives at most `due` bytes behind the first `skip` to `take`, `part` at a time; memory grows with what
-/// comes. How many there were.
+/// comes. How many there were, or what is wrong with the stream.
+///
+/// # Errors
+/// If there is no memory, and those of `take`.
 fn unpack(
     mut stream: impl Read,
     skip: u64,
     [due, part]: [usize; 2],
-    mut take: impl FnMut(Vec<u8>),
-) -> Result<usize, std::io::Error> {
-    std::io::copy(&mut stream.by_ref().take(skip), &mut std::io::sink())?;
+    mut take: impl FnMut(Vec<u8>) -> Result<()>,
+) -> Result<Result<usize, std::io::Error>> {
+    if let Err(error) = std::io::copy(&mut stream.by_ref().take(skip), &mut std::io::sink()) {
+        return Ok(Err(error));
+    }
     let mut found = 0;
     while found < due {
         let wanted = (due - found).min(part.max(1));
-        let mut bytes = Vec::with_capacity(wanted);
-        stream.by_ref().take(wanted as u64).read_to_end(&mut bytes)?;
+        let mut bytes = memory::room(wanted, "voxels")?;
+        if let Err(error) = stream.by_ref().take(wanted as u64).read_to_end(&mut bytes) {
+            return Ok(Err(error));
+        }
         if bytes.is_empty() {
             break;
         }
         found += bytes.len();
         let ended = bytes.len() < wanted;
-        take(bytes);
+        take(bytes)?;
         if ended {
             break;
         }
     }
-    Ok(found)
+    Ok(Ok(found))
 }
 
 fn short(path: &Path, found: usize, due: usize) -> Error {

@@ -1,6 +1,8 @@
 //! The compression of the Erlangen volume library ("DDS v3d" and "v3e"): differences to a
 //! prediction, in runs of as many bits as each run needs. Knows nothing of volumes.
 
+use crate::error::memory;
+
 /// Which of the two streams; they differ in how far apart interleaved bytes may lie.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Version {
@@ -32,6 +34,12 @@ impl Bits<'_> {
         self.at += count as usize;
         Some((window >> shift) & ((1 << count) - 1))
     }
+
+    /// The next `count` bits, at most 16; those behind the end are zeros.
+    fn take_padded(&mut self, count: u32) -> u32 {
+        let left = (self.bytes.len() * 8).saturating_sub(self.at).min(count as usize) as u32;
+        self.take(left).unwrap_or(0) << (count - left)
+    }
 }
 
 /// Unpacks a stream, which says its own end, to at most `limit` bytes.
@@ -42,7 +50,8 @@ pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec
     let strip = bits.take(16).ok_or_else(ends)? as usize + 1;
     let mut unpacked: Vec<u8> = Vec::new();
     loop {
-        let count = bits.take(7).ok_or_else(ends)? as usize;
+        // The library's own writer cuts the end's zeros where they would begin a byte.
+        let count = bits.take_padded(7) as usize;
         if count == 0 {
             break;
         }
@@ -53,6 +62,7 @@ pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec
             0 => 0,
             code => code + 1,
         };
+        memory::grow(&mut unpacked, count, "its voxels").map_err(|error| error.to_string())?;
         let middle = (1 << width) / 2;
         for _ in 0..count {
             let stored = bits.take(width).ok_or_else(ends)?;
@@ -71,19 +81,20 @@ pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec
     if skip > 1 {
         let block = if version == Version::E { skip * BLOCK } else { unpacked.len().max(1) };
         for block in unpacked.chunks_mut(block) {
-            interleave(block, skip);
+            interleave(block, skip)?;
         }
     }
     Ok(unpacked)
 }
 
 /// Puts bytes that lie in `skip` planes, one after the other, beside each other again.
-fn interleave(block: &mut [u8], skip: usize) {
-    let planes = block.to_vec();
+fn interleave(block: &mut [u8], skip: usize) -> Result<(), String> {
+    let planes = memory::copied(block, "its voxels").map_err(|error| error.to_string())?;
     let mut stored = planes.into_iter();
     for plane in 0..skip {
         for (place, byte) in block.iter_mut().skip(plane).step_by(skip).zip(&mut stored) {
             *place = byte;
         }
     }
+    Ok(())
 }

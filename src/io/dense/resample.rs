@@ -5,6 +5,7 @@ use glam::{DMat4, DVec3, IVec3};
 use rayon::prelude::*;
 
 use super::grid::DenseGrid;
+use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
 
 /// Less than this share of a voxel is rounding.
@@ -71,8 +72,8 @@ impl Axis {
 
     /// `old` with this axis resampled; `inner` numbers lie beside each other for every voxel of it,
     /// and `outside` says what number k is beyond the box.
-    fn apply(&self, old: &[f64], count: usize, inner: usize, outside: &[f64]) -> Vec<f64> {
-        let mut new = vec![0.0; old.len() / count * self.parts.len()];
+    fn apply(&self, old: &[f64], count: usize, inner: usize, outside: &[f64]) -> Result<Vec<f64>> {
+        let mut new = memory::filled(old.len() / count * self.parts.len(), 0.0, "new voxels")?;
         let rows = new.par_chunks_mut(inner * self.parts.len()).zip(old.par_chunks(inner * count));
         rows.for_each(|(new, old)| {
             for (new, parts) in new.chunks_mut(inner).zip(&self.parts) {
@@ -90,11 +91,11 @@ impl Axis {
                 }
             }
         });
-        new
+        Ok(new)
     }
 
-    fn apply_activity(&self, old: &[bool], count: usize, inner: usize) -> Vec<bool> {
-        let mut new = vec![false; old.len() / count * self.near.len()];
+    fn apply_activity(&self, old: &[bool], count: usize, inner: usize) -> Result<Vec<bool>> {
+        let mut new = memory::filled(old.len() / count * self.near.len(), false, "new voxels")?;
         let rows = new.chunks_mut(inner * self.near.len()).zip(old.chunks(inner * count));
         for (new, old) in rows {
             for (new, near) in new.chunks_mut(inner).zip(&self.near) {
@@ -104,7 +105,7 @@ impl Axis {
                 }
             }
         }
-        new
+        Ok(new)
     }
 }
 
@@ -138,14 +139,18 @@ impl DenseGrid {
         let open = self.background.is_some();
         let outside = self.background.clone().unwrap_or_else(|| vec![0.0; self.components]);
         let origin = self.origin.to_array().map(i64::from);
-        let mut values = self.value_type.decode(&self.bytes);
+        let size = self.value_type.size();
+        let mut values = memory::room(self.bytes.len() / size, "voxels")?;
+        for part in self.bytes.chunks(size << 16) {
+            values.extend(self.value_type.decode(part));
+        }
         let mut active = self.active;
         let (mut inner, mut dims, mut first) = (1, self.dims, [0; 3]);
         for axis in 0..3 {
             let count = self.dims[axis];
             let plan = Axis::new(origin[axis], count, factor, open);
-            values = plan.apply(&values, count, inner * self.components, &outside);
-            active = active.map(|active| plan.apply_activity(&active, count, inner));
+            values = plan.apply(&values, count, inner * self.components, &outside)?;
+            active = active.map(|active| plan.apply_activity(&active, count, inner)).transpose()?;
             (dims[axis], first[axis]) = (plan.parts.len(), plan.first);
             inner *= dims[axis];
         }
@@ -156,7 +161,7 @@ impl DenseGrid {
         let centre = DVec3::splat(0.5 / factor - 0.5);
         let old_from_new =
             DMat4::from_translation(centre) * DMat4::from_scale(DVec3::splat(1.0 / factor));
-        let mut bytes = Vec::with_capacity(values.len() * self.value_type.size());
+        let mut bytes = memory::room(values.len() * self.value_type.size(), "new voxels")?;
         self.value_type.encode(&values, &mut bytes);
         let world_from_index = self.world_from_index * old_from_new;
         Ok(Self { dims, bytes, active, world_from_index, origin, ..self })

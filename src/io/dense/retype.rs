@@ -4,7 +4,9 @@
 use rayon::prelude::*;
 
 use super::grid::DenseGrid;
-use crate::io::number::{ValueType, cast};
+use crate::error::Result;
+use crate::error::memory;
+use crate::io::number::{ValueType, cast, transformed};
 use crate::io::remap::{Remap, Span};
 
 /// Numbers that a thread takes at once.
@@ -23,65 +25,64 @@ impl DenseGrid {
     }
 
     /// The same values as numbers of type `to`; the background goes with them.
-    #[must_use]
-    pub fn retyped(self, to: ValueType, remap: Remap) -> Self {
+    ///
+    /// # Errors
+    /// If there is no memory for them.
+    pub fn retyped(self, to: ValueType, remap: Remap) -> Result<Self> {
         if to == self.value_type && remap == Remap::Cast {
-            return self;
+            return Ok(self);
         }
         let whole = to.limits().is_some();
         let bytes = match remap {
-            Remap::Cast => cast(&self.bytes, self.value_type, to),
+            Remap::Cast => cast(&self.bytes, self.value_type, to)?,
             Remap::Affine { .. } => {
-                let size = self.value_type.size();
-                let chunks = self.bytes.par_chunks(CHUNK * size);
-                let parts: Vec<Vec<u8>> = chunks
-                    .map(|chunk| {
-                        let values = self.value_type.decode(chunk);
-                        let stored: Vec<f64> =
-                            values.into_iter().map(|value| remap.apply(value, whole)).collect();
-                        encoded(to, &stored)
-                    })
-                    .collect();
-                parts.concat()
+                transformed(&self.bytes, [self.value_type.size(), to.size()], |chunk| {
+                    let values = self.value_type.decode(chunk);
+                    let stored: Vec<f64> =
+                        values.into_iter().map(|value| remap.apply(value, whole)).collect();
+                    encoded(to, &stored)
+                })?
             }
         };
         let background = self
             .background
             .map(|values| values.into_iter().map(|value| remap.apply(value, whole)).collect());
-        Self { value_type: to, bytes, background, ..self }
+        Ok(Self { value_type: to, bytes, background, ..self })
     }
 
     /// Vectors as their length.
-    #[must_use]
-    pub fn magnitude(self) -> Self {
+    ///
+    /// # Errors
+    /// If there is no memory for them.
+    pub fn magnitude(self) -> Result<Self> {
         if self.components == 1 {
-            return self;
+            return Ok(self);
         }
         let to = if self.value_type == ValueType::F64 { ValueType::F64 } else { ValueType::F32 };
         let length = |vector: &[f64]| vector.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let voxel = self.voxel_bytes();
-        let parts: Vec<Vec<u8>> = self
-            .bytes
-            .par_chunks(voxel * CHUNK)
-            .map(|chunk| {
-                let values = self.value_type.decode(chunk);
-                let lengths: Vec<f64> = values.chunks_exact(self.components).map(length).collect();
-                encoded(to, &lengths)
-            })
-            .collect();
+        let bytes = transformed(&self.bytes, [self.voxel_bytes(), to.size()], |chunk| {
+            let values = self.value_type.decode(chunk);
+            let lengths: Vec<f64> = values.chunks_exact(self.components).map(length).collect();
+            encoded(to, &lengths)
+        })?;
         let background = self.background.as_deref().map(|vector| vec![length(vector)]);
-        Self { components: 1, value_type: to, bytes: parts.concat(), background, ..self }
+        Ok(Self { components: 1, value_type: to, bytes, background, ..self })
     }
 
     /// The same with every voxel whose value (or length) is below `least` as the background, which is
     /// 0 where nothing else is known, and inactive.
-    #[must_use]
-    pub fn without_below(mut self, least: f64) -> Self {
+    ///
+    /// # Errors
+    /// If there is no memory for which voxels are active.
+    pub fn without_below(mut self, least: f64) -> Result<Self> {
         let voxel = self.voxel_bytes();
         let background = self.background.get_or_insert_with(|| vec![0.0; self.components]).clone();
         let empty = self.encoded(&background);
         let (value_type, components) = (self.value_type, self.components);
-        let mut active = self.active.take().unwrap_or_else(|| vec![true; self.voxels()]);
+        let mut active = match self.active.take() {
+            Some(active) => active,
+            None => memory::filled(self.voxels(), true, "which voxels are active")?,
+        };
         let chunks = self.bytes.par_chunks_mut(voxel * CHUNK).zip(active.par_chunks_mut(CHUNK));
         chunks.for_each(|(bytes, active)| {
             let values = value_type.decode(bytes);
@@ -98,7 +99,7 @@ impl DenseGrid {
             }
         });
         self.active = active.contains(&false).then_some(active);
-        self
+        Ok(self)
     }
 }
 

@@ -4,13 +4,14 @@ use glam::IVec3;
 use rayon::prelude::*;
 
 use super::grid::DenseGrid;
+use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
 use crate::io::remap::Remap;
 use crate::io::vdb::{Grid, IndexBox, Tree, TreeBuilder, Value};
 
 /// Edge of a leaf, in voxels.
-const EDGE: i32 = 8;
+pub(super) const EDGE: i32 = 8;
 
 impl DenseGrid {
     /// The type that a grid of OpenVDB's holds these numbers in, each exactly but for 64-bit integers
@@ -39,7 +40,7 @@ impl DenseGrid {
         {
             return Err(Error::value("type", format!("{largest} is beyond OpenVDB's int64")));
         }
-        let grid = self.retyped(to, Remap::Cast);
+        let grid = self.retyped(to, Remap::Cast)?;
         Ok(match (grid.components, to) {
             (1, ValueType::F32) => grid.tree::<f32>()?.into(),
             (1, ValueType::F64) => grid.tree::<f64>()?.into(),
@@ -57,21 +58,18 @@ impl DenseGrid {
 
     fn tree<T: Value>(&self) -> Result<Tree<T>> {
         let bounds = self.bounds()?;
-        let mut background = [T::default()];
-        if let Some(values) = &self.background {
-            T::decode(&self.encoded(values), &mut background);
-        }
-        let [background] = background;
+        let bytes = self.bytes.len() / T::BYTES * size_of::<T>();
+        memory::check(bytes as u64, "a tree of all voxels")?;
+        let background = self.tree_background();
         let mut builder = TreeBuilder::new(background);
-        let blocks = |axis: usize| (bounds.min[axis] & !(EDGE - 1)..=bounds.max[axis]).step_by(8);
         // A layer of leaves at a time.
-        for x in blocks(0) {
-            let origins: Vec<IVec3> =
-                blocks(1).flat_map(|y| blocks(2).map(move |z| IVec3::new(x, y, z))).collect();
-            let leaves: Vec<_> = origins
-                .into_par_iter()
-                .map(|origin| (origin, self.block(origin, &bounds, background)))
-                .collect();
+        for x in leaves_along(&bounds, 0) {
+            let leaf = |origin| {
+                let mut values = vec![background; 512];
+                let active = self.fill_leaf(origin, &bounds, background, &mut values);
+                (origin, (values, active))
+            };
+            let leaves: Vec<_> = leaves_at(&bounds, x).into_par_iter().map(leaf).collect();
             for (origin, block) in leaves {
                 builder.put_block(origin, block);
             }
@@ -79,26 +77,37 @@ impl DenseGrid {
         Ok(builder.finish())
     }
 
-    /// The 8^3 voxels from `origin` on, z fastest, and which of them are active.
-    fn block<T: Value>(
+    /// The value around the box.
+    pub(super) fn tree_background<T: Value>(&self) -> T {
+        let mut background = [T::default()];
+        if let Some(values) = &self.background {
+            T::decode(&self.encoded(values), &mut background);
+        }
+        background[0]
+    }
+
+    /// Puts the 8^3 voxels from `origin` on, z fastest, and says which of them are active; `bounds` are the box's.
+    pub(super) fn fill_leaf<T: Value>(
         &self,
         origin: IVec3,
         bounds: &IndexBox,
         background: T,
-    ) -> (Vec<T>, [u64; 8]) {
-        let mut values = vec![background; 512];
+        values: &mut [T],
+    ) -> [u64; 8] {
+        values.fill(background);
         let mut active = [0_u64; 8];
         let cube = IndexBox { min: origin, max: origin | (EDGE - 1) };
-        let Some(part) = cube.intersection(bounds) else { return (values, active) };
+        let Some(part) = cube.intersection(bounds) else { return active };
         let [nx, ny, _] = self.dims;
         let length = (part.max.x - part.min.x + 1) as usize;
-        let mut row = vec![background; length];
+        let mut row = [background; EDGE as usize];
+        let row = &mut row[..length];
         for z in part.min.z..=part.max.z {
             for y in part.min.y..=part.max.y {
                 let at = IVec3::new(part.min.x, y, z);
                 let [x, y, z] = (at - bounds.min).to_array().map(|n| n as usize);
                 let first = (z * ny + y) * nx + x;
-                T::decode(&self.bytes[first * T::BYTES..(first + length) * T::BYTES], &mut row);
+                T::decode(&self.bytes[first * T::BYTES..(first + length) * T::BYTES], row);
                 let within = (at - origin).to_array().map(|n| n as usize);
                 for (step, &value) in row.iter().enumerate() {
                     let slot = (within[0] + step) << 6 | within[1] << 3 | within[2];
@@ -111,6 +120,17 @@ impl DenseGrid {
                 }
             }
         }
-        (values, active)
+        active
     }
+}
+
+/// Where leaves that touch a box begin along an axis.
+pub(super) fn leaves_along(bounds: &IndexBox, axis: usize) -> impl Iterator<Item = i32> + use<> {
+    (bounds.min[axis] & !(EDGE - 1)..=bounds.max[axis]).step_by(EDGE as usize)
+}
+
+/// Where leaves that touch a box begin at place `x`.
+pub(super) fn leaves_at(bounds: &IndexBox, x: i32) -> Vec<IVec3> {
+    let along_z = |y| leaves_along(bounds, 2).map(move |z| IVec3::new(x, y, z));
+    leaves_along(bounds, 1).flat_map(along_z).collect()
 }

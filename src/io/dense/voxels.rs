@@ -1,9 +1,11 @@
 //! The voxels of a dense file in their own type, and as numbers. Knows no format.
 
-use ndarray::{Array3, ShapeBuilder};
+use ndarray::Array3;
 use rayon::prelude::*;
 
 use super::{DenseHeader, Order};
+use crate::error::Result;
+use crate::error::memory;
 use crate::io::number::decode;
 
 /// The voxels in some rows along x as numbers to render: the value itself, or the length of a vector.
@@ -27,15 +29,22 @@ pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
 }
 
 /// Numbers in a file's order as an array of shape (z, y, x).
-pub(super) fn arranged(header: &DenseHeader, values: Vec<f32>) -> Array3<f32> {
+///
+/// # Errors
+/// If they have to be turned and there is no memory for that.
+pub(super) fn arranged(header: &DenseHeader, mut values: Vec<f32>) -> Result<Array3<f32>> {
     let [nx, ny, nz] = header.dims;
-    let shape = match header.order {
-        Order::XFastest => (nz, ny, nx).into_shape_with_order(),
-        Order::ZFastest => (nz, ny, nx).f(),
-    };
+    if header.order == Order::ZFastest {
+        let mut turned = memory::filled(values.len(), 0.0, "voxels")?;
+        turned.par_chunks_mut(nx * ny).enumerate().for_each(|(z, plane)| {
+            for (i, value) in plane.iter_mut().enumerate() {
+                *value = values[(i % nx * ny + i / nx) * nz + z];
+            }
+        });
+        values = turned;
+    }
     // The count is the shape's: the header's bytes were counted from it.
-    let array = Array3::from_shape_vec(shape, values).unwrap_or_default();
-    if array.is_standard_layout() { array } else { array.as_standard_layout().into_owned() }
+    Ok(Array3::from_shape_vec((nz, ny, nx), values).unwrap_or_default())
 }
 
 /// All voxels of a file.
@@ -62,7 +71,10 @@ impl Voxels {
     }
 
     /// Numbers to render, shape (z, y, x): the value itself, or the length of a vector.
-    pub fn density(&self) -> Array3<f32> {
+    ///
+    /// # Errors
+    /// If there is no memory for them.
+    pub fn density(&self) -> Result<Array3<f32>> {
         arranged(&self.header, densities(&self.header, &self.bytes))
     }
 

@@ -41,6 +41,20 @@ struct Array<'a> {
     marked: bool,
 }
 
+impl Array<'_> {
+    /// One number a voxel.
+    fn is_scalar(&self) -> bool {
+        matches!(self.components.as_str(), "" | "0" | "1")
+    }
+
+    /// Whether it is one of VTK's own, which say something of the other arrays: which values are valid, where
+    /// they come from.
+    fn serves(&self) -> bool {
+        const OWN: [&str; 4] = ["vtkValid", "vtkGhost", "vtkOriginal", "vtkInterpolated"];
+        OWN.iter().any(|own| self.name.starts_with(own))
+    }
+}
+
 pub(super) fn read(input: &Input, name: Option<&str>) -> Result<(DenseHeader, Payload)> {
     let whole = input.whole()?;
     let document = parse(input, &whole)?;
@@ -53,12 +67,19 @@ pub(super) fn read(input: &Input, name: Option<&str>) -> Result<(DenseHeader, Pa
     let array = match name {
         Some(name) => first(&|array| array.name == name)
             .ok_or_else(|| input.bad(format!("no array '{name}'; it has {}", names())))?,
-        None => first(&|array| array.marked)
-            .or_else(|| first(&|array| matches!(array.components.as_str(), "" | "0" | "1")))
+        None => first(&|array| array.marked && !array.serves())
+            .or_else(|| first(&|array| array.is_scalar() && !array.serves()))
+            .or_else(|| first(&|array| !array.serves()))
             .or_else(|| first(&|_| true))
             .ok_or_else(|| input.bad("it has no array of points or cells"))?,
     };
     let mut header = describe(input, &document, array)?;
+    let other = |other: &&Array| !std::ptr::eq(*other, array) && !other.serves();
+    let others: Vec<&str> = document.arrays.iter().filter(other).map(|a| a.name.as_str()).collect();
+    if name.is_none() && !array.marked && !others.is_empty() {
+        let note = format!("array '{}' is read, not {} (--grid)", array.name, others.join(", "));
+        header.notes.push(note);
+    }
     let voxels = voxels(input, &whole, &document, array, &mut header)?;
     for other in document.arrays.iter().filter(|other| other.name != array.name) {
         header.metadata.push(("other array".to_owned(), other.name.clone()));

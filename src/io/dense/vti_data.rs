@@ -5,6 +5,7 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
+use crate::error::memory;
 use crate::io::number::Endian;
 
 /// What compresses the blocks.
@@ -45,15 +46,15 @@ impl Coding {
             return rest
                 .get(..due)
                 .filter(|_| found >= due)
-                .map(<[u8]>::to_vec)
-                .ok_or_else(|| format!("{found} bytes, {due} are due"));
+                .ok_or_else(|| format!("{found} bytes, {due} are due"))
+                .and_then(|bytes| refused(memory::copied(bytes, "voxels")));
         }
         let (block, last) = (self.length(&mut rest)?, self.length(&mut rest)?);
         let width = if self.wide { 8 } else { 4 };
         if count > rest.len() / width {
             return Err(format!("{count} blocks in {} bytes", rest.len()));
         }
-        let mut sizes = Vec::with_capacity(count);
+        let mut sizes = refused(memory::room(count, "lengths of blocks"))?;
         for _ in 0..count {
             sizes.push(self.length(&mut rest)?);
         }
@@ -106,11 +107,13 @@ impl Coding {
     /// Appends the `length` bytes of a block.
     fn unpack(self, data: &[u8], length: usize, unpacked: &mut Vec<u8>) -> Result<(), String> {
         let before = unpacked.len();
+        // Deflate packs to 1 in 1032 at best, LZ4 to 1 in 255.
+        let most = length.min(data.len().saturating_mul(1032));
+        refused(memory::grow(unpacked, most, "voxels"))?;
         if self.packed == Packed::Zlib {
-            let stream = ZlibDecoder::new(data).take(length as u64);
+            let stream = ZlibDecoder::new(data).take(most as u64);
             { stream }.read_to_end(unpacked).map_err(|error| error.to_string())?;
         } else {
-            // LZ4 packs to 1 in 255 at best.
             if length / 256 > data.len() {
                 return Err(format!("{length} bytes in {}", data.len()));
             }
@@ -124,10 +127,15 @@ impl Coding {
     }
 }
 
+/// A refusal of memory in words.
+fn refused<T>(result: crate::Result<T>) -> Result<T, String> {
+    result.map_err(|error| error.to_string())
+}
+
 /// The bytes of a text up to the first `<`. Where padding ends a run another may follow: the
 /// lengths of compressed arrays are coded apart.
 fn decode_base64(text: &[u8]) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
+    let mut bytes = refused(memory::room(text.len() / 4 * 3 + 3, "voxels"))?;
     let (mut group, mut count, mut padding) = (0_u32, 0, 0);
     for &byte in text.iter().take_while(|&&byte| byte != b'<') {
         let digit = match byte {

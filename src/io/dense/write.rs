@@ -1,43 +1,22 @@
-//! Dense voxels as files: which files a format has, and what it cannot hold. How a header looks is
-//! each format's own matter.
+//! Dense voxels as files: which files a format becomes. How a header looks is each format's own matter.
 
-use std::hash::{DefaultHasher, Hasher};
 use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
 
 use flate2::write::{GzEncoder, ZlibEncoder};
 use flate2::{Compression, Crc};
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 
 use super::grid::DenseGrid;
-use super::{metaimage, npy, nrrd};
+use super::{DenseTarget, detached, npy};
 use crate::error::{Error, Result};
 use crate::io::number::ValueType;
-use crate::io::output::{Inputs, PendingFile, commit_then};
+use crate::io::output::{Inputs, PendingFile, commit, commit_then};
 use crate::io::remap::Remap;
 use crate::io::sidecar::{Background, Sidecar};
 
 /// Packed voxels that are kept in memory; more of them in a file without a name.
 const IN_MEMORY: usize = 1 << 24;
-
-/// A format that dense voxels are written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DenseTarget {
-    /// NumPy, with a sidecar.
-    Npy,
-    /// Numbers only, with a sidecar.
-    Raw,
-    /// NRRD in one file, or as a header beside its voxels.
-    Nrrd {
-        /// Whether the voxels lie in a second file.
-        detached: bool,
-    },
-    /// MetaImage in one file, or as a header beside its voxels.
-    MetaImage {
-        /// Whether the voxels lie in a second file.
-        detached: bool,
-    },
-}
 
 /// The files of a grid in a format, promised.
 #[derive(Debug)]
@@ -60,33 +39,6 @@ pub struct Written {
 }
 
 impl DenseTarget {
-    /// The format that the ending of a name stands for.
-    pub fn of_path(path: &Path) -> Option<Self> {
-        Some(match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "npy" => Self::Npy,
-            "raw" => Self::Raw,
-            "nrrd" => Self::Nrrd { detached: false },
-            "nhdr" => Self::Nrrd { detached: true },
-            "mha" => Self::MetaImage { detached: false },
-            "mhd" => Self::MetaImage { detached: true },
-            _ => return None,
-        })
-    }
-
-    /// The name of its compression; `None` where it has none.
-    pub fn compression(self) -> Option<&'static str> {
-        match self {
-            Self::Npy | Self::Raw => None,
-            Self::Nrrd { .. } => Some("gzip"),
-            Self::MetaImage { .. } => Some("zlib"),
-        }
-    }
-
-    /// Whether it holds half floats.
-    pub fn has_half(self) -> bool {
-        matches!(self, Self::Npy | Self::Raw)
-    }
-
     /// Promises the files that a grid becomes at `path`, the voxels `packed` where the format can.
     ///
     /// # Errors
@@ -108,65 +60,12 @@ impl DenseTarget {
                     return Err(Error::contents(path, why));
                 }
                 // Its last name follows from the voxels.
-                let name = self.voxels_name(place, 0, packed)?;
+                let name = detached::name(self, place, &[], packed)?;
                 Some(PendingFile::create(place.with_file_name(name), inputs)?)
             }
             _ => None,
         };
         Ok(DenseOutput { format: self, packed, main, side, inputs: inputs.clone() })
-    }
-
-    /// The name of the second file that holds the voxels, with a `hash` of them: what an older header
-    /// names is not written over, and a header never finds voxels of another one.
-    fn voxels_name(self, path: &Path, hash: u64, packed: bool) -> Result<String> {
-        let ending = match (self, packed) {
-            (_, false) => "raw",
-            (Self::Nrrd { .. }, true) => "raw.gz",
-            (_, true) => "zraw",
-        };
-        let name = path.file_name().and_then(|name| name.to_str());
-        let plain = |name: &&str| name.trim() == *name && !name.contains(char::is_control);
-        let name = name.filter(plain).ok_or_else(|| {
-            Error::contents(path, "its header cannot hold a name that is no plain text")
-        })?;
-        Ok(format!("{name}.{hash:016x}.{ending}"))
-    }
-
-    fn losses(self, grid: &DenseGrid) -> Vec<String> {
-        let mut lost = Vec::new();
-        if grid.active.is_some() {
-            let (active, all) = (grid.active_voxels(), grid.voxels());
-            lost.push(format!("which voxels are active ({active} of {all})"));
-        }
-        let has_sidecar = matches!(self, Self::Npy | Self::Raw);
-        if !has_sidecar {
-            if let Some(background) = &grid.background {
-                let numbers: Vec<String> = background.iter().map(ToString::to_string).collect();
-                lost.push(format!("the background {}", numbers.join(",")));
-            }
-            if let Some(class) = grid.class.as_deref().filter(|&class| class != "unknown") {
-                lost.push(format!("the class '{class}'"));
-            }
-            if grid.value_scale != [1.0, 0.0] {
-                let [slope, intercept] = grid.value_scale;
-                lost.push(format!("that values are numbers times {slope} plus {intercept}"));
-            }
-            if let Some(up) = grid.up {
-                lost.push(format!("that {} points up", up.name()));
-            }
-        }
-        if !(grid.metadata.is_empty() || matches!(self, Self::Nrrd { .. })) {
-            let keys: Vec<&str> = grid.metadata.iter().map(|(key, _)| key.as_str()).collect();
-            lost.push(format!("metadata ({})", keys.join(", ")));
-        }
-        if let Self::MetaImage { .. } = self
-            && is_sheared(&grid.world_from_voxel())
-        {
-            lost.push(
-                "that axes are not at right angles, for programs that expect them so".to_owned(),
-            );
-        }
-        lost
     }
 }
 
@@ -176,82 +75,103 @@ impl DenseOutput {
     /// # Errors
     /// If they cannot be written; then older ones are unchanged.
     pub fn write(mut self, grid: DenseGrid) -> Result<Written> {
-        let format = self.format;
         let mut lost = Vec::new();
-        let grid = if grid.value_type == ValueType::F16 && !format.has_half() {
+        let grid = if grid.value_type == ValueType::F16 && !self.format.has_half() {
             lost.push("half floats (it has float, which holds all of them)".to_owned());
-            grid.retyped(ValueType::F32, Remap::Cast)
+            grid.retyped(ValueType::F32, Remap::Cast)?
         } else {
             grid
         };
-        lost.extend(format.losses(&grid));
-        let voxels = &grid.bytes;
-        let mut paths = vec![self.main.target().to_owned()];
-        let mut first = None;
-        let obsolete = match format {
-            DenseTarget::Npy | DenseTarget::Raw => {
-                if format == DenseTarget::Npy {
-                    self.main.put(&npy::head(&grid))?;
-                }
-                self.main.put(voxels)?;
-                if let Some(side) = &mut self.side {
-                    let own = sidecar(&grid);
-                    // First one of both voxels, the old and the new ones, then the new, then its own.
-                    let older = Sidecar::beside(self.main.path()).ok().flatten();
-                    let older = older.filter(|_| self.main.path().exists());
-                    if let Some((_, older)) = older {
-                        let mut both = PendingFile::create(side.target(), &self.inputs)?;
-                        let older = Some(Box::new(older));
-                        both.put(Sidecar { older, ..own.clone() }.text().as_bytes())?;
-                        first = Some(both);
-                    }
-                    side.put(own.text().as_bytes())?;
-                } else {
-                    lost.push("what a sidecar says, where there is no place for one".to_owned());
-                }
+        lost.extend(self.format.losses(&grid));
+        let (main, side) = (self.main.target().to_owned(), self.side.take());
+        let side = match (self.format, side) {
+            (DenseTarget::Npy | DenseTarget::Raw, None) => {
+                lost.push("what a sidecar says, where there is no place for one".to_owned());
+                self.write_numbers(&grid)?;
                 None
             }
-            DenseTarget::Nrrd { .. } | DenseTarget::MetaImage { .. } => match self.side.take() {
-                Some(mut side) => {
-                    let size = format.put_voxels(&mut side, voxels, self.packed)?;
-                    let place = self.main.path();
-                    let name = format.voxels_name(place, hash(voxels), self.packed)?;
-                    self.side = Some(side.renamed(&name)?);
-                    let head = format.head(&grid, self.packed.then_some(size), Some(&name));
-                    let obsolete = Obsolete { header: place.to_owned(), kept: name };
-                    self.main.put(head.as_bytes())?;
-                    Some(obsolete)
-                }
-                None if format == (DenseTarget::Nrrd { detached: false }) || !self.packed => {
-                    let head = format.head(&grid, self.packed.then_some(0), None);
-                    self.main.put(head.as_bytes())?;
-                    format.put_voxels(&mut self.main, voxels, self.packed)?;
-                    None
-                }
-                None => {
-                    // Its header says how long the packed voxels behind it are.
-                    let mut packed = tempfile::SpooledTempFile::new(IN_MEMORY);
-                    let failed = |error| Error::file(&paths[0], error);
-                    let size = pack(format, &mut packed, voxels).map_err(failed)?;
-                    self.main.put(format.head(&grid, Some(size), None).as_bytes())?;
-                    packed.rewind().map_err(failed)?;
-                    std::io::copy(&mut packed, &mut self.main).map_err(failed)?;
-                    None
-                }
-            },
-        };
-        paths.extend(self.side.as_ref().map(|side| side.target().to_owned()));
-        let files = match first {
-            Some(first) => [Some(first), Some(self.main), self.side],
-            None => [self.side, Some(self.main), None],
-        };
-        let files = files.into_iter().flatten().collect();
-        commit_then(files, || {
-            if let Some(obsolete) = obsolete {
-                obsolete.remove();
+            (DenseTarget::Npy | DenseTarget::Raw, Some(side)) => {
+                Some(self.write_with_sidecar(side, &grid)?)
             }
-        })?;
-        Ok(Written { paths, lost })
+            (_, Some(voxels)) => Some(self.write_detached(voxels, &grid)?),
+            (_, None) => {
+                self.write_attached(&grid)?;
+                None
+            }
+        };
+        Ok(Written { paths: [main].into_iter().chain(side).collect(), lost })
+    }
+
+    /// Numbers alone.
+    fn put_numbers(&mut self, grid: &DenseGrid) -> Result<()> {
+        if self.format == DenseTarget::Npy {
+            self.main.put(&npy::head(grid))?;
+        }
+        self.main.put(&grid.bytes)
+    }
+
+    fn write_numbers(mut self, grid: &DenseGrid) -> Result<()> {
+        self.put_numbers(grid)?;
+        commit(vec![self.main])
+    }
+
+    /// Numbers and what stands beside them; where the latter lies.
+    fn write_with_sidecar(mut self, mut side: PendingFile, grid: &DenseGrid) -> Result<PathBuf> {
+        self.put_numbers(grid)?;
+        let own = sidecar(grid);
+        let mut files = Vec::new();
+        // First one of both voxels, the old and the new ones, then the new, then its own.
+        if self.main.path().exists()
+            && let Ok(Some((_, older))) = Sidecar::beside(self.main.path())
+        {
+            let mut both = PendingFile::create(side.target(), &self.inputs)?;
+            let older = Some(Box::new(older));
+            both.put(Sidecar { older, ..own.clone() }.text().as_bytes())?;
+            files.push(both);
+        }
+        side.put(own.text().as_bytes())?;
+        let path = side.target().to_owned();
+        if files.is_empty() {
+            files.extend([side, self.main])
+        } else {
+            files.extend([self.main, side])
+        }
+        commit_then(files, || ())?;
+        Ok(path)
+    }
+
+    /// A header and its voxels in a second file; where the latter lies.
+    fn write_detached(mut self, mut side: PendingFile, grid: &DenseGrid) -> Result<PathBuf> {
+        let size = self.format.put_voxels(&mut side, &grid.bytes, self.packed)?;
+        let header = self.main.path().to_owned();
+        let name = detached::name(self.format, &header, &grid.bytes, self.packed)?;
+        let side = side.renamed(&name)?;
+        let head = self.format.head(grid, self.packed.then_some(size), Some(&name));
+        self.main.put(head.as_bytes())?;
+        let path = side.target().to_owned();
+        commit_then(vec![side, self.main], || detached::remove_older(&header, &name))?;
+        Ok(path)
+    }
+
+    /// A header with its voxels behind it.
+    fn write_attached(mut self, grid: &DenseGrid) -> Result<()> {
+        let format = self.format;
+        if self.packed
+            && let DenseTarget::MetaImage { .. } = format
+        {
+            // Its header says how long the packed voxels behind it are.
+            let mut packed = tempfile::SpooledTempFile::new(IN_MEMORY);
+            let target = self.main.target().to_owned();
+            let failed = |error| Error::file(&target, error);
+            let size = pack(format, &mut packed, &grid.bytes).map_err(failed)?;
+            self.main.put(format.head(grid, Some(size), None).as_bytes())?;
+            packed.rewind().map_err(failed)?;
+            std::io::copy(&mut packed, &mut self.main).map_err(failed)?;
+        } else {
+            self.main.put(format.head(grid, self.packed.then_some(0), None).as_bytes())?;
+            format.put_voxels(&mut self.main, &grid.bytes, self.packed)?;
+        }
+        commit(vec![self.main])
     }
 }
 
@@ -263,14 +183,6 @@ impl DenseTarget {
         }
         let target = file.target().to_owned();
         pack(self, file, voxels).map_err(|error| Error::file(target, error))
-    }
-
-    /// The header, whose voxels take `packed` bytes or are not packed, in the file `name` or behind it.
-    fn head(self, grid: &DenseGrid, packed: Option<usize>, name: Option<&str>) -> String {
-        match self {
-            Self::MetaImage { .. } => metaimage::head(grid, packed, name),
-            _ => nrrd::head(grid, packed.is_some(), name),
-        }
     }
 }
 
@@ -307,49 +219,6 @@ impl Write for Counted<'_> {
     }
 }
 
-/// Voxels of earlier headers of the same name.
-struct Obsolete {
-    header: PathBuf,
-    kept: String,
-}
-
-impl Obsolete {
-    /// Removes them: files that are named as [`DenseTarget::voxels_name`] names them.
-    fn remove(&self) {
-        let Some(name) = self.header.file_name().and_then(|name| name.to_str()) else { return };
-        let folder = match self.header.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-            let other = entry.file_name();
-            let Some(other) = other.to_str() else { continue };
-            let hashed = other.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
-            let is_ours =
-                hashed.and_then(|rest| rest.split_once('.')).is_some_and(|(hash, ending)| {
-                    let hex = hash.bytes().all(|byte| byte.is_ascii_hexdigit());
-                    hash.len() == 16 && hex && ["raw", "raw.gz", "zraw"].contains(&ending)
-                });
-            if is_ours && other != self.kept {
-                // One that stays is a waste of room and no harm.
-                let _ = std::fs::remove_file(entry.path());
-            }
-        }
-    }
-}
-
-/// A number that differs where voxels differ.
-fn hash(voxels: &[u8]) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    hasher.write(voxels);
-    hasher.finish()
-}
-
-fn is_sheared(world_from_index: &DMat4) -> bool {
-    let [x, y, z] = [0, 1, 2].map(|axis| world_from_index.col(axis).truncate().normalize_or_zero());
-    [x.dot(y), y.dot(z), z.dot(x)].iter().any(|cosine| cosine.abs() > 1e-9)
-}
-
 /// What stands beside numbers that have no header, or one that knows no places.
 fn sidecar(grid: &DenseGrid) -> Sidecar {
     let rows = grid.world_from_index.transpose().to_cols_array_2d();
@@ -368,6 +237,7 @@ fn sidecar(grid: &DenseGrid) -> Sidecar {
             several => Background::Vector(several.to_vec()),
         }),
         value_scale: (grid.value_scale != [1.0, 0.0]).then_some(grid.value_scale),
+        space: grid.space.map(|space| space.name().to_owned()),
         up: grid.up.map(|up| up.name().to_owned()),
         name: (!grid.name.is_empty()).then(|| grid.name.clone()),
         class: grid.class.clone(),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::leftovers::{Leftover, PREFIX, take_away};
-use super::place::{Place, folder};
+use super::place::{Place, folder_of};
 use super::stream;
 
 /// Bytes that are collected before they are written.
@@ -60,7 +60,7 @@ impl Draft {
         use rustix::fs::{Mode, OFlags, open};
 
         let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
-        match open(folder(path), flags, Mode::from_raw_mode(0o666)) {
+        match open(folder_of(path), flags, Mode::from_raw_mode(0o666)) {
             Ok(file) => Ok(Self::Unnamed(buffered(file.into()))),
             // Not every file system has files without names.
             Err(_) => Self::named_beside(path),
@@ -125,7 +125,7 @@ impl Draft {
                         let mut builder = tempfile::Builder::new();
                         builder.prefix(PREFIX);
                         Leftover::new(
-                            || kept(builder.make_in(folder(path), |name| link(&file, name))?),
+                            || kept(builder.make_in(folder_of(path), |name| link(&file, name))?),
                             |((), linked)| linked.clone(),
                         )
                         .map(|(_, name)| name)
@@ -149,7 +149,7 @@ impl Draft {
 /// Names that files have between being written and being in their places, one after another: who holds the
 /// folder's lock gives them, and takes away what an ended run left under them.
 fn turn_name(path: &Path, turn: usize) -> PathBuf {
-    folder(path).join(format!("{PREFIX}{turn}"))
+    folder_of(path).join(format!("{PREFIX}{turn}"))
 }
 
 /// Takes away what an ended run left in `folder`, whose lock is held.
@@ -181,7 +181,7 @@ fn named_beside(path: &Path) -> io::Result<(File, Leftover)> {
     builder.prefix(PREFIX);
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-    let make = || kept(builder.tempfile_in(folder(path))?);
+    let make = || kept(builder.tempfile_in(folder_of(path))?);
     let ((file, _), leftover) = Leftover::new(make, |(_, path)| path.clone())?;
     Ok((file, leftover))
 }
@@ -203,7 +203,7 @@ pub(super) fn folder_beside(path: &Path, is_held: bool) -> io::Result<Leftover> 
     builder.prefix(PREFIX);
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o777));
-    let make = || builder.tempdir_in(folder(path)).map(tempfile::TempDir::keep);
+    let make = || builder.tempdir_in(folder_of(path)).map(tempfile::TempDir::keep);
     let (_, leftover) = Leftover::new(make, PathBuf::clone)?;
     Ok(leftover)
 }

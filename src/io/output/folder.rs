@@ -9,7 +9,7 @@ use super::draft::{Draft, folder_beside, sweep};
 use super::inputs::Inputs;
 use super::leftovers::{Leftover, Placing};
 use super::lock::FolderLock;
-use super::place::{Place, folder};
+use super::place::{Place, folder_of};
 use crate::error::{Error, Result};
 
 /// A folder to be filled once its contents are known. An older one gives way if it holds nothing but
@@ -55,10 +55,10 @@ impl PendingFolder {
             draft.write_all(contents).and_then(|()| draft.flushed()).map_err(failed)?;
             drafts.push((name, draft));
         }
-        let lock = FolderLock::take(folder(&self.target));
+        let lock = FolderLock::take(folder_of(&self.target));
         let _placing = Placing::begin();
         if lock.is_held() {
-            sweep(folder(&self.target));
+            sweep(folder_of(&self.target));
         }
         let filled = folder_beside(&self.target, lock.is_held()).map_err(failed)?;
         for (name, draft) in drafts {
@@ -89,7 +89,7 @@ impl PendingFolder {
 
     /// A file beside the target, whose name nobody sees.
     fn beside(&self) -> Place {
-        Place::File(folder(&self.target).join(".deepshadow-file"))
+        Place::File(folder_of(&self.target).join(".deepshadow-file"))
     }
 
     fn tried(&self) -> Result<Draft> {

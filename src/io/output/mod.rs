@@ -18,3 +18,4 @@ pub use folder::{MadeFolder, PendingFolder};
 pub use inputs::Inputs;
 pub use leftovers::abandon;
 pub use pending::{PendingFile, commit, commit_then};
+pub(super) use place::folder_of;

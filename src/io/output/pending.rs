@@ -9,7 +9,7 @@ use super::draft::{Draft, sweep};
 use super::inputs::Inputs;
 use super::leftovers::{Leftover, Placing};
 use super::lock::FolderLock;
-use super::place::{Place, folder};
+use super::place::{Place, folder_of};
 use super::stream;
 use crate::error::{Error, Result};
 
@@ -74,7 +74,7 @@ impl PendingFile {
     /// As [`PendingFile::create`].
     pub fn renamed(mut self, name: &str) -> Result<Self> {
         let draft = self.draft.take();
-        let named = Self::create(folder(self.path()).join(name), &self.inputs)?;
+        let named = Self::create(folder_of(self.path()).join(name), &self.inputs)?;
         Ok(Self { draft, ..named })
     }
 
@@ -147,7 +147,7 @@ pub fn commit_then(files: Vec<PendingFile>, after: impl FnOnce()) -> Result<()> 
     }
     if !drafts.is_empty() {
         let mut folders: Vec<PathBuf> =
-            drafts.iter().map(|(_, path, _)| folder(path).to_owned()).collect();
+            drafts.iter().map(|(_, path, _)| folder_of(path).to_owned()).collect();
         // Always in the same order, so that two runs never wait for each other.
         folders.sort();
         folders.dedup();

@@ -41,7 +41,7 @@ impl Place {
             if !metadata.is_symlink() || is_descriptor(&path) {
                 return Ok(Self::Stream(path));
             }
-            path = folder(&path).join(fs::read_link(&path)?);
+            path = folder_of(&path).join(fs::read_link(&path)?);
         }
         Err(io::Error::other("too many links follow one another"))
     }
@@ -58,7 +58,7 @@ impl Place {
 }
 
 /// The folder that `path` lies in.
-pub(super) fn folder(path: &Path) -> &Path {
+pub(in crate::io) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -73,5 +73,5 @@ fn ends_as_folder(path: &Path) -> bool {
 /// Whether the link `path` stands for an open file of a process, such as standard output: what it
 /// shows is not where a file could be put.
 fn is_descriptor(path: &Path) -> bool {
-    folder(path).canonicalize().is_ok_and(|folder| folder.starts_with("/proc"))
+    folder_of(path).canonicalize().is_ok_and(|folder| folder.starts_with("/proc"))
 }

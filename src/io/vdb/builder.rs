@@ -32,6 +32,14 @@ struct Node<T> {
     tile: (T, bool),
     slots: Option<BTreeMap<usize, Self>>,
     leaf: Option<Box<LeafVoxels<T>>>,
+    /// In its place: a leaf as files have it, which begins with the active mask; it is not changed any more.
+    packed: Option<Box<[u8]>>,
+}
+
+/// The voxels of all leaves, in the order of the tree.
+struct AllLeaves<T> {
+    values: Vec<T>,
+    packed: Vec<Box<[u8]>>,
 }
 
 struct LeafVoxels<T> {
@@ -84,25 +92,54 @@ impl<T: Value> TreeBuilder<T> {
     pub(in crate::io) fn put_block(&mut self, origin: IVec3, voxels: (Vec<T>, [u64; WORDS])) {
         let leaf = LeafVoxels { values: voxels.0, active: voxels.1 };
         match leaf.constant() {
-            Some((value, false)) if value.same_bits(self.background) => {}
-            Some((value, active)) => {
-                self.fill(IndexBox::cube(origin, EDGES[0]), value, active);
-            }
+            Some((value, active)) => self.put_constant(origin, value, active),
             None => *self.leaf(origin) = leaf,
         }
     }
 
+    /// The value and activity of all voxels of a leaf, if they have the same.
+    pub(super) fn constant(values: &[T], active: &[u64; WORDS]) -> Option<(T, bool)> {
+        let first = *values.first()?;
+        let on = active[0] & 1 == 1;
+        let word = if on { u64::MAX } else { 0 };
+        let alike = active.iter().all(|&other| other == word)
+            && values.iter().all(|&value| value.same_bits(first));
+        alike.then_some((first, on))
+    }
+
+    /// The leaf at `origin` as a tile; where there was none before, one of the background is none.
+    pub(super) fn put_constant(&mut self, origin: IVec3, value: T, active: bool) {
+        if active || !value.same_bits(self.background) {
+            self.fill(IndexBox::cube(origin, EDGES[0]), value, active);
+        }
+    }
+
+    /// Sets the leaf at `origin`, where nothing was set before: as files have it, its active mask first.
+    pub(super) fn set_packed(&mut self, origin: IVec3, bytes: Box<[u8]>) {
+        self.node(origin).packed = Some(bytes);
+    }
+
     fn leaf(&mut self, index: IVec3) -> &mut LeafVoxels<T> {
+        self.node(index).leaf()
+    }
+
+    /// The node of the leaf of a voxel.
+    fn node(&mut self, index: IVec3) -> &mut Node<T> {
         let empty = Node::tile(self.background, false);
         let mut node = self.root.entry((index & !4095).to_array()).or_insert(empty);
         for level in [2, 1] {
             node = node.slot(slot_of(index, slots_log(level), EDGES[level - 1]));
         }
-        node.leaf()
+        node
     }
 
     /// The tree. Leaves and branches whose voxels are all alike, bit for bit, become tiles.
     pub fn finish(self) -> Tree<T> {
+        self.finish_packed().0
+    }
+
+    /// The tree, in which packed leaves have no values, and those leaves in their order.
+    pub(super) fn finish_packed(self) -> (Tree<T>, Vec<Box<[u8]>>) {
         let shape = TreeShape { upper: slots_log(2), lower: slots_log(1), leaf: EDGES[0] };
         let mut topology = Topology {
             shape,
@@ -113,14 +150,14 @@ impl<T: Value> TreeBuilder<T> {
             leaf_origins: Vec::new(),
             leaf_active: Vec::new(),
         };
-        let mut values = Vec::new();
+        let mut leaves = AllLeaves { values: Vec::new(), packed: Vec::new() };
         for (origin, node) in self.root {
             let origin = IVec3::from_array(origin);
             let node = node.pruned(2);
             let (value, active) = node.tile;
             let content = match node.slots {
                 Some(slots) => {
-                    push_upper(&mut topology, &mut values, origin, node.tile, slots);
+                    push_upper(&mut topology, &mut leaves, origin, node.tile, slots);
                     RootContent::Child(topology.uppers.len() - 1)
                 }
                 None if !active && value.same_bits(self.background) => continue,
@@ -128,13 +165,13 @@ impl<T: Value> TreeBuilder<T> {
             };
             topology.root.push(RootSlot { origin, content });
         }
-        Tree::new(topology, values)
+        (Tree::new(topology, leaves.values), leaves.packed)
     }
 }
 
 impl<T: Value> Node<T> {
     fn tile(value: T, active: bool) -> Self {
-        Self { tile: (value, active), slots: None, leaf: None }
+        Self { tile: (value, active), slots: None, leaf: None, packed: None }
     }
 
     /// The node in a slot of the branch that this is or becomes.
@@ -206,7 +243,7 @@ impl<T: Value> Node<T> {
     }
 
     fn is_tile(&self) -> bool {
-        self.slots.is_none() && self.leaf.is_none()
+        self.slots.is_none() && self.leaf.is_none() && self.packed.is_none()
     }
 
     fn is_tile_of(&self, (value, active): (T, bool)) -> bool {
@@ -217,18 +254,13 @@ impl<T: Value> Node<T> {
 impl<T: Value> LeafVoxels<T> {
     /// The value and activity of all voxels, if they have the same.
     fn constant(&self) -> Option<(T, bool)> {
-        let first = *self.values.first()?;
-        let active = self.active[0] & 1 == 1;
-        let word = if active { u64::MAX } else { 0 };
-        let alike = self.active.iter().all(|&other| other == word)
-            && self.values.iter().all(|&value| value.same_bits(first));
-        alike.then_some((first, active))
+        TreeBuilder::constant(&self.values, &self.active)
     }
 }
 
 fn push_upper<T: Value>(
     topology: &mut Topology<T>,
-    values: &mut Vec<T>,
+    leaves: &mut AllLeaves<T>,
     origin: IVec3,
     rest: (T, bool),
     slots: BTreeMap<usize, Node<T>>,
@@ -239,7 +271,7 @@ fn push_upper<T: Value>(
     for (slot, node) in children {
         if let Some(slots) = node.slots {
             let origin = origin + slot_offset(slot, log, slot_log);
-            push_lower(topology, values, origin, node.tile, slots);
+            push_lower(topology, leaves, origin, node.tile, slots);
         }
     }
     topology.uppers.push(branch);
@@ -247,7 +279,7 @@ fn push_upper<T: Value>(
 
 fn push_lower<T: Value>(
     topology: &mut Topology<T>,
-    values: &mut Vec<T>,
+    leaves: &mut AllLeaves<T>,
     origin: IVec3,
     rest: (T, bool),
     slots: BTreeMap<usize, Node<T>>,
@@ -256,10 +288,13 @@ fn push_lower<T: Value>(
     let first_child = topology.leaf_origins.len();
     let (branch, children) = split(origin, log, first_child, rest, slots);
     for (slot, node) in children {
+        topology.leaf_origins.push(origin + slot_offset(slot, log, slot_log));
         if let Some(leaf) = node.leaf {
-            topology.leaf_origins.push(origin + slot_offset(slot, log, slot_log));
             topology.leaf_active.extend(leaf.active);
-            values.extend(leaf.values);
+            leaves.values.extend(leaf.values);
+        } else if let Some(bytes) = node.packed {
+            topology.leaf_active.extend(mask::words(&bytes).take(WORDS));
+            leaves.packed.push(bytes);
         }
     }
     topology.lowers.push(branch);

@@ -9,6 +9,7 @@ use miniz_oxide::inflate::core::{DecompressorOxide, decompress, inflate_flags};
 use super::blosc;
 use super::fault::{Fault, Parsed};
 use super::source::Bytes;
+use crate::error::memory;
 
 /// The compression of a grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -131,16 +132,23 @@ pub(super) struct Workspace {
 }
 
 impl Workspace {
+    fn resize(&mut self, size: usize) -> Parsed<()> {
+        let more = size.saturating_sub(self.bytes.len());
+        memory::reserve(&mut self.bytes, more, "a node's values")?;
+        self.bytes.resize(size, 0);
+        Ok(())
+    }
+
     /// The `size` bytes of the run.
     pub(super) fn unpack<'a>(&'a mut self, run: Run<'a>, size: usize) -> Parsed<&'a [u8]> {
         match run {
             Run::Bare(bytes) => return Ok(bytes),
             Run::Zip(data, start) => {
-                self.bytes.resize(size, 0);
+                self.resize(size)?;
                 self.inflate(data, start)?;
             }
             Run::Blosc(data, start) => {
-                self.bytes.resize(size, 0);
+                self.resize(size)?;
                 blosc::decompress(data, start, &mut self.bytes, &mut self.shuffled)
                     .map_err(complete)?;
             }
@@ -170,6 +178,7 @@ pub(in crate::io) fn decompress_blosc(chunk: &[u8], target: &mut [u8]) -> Result
         Fault::Bad { why, .. } => why,
         Fault::Io(error) => error.to_string(),
         Fault::Short { needed, .. } => format!("{needed} more bytes needed"),
+        Fault::Memory(error) => error.to_string(),
     })
 }
 

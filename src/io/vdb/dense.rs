@@ -9,6 +9,7 @@ use super::canvas::Canvas;
 use super::index_box::IndexBox;
 use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
+use crate::error::memory;
 use crate::error::{ErrorKind, Result};
 
 /// All voxels of a box.
@@ -46,7 +47,7 @@ impl<T: Value> Tree<T> {
     ) -> Result<Dense<U>> {
         let voxels = checked_voxels(&bounds, size_of::<U>(), limit_bytes)?;
         let [nx, ny, nz] = bounds.dims().map(|length| length as usize);
-        let mut values = vec![convert(self.background(), false); voxels];
+        let mut values = memory::filled(voxels, convert(self.background(), false), "a dense grid")?;
 
         // The array is cut in slabs where the leaves are cut, and each slab is filled by a thread.
         let log_edge = self.leaves().next().map_or(3, |leaf| leaf.log_edge);

@@ -15,6 +15,8 @@ pub(super) enum Fault {
     Short { at: u64, needed: u64 },
     /// The bytes at `at` contradict the format.
     Bad { at: u64, why: String },
+    /// There is no memory for what the file holds.
+    Memory(Error),
 }
 
 impl Fault {
@@ -32,6 +34,7 @@ impl Fault {
                 format!("{what}: it ends early: {needed} bytes needed at byte {at}"),
             ),
             Self::Bad { at, why } => Error::contents(path, format!("{what}: {why} (byte {at})")),
+            Self::Memory(error) => error,
         }
     }
 }
@@ -39,6 +42,12 @@ impl Fault {
 impl From<io::Error> for Fault {
     fn from(error: io::Error) -> Self {
         Self::Io(error)
+    }
+}
+
+impl From<Error> for Fault {
+    fn from(error: Error) -> Self {
+        Self::Memory(error)
     }
 }
 

@@ -11,6 +11,7 @@ use super::statistics::Statistics;
 use super::tree::Tree;
 use super::value::{AnyValue, Value};
 use crate::error::Result;
+use crate::error::memory;
 use crate::volume::Voxels;
 
 /// A loaded grid: a tree of one of the value types. Numbers saved as half floats are widened to the
@@ -113,7 +114,7 @@ impl Grid {
     pub fn dense_bytes(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Vec<u8>> {
         with_tree!(self, tree => {
             let dense = tree.densify(bounds, limit_bytes, |value| value)?;
-            Ok(encoded(&dense))
+            encoded(&dense)
         })
     }
 
@@ -197,11 +198,11 @@ impl Grid {
 /// Bytes of voxels up to which nothing is gained by leaving some out.
 const FEW_BYTES: u64 = 32 << 20;
 
-fn encoded<T: Value>(dense: &Dense<T>) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(dense.values.len() * T::BYTES);
+fn encoded<T: Value>(dense: &Dense<T>) -> Result<Vec<u8>> {
+    let mut bytes = memory::room(dense.values.len() * T::BYTES, "a dense grid")?;
     // The array is in standard layout: x runs fastest.
     T::encode(dense.values.as_slice().unwrap_or_default(), &mut bytes);
-    bytes
+    Ok(bytes)
 }
 
 macro_rules! from_tree {

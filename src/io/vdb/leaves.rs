@@ -12,6 +12,7 @@ use super::source::{Bytes, Reader};
 use super::topology::Topology;
 use super::value::Value;
 use super::value_block::{Encoding, ValueBlock};
+use crate::error::memory;
 
 /// Bytes of leaf buffers in memory at once, unless a single leaf has more.
 const BATCH_BYTES: u64 = 4 << 20;
@@ -195,7 +196,7 @@ impl<T: Value> LeafFormat<T> {
         let count = topology.leaf_origins.len();
         self.check_room(count, reader)?;
         let (voxels, words) = (self.shape.leaf_voxels(), self.shape.leaf_words());
-        let mut values = vec![T::default(); count * voxels];
+        let mut values = memory::filled(count * voxels, T::default(), "voxels of leaves")?;
         let masks = &mut topology.leaf_active;
         self.for_each_batch(reader, count, |first, batch| {
             let range = first..first + batch.len();

@@ -9,6 +9,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::sync::{Mutex, PoisonError};
 
 use super::fault::{Fault, Parsed};
+use crate::error::memory;
 
 /// What a file may be read from.
 pub(super) trait Stream: Read + Seek + Send {}
@@ -111,6 +112,8 @@ impl<'a> Reader<'a> {
             self.used = 0;
             let target = wanted.max(self.chunk as u64).min(self.end - self.window_start);
             // The target is bounded by the bytes that the file has.
+            let more = (target as usize).saturating_sub(self.window.len());
+            memory::reserve(&mut self.window, more, "a part of the file")?;
             self.window.resize(target as usize, 0);
             self.source.read_at(self.window_start + ahead as u64, &mut self.window[ahead..])?;
         }

@@ -10,6 +10,7 @@ use super::canvas::Canvas;
 use super::index_box::IndexBox;
 use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
+use crate::error::memory;
 use crate::error::{ErrorKind, Result};
 use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, MAX_DIM, SparseVoxels, place_of};
 
@@ -76,8 +77,9 @@ impl<T: Value> Tree<T> {
             counts: blocks.map(|n| n as usize),
             uniform: vec![self.background().to_f32()],
             own: Vec::new(),
-            table: vec![0; count as usize],
-            room: (left / SparseVoxels::bytes_of(0, 1)) as usize,
+            table: memory::filled(count as usize, 0, "blocks of a sparse grid")?,
+            // Many may turn out to be alike.
+            room: left as usize / size_of::<Own<'_, T>>(),
             overfull: false,
         };
         let mut known = HashMap::from([(found.uniform[0].to_bits(), 0)]);
@@ -89,7 +91,11 @@ impl<T: Value> Tree<T> {
                 blocks.own_at(i).into_iter().for_each(|own| own.leaves.push(leaf));
             });
         }
-        if found.overfull || found.bytes() > limit_bytes {
+        if found.overfull {
+            return refused();
+        }
+        found.share_alike();
+        if found.bytes() > limit_bytes {
             return refused();
         }
         Ok(found)
@@ -107,10 +113,11 @@ impl<'a, T: Value> Blocks<'a, T> {
     /// `convert`.
     ///
     /// # Errors
-    /// Never with the blocks of a tree.
+    /// If there is no memory for them.
     pub fn fill(self, convert: impl Fn(f32) -> f32 + Sync) -> Result<SparseVoxels> {
         let Self { bounds, uniform, own, mut table, .. } = self;
-        let mut values = vec![0.0; (uniform.len() + own.len()) * BLOCK_VALUES];
+        let stored = (uniform.len() + own.len()) * BLOCK_VALUES;
+        let mut values = memory::filled(stored, 0.0, "voxels of a sparse grid")?;
         let (constant, rest) = values.split_at_mut(uniform.len() * BLOCK_VALUES);
         for (block, value) in constant.chunks_exact_mut(BLOCK_VALUES).zip(&uniform) {
             block.fill(convert(*value));
@@ -121,6 +128,28 @@ impl<'a, T: Value> Blocks<'a, T> {
             *block = (*block & !OWN) + uniform.len() as u32;
         }
         SparseVoxels::new(bounds.dims().map(|n| n as usize), table, values)
+    }
+
+    /// Keeps one of all blocks in which tiles lie alike and nothing else: those along the faces of a large tile.
+    fn share_alike(&mut self) {
+        let mut known: HashMap<Vec<i64>, u32> = HashMap::new();
+        let mut moved = Vec::with_capacity(self.own.len());
+        let mut kept = Vec::new();
+        for own in std::mem::take(&mut self.own) {
+            let next = kept.len() as u32;
+            let place = match own.key(&self.bounds) {
+                Some(key) => *known.entry(key).or_insert(next),
+                None => next,
+            };
+            if place == next {
+                kept.push(own);
+            }
+            moved.push(place);
+        }
+        self.own = kept;
+        for block in self.table.iter_mut().filter(|block| **block & OWN != 0) {
+            *block = OWN | moved[(*block & !OWN) as usize];
+        }
     }
 
     fn add_tile(&mut self, tile: Tile<T>, known: &mut HashMap<u32, u32>) {
@@ -191,16 +220,37 @@ impl<'a, T: Value> Blocks<'a, T> {
 }
 
 impl<T: Value> Own<'_, T> {
-    fn fill(&self, values: &mut [f32], bounds: &IndexBox, convert: &impl Fn(f32) -> f32) {
-        values.fill(convert(self.ground));
+    /// Its voxels that are in the box.
+    fn held(&self, bounds: &IndexBox) -> IndexBox {
         let first = bounds.min + IVec3::from_array(self.block.map(|b| (b * BLOCK) as i32));
         let edge = BLOCK_EDGE as i32 - 1;
         // Not beyond the box, nor beyond what an index can be.
         let last = IVec3::from_array(std::array::from_fn(|axis| {
             first[axis].saturating_add(edge).min(bounds.max[axis])
         }));
-        let mut canvas =
-            Canvas { bounds: IndexBox { min: first, max: last }, along: [BLOCK_EDGE; 2], values };
+        IndexBox { min: first, max: last }
+    }
+
+    /// The same for blocks that hold the same in the same places; `None` with leaves.
+    fn key(&self, bounds: &IndexBox) -> Option<Vec<i64>> {
+        if !self.leaves.is_empty() {
+            return None;
+        }
+        let held = self.held(bounds);
+        let place = |at: IVec3| (at - held.min).to_array().map(i64::from);
+        let mut key = place(held.max).to_vec();
+        key.push(i64::from(self.ground.to_bits()));
+        for tile in &self.tiles {
+            let part = tile.bounds().intersection(&held)?;
+            key.extend(place(part.min).into_iter().chain(place(part.max)));
+            key.push(i64::from(tile.value.to_f32().to_bits()));
+        }
+        Some(key)
+    }
+
+    fn fill(&self, values: &mut [f32], bounds: &IndexBox, convert: &impl Fn(f32) -> f32) {
+        values.fill(convert(self.ground));
+        let mut canvas = Canvas { bounds: self.held(bounds), along: [BLOCK_EDGE; 2], values };
         let number = |value: T, _| convert(value.to_f32());
         self.tiles.iter().for_each(|tile| canvas.add_tile(tile, number));
         self.leaves.iter().for_each(|leaf| canvas.add_leaf(leaf, number));

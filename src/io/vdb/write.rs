@@ -21,16 +21,20 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DMat4;
 
+use super::builder::TreeBuilder;
 use super::compression::Compression;
 use super::grid::{Grid, with_tree};
 use super::grid_type::ValueType;
 use super::header::{GridHeader, MAGIC, NAME_SEPARATOR};
 use super::metadata::{MetaValue, Metadata, put_text};
+use super::packed::PackedTree;
+use super::parts::Parts;
 use super::transform::Transform;
 use super::tree::Tree;
 use super::value::Value;
 use super::value_block::Encoding;
 use super::write_tree::{put_leaves, put_topology};
+use crate::error::memory;
 use crate::error::{Error, Result};
 
 /// The format's version, and the library's whose files are like ours.
@@ -53,6 +57,11 @@ impl NewGrid {
     pub fn new(grid: Grid, world_from_index: &DMat4) -> Self {
         let map_bytes = Transform::map_bytes(world_from_index);
         Self { grid, metadata: Metadata::default(), map_bytes, half: false, mask: false }
+    }
+
+    /// What is said of a grid that is written in another way ([`VdbWriter::add_packed`]), with no metadata.
+    pub fn described(world_from_index: &DMat4) -> Self {
+        Self::new(Grid::Float(TreeBuilder::new(0.0).finish()), world_from_index)
     }
 
     /// A grid with the metadata and the transform of another one, whatever its map; stored as half
@@ -95,7 +104,7 @@ impl NewGrid {
 
 /// A file in the making.
 pub struct VdbWriter {
-    out: Vec<u8>,
+    out: Parts,
     unique_names: Vec<String>,
     /// Of the grids added so far.
     type_names: Vec<String>,
@@ -106,16 +115,17 @@ impl VdbWriter {
     /// A file of grids with these names (equal and empty ones are allowed), to be added in this
     /// order.
     pub fn new(names: &[&str], compression: Compression, metadata: &Metadata) -> Self {
-        let mut out = Vec::new();
-        out.extend(MAGIC.to_le_bytes());
+        let mut out = Parts::default();
+        let head = out.last();
+        head.extend(MAGIC.to_le_bytes());
         for number in [VERSION, LIBRARY[0], LIBRARY[1]] {
-            out.extend(number.to_le_bytes());
+            head.extend(number.to_le_bytes());
         }
         // With offsets; then room for what tells the file from others.
-        out.push(1);
-        out.extend([b'0'; UUID_LENGTH]);
-        metadata.write(&mut out);
-        out.extend((names.len() as u32).to_le_bytes());
+        head.push(1);
+        head.extend([b'0'; UUID_LENGTH]);
+        metadata.write(head);
+        head.extend((names.len() as u32).to_le_bytes());
         Self { out, unique_names: unique_names(names), type_names: Vec::new(), compression }
     }
 
@@ -137,29 +147,70 @@ impl VdbWriter {
         with_tree!(grid, tree => self.add_tree(tree, &value_type, metadata, &map_bytes, half))
     }
 
+    /// Writes the next grid, whose leaves are packed already; of `like` the metadata, the class and the place count.
+    ///
+    /// # Errors
+    /// If there are more grids than names, or if it was packed for another compression.
+    pub fn add_packed<T: Value>(&mut self, like: NewGrid, packed: PackedTree<T>) -> Result<()> {
+        let PackedTree { tree, encoding, value_type, leaves } = packed;
+        if encoding.compression != self.compression {
+            return Err(Error::value("compression", "leaves were packed with another one"));
+        }
+        let bytes = tree.memory_bytes() + (512 * size_of::<T>() * leaves.len()) as u64;
+        let (metadata, map_bytes) = (like.metadata, like.map_bytes);
+        self.put_grid(&tree, bytes, (&encoding, &value_type), metadata, &map_bytes, |out| {
+            for leaf in leaves {
+                out.push(leaf.into_vec());
+            }
+        })
+    }
+
     fn add_tree<T: Value>(
         &mut self,
         tree: Tree<T>,
         value_type: &ValueType,
-        mut metadata: Metadata,
+        metadata: Metadata,
         map_bytes: &[u8],
         half: bool,
     ) -> Result<()> {
         let half = half && T::HALF_BYTES.is_some();
         let tree = if half { tree.map(T::through_half) } else { tree };
         let tree = tree.pruned();
-        Self::describe(&tree, half, &mut metadata);
-        let suffix = if half { "_HalfFloat" } else { "" };
+        let (compression, background) = (self.compression, tree.background());
+        let encoding = Encoding { compression, half, background };
+        let how = (&encoding, value_type);
+        self.put_grid(&tree, tree.memory_bytes(), how, metadata, map_bytes, |out| {
+            put_leaves(&tree, value_type, &encoding, |part| out.push(part));
+        })
+    }
+
+    /// Writes a grid whose leaves `put` writes, and which takes `memory` bytes once it is read.
+    fn put_grid<T: Value>(
+        &mut self,
+        tree: &Tree<T>,
+        memory: u64,
+        (encoding, value_type): (&Encoding<T>, &ValueType),
+        mut metadata: Metadata,
+        map_bytes: &[u8],
+        put: impl FnOnce(&mut Parts),
+    ) -> Result<()> {
+        Self::describe(tree, memory, encoding.half, &mut metadata);
+        let suffix = if encoding.half { "_HalfFloat" } else { "" };
         let type_name = format!("Tree_{}_5_4_3{suffix}", value_type.name());
         let offsets = self.put_descriptor(&type_name, "", &mut metadata)?;
         let grid_start = self.out.len();
         self.put_grid_header(&metadata, map_bytes);
-        let compression = self.compression;
-        let encoding = Encoding { compression, half, background: tree.background() };
-        put_topology(&tree, &encoding, &mut self.out);
+        // Masks of leaves and of branches: a vector that doubles would hold them thrice.
+        let topology = tree.topology();
+        let masks = 64 * topology.leaf_origins.len()
+            + 2048 * topology.lowers.len()
+            + 16384 * topology.uppers.len();
+        memory::reserve(self.out.last(), masks, "a tree")?;
+        put_topology(tree, encoding, self.out.last());
         let blocks_start = self.out.len();
-        put_leaves(&tree, value_type, &encoding, &mut self.out);
-        self.put_offsets(offsets, [grid_start, blocks_start, self.out.len()]);
+        put(&mut self.out);
+        let end = self.out.len();
+        self.put_offsets(offsets, [grid_start, blocks_start, end]);
         Ok(())
     }
 
@@ -178,7 +229,8 @@ impl VdbWriter {
         let offsets = self.put_descriptor(&type_name, &name, &mut metadata)?;
         let grid_start = self.out.len();
         self.put_grid_header(&metadata, &header.map_bytes);
-        self.put_offsets(offsets, [grid_start, 0, self.out.len()]);
+        let end = self.out.len();
+        self.put_offsets(offsets, [grid_start, 0, end]);
         Ok(())
     }
 
@@ -186,19 +238,32 @@ impl VdbWriter {
     ///
     /// # Errors
     /// If there are fewer grids than names.
-    pub fn finish(mut self) -> Result<Vec<u8>> {
+    pub fn finish(self) -> Result<Vec<u8>> {
+        let parts = self.finish_parts()?;
+        let mut all = memory::room(parts.iter().map(Vec::len).sum(), "an OpenVDB file")?;
+        for part in &parts {
+            all.extend_from_slice(part);
+        }
+        Ok(all)
+    }
+
+    /// The file's bytes in pieces that follow one another.
+    ///
+    /// # Errors
+    /// If there are fewer grids than names.
+    pub fn finish_parts(mut self) -> Result<Vec<Vec<u8>>> {
         let added = self.type_names.len();
         if added < self.unique_names.len() {
             let why = format!("{added} of {} were added", self.unique_names.len());
             return Err(Error::value("grids", why));
         }
-        let uuid = uuid(&self.out);
-        self.out[UUID_START..UUID_START + UUID_LENGTH].copy_from_slice(uuid.as_bytes());
-        Ok(self.out)
+        let uuid = uuid(self.out.iter());
+        self.out.put(UUID_START, uuid.as_bytes());
+        Ok(self.out.into_parts())
     }
 
     /// Puts counts and bounds into the metadata.
-    fn describe<T: Value>(tree: &Tree<T>, half: bool, metadata: &mut Metadata) {
+    fn describe<T: Value>(tree: &Tree<T>, memory: u64, half: bool, metadata: &mut Metadata) {
         let nothing = ([i32::MAX; 3], [i32::MIN; 3]);
         let bounds = tree.active_bounds();
         let (min, max) = bounds.map_or(nothing, |b| (b.min.to_array(), b.max.to_array()));
@@ -206,7 +271,7 @@ impl VdbWriter {
         metadata.set("file_bbox_min", MetaValue::Vec3i(min));
         metadata.set("file_bbox_max", MetaValue::Vec3i(max));
         metadata.set("file_voxel_count", number(tree.active_voxel_count()));
-        metadata.set("file_mem_bytes", number(tree.memory_bytes()));
+        metadata.set("file_mem_bytes", number(memory));
         metadata.set("is_saved_as_half_float", MetaValue::Bool(half));
     }
 
@@ -229,24 +294,25 @@ impl VdbWriter {
             metadata.set("class", MetaValue::String("unknown".to_owned()));
         }
         metadata.remove(DELAYED_LOAD);
-        put_text(&mut self.out, unique_name);
-        put_text(&mut self.out, type_name);
-        put_text(&mut self.out, parent);
+        let out = self.out.last();
+        put_text(out, unique_name);
+        put_text(out, type_name);
+        put_text(out, parent);
         let offsets = self.out.len();
-        self.out.extend([0; 24]);
+        self.out.last().extend([0; 24]);
         Ok(offsets)
     }
 
     fn put_grid_header(&mut self, metadata: &Metadata, map_bytes: &[u8]) {
-        self.out.extend(self.compression.flags().to_le_bytes());
-        metadata.write(&mut self.out);
-        self.out.extend_from_slice(map_bytes);
+        let out = self.out.last();
+        out.extend(self.compression.flags().to_le_bytes());
+        metadata.write(out);
+        out.extend_from_slice(map_bytes);
     }
 
     fn put_offsets(&mut self, at: usize, offsets: [usize; 3]) {
-        for (place, offset) in self.out[at..at + 24].chunks_exact_mut(8).zip(offsets) {
-            place.copy_from_slice(&(offset as i64).to_le_bytes());
-        }
+        let bytes: Vec<u8> = offsets.into_iter().flat_map(|o| (o as i64).to_le_bytes()).collect();
+        self.out.put(at, &bytes);
     }
 }
 
@@ -279,17 +345,34 @@ const UUID_START: usize = 21;
 const UUID_LENGTH: usize = 36;
 
 /// An identity made from the contents, in the shape of a UUID of version 8.
-fn uuid(contents: &[u8]) -> String {
+fn uuid<'a>(parts: impl Iterator<Item = &'a [u8]>) -> String {
     // FNV-1a over words, from two starting points.
-    let hash = |start: u64| {
-        contents.chunks(8).fold(start, |hash, chunk| {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            let mixed = (hash ^ u64::from_le_bytes(word)).wrapping_mul(0x0000_0100_0000_01b3);
-            mixed ^ mixed >> 29
-        })
+    let mut state = [0xcbf2_9ce4_8422_2325_u64, 0x6c62_272e_07bb_0142];
+    let mut mix = |word: [u8; 8]| {
+        let word = u64::from_le_bytes(word);
+        for hash in &mut state {
+            let mixed = (*hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+            *hash = mixed ^ mixed >> 29;
+        }
     };
-    let [high, low] = [0xcbf2_9ce4_8422_2325, 0x6c62_272e_07bb_0142].map(hash);
+    // Words go on from part to part.
+    let (mut word, mut filled) = ([0; 8], 0);
+    for mut part in parts {
+        while !part.is_empty() {
+            let count = part.len().min(8 - filled);
+            let (own, rest) = part.split_at(count);
+            word[filled..filled + count].copy_from_slice(own);
+            (part, filled) = (rest, filled + count);
+            if filled == 8 {
+                mix(word);
+                (word, filled) = ([0; 8], 0);
+            }
+        }
+    }
+    if filled > 0 {
+        mix(word);
+    }
+    let [high, low] = state;
     format!(
         "{:08x}-{:04x}-8{:03x}-{:04x}-{:012x}",
         high >> 32,

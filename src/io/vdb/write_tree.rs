@@ -49,7 +49,7 @@ fn put_origin(origin: IVec3, out: &mut Vec<u8>) {
     out.extend(origin.to_array().into_iter().flat_map(i32::to_le_bytes));
 }
 
-fn put_words(words: &[u64], out: &mut Vec<u8>) {
+pub(super) fn put_words(words: &[u64], out: &mut Vec<u8>) {
     out.extend(words.iter().flat_map(|word| word.to_le_bytes()));
 }
 
@@ -80,12 +80,12 @@ fn put_branch<T: Value>(
     put_block(values, &active, &children, encoding, workspace, out);
 }
 
-/// Appends the leaf buffers.
+/// Hands on the leaf buffers, piece by piece.
 pub(super) fn put_leaves<T: Value>(
     tree: &Tree<T>,
     value_type: &ValueType,
     encoding: &Encoding<T>,
-    out: &mut Vec<u8>,
+    mut put: impl FnMut(Vec<u8>),
 ) {
     let leaves: Vec<Leaf<T>> = tree.leaves().collect();
     for batch in leaves.chunks(BATCH) {
@@ -99,7 +99,7 @@ pub(super) fn put_leaves<T: Value>(
                 part
             })
             .collect();
-        out.extend(parts.into_iter().flatten());
+        parts.into_iter().for_each(&mut put);
     }
 }
 

@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
-use super::{Choices, digits, finite};
+use glam::DVec3;
+
+use super::{Choices, Densities, VISIBLE_SHARE, digits, finite};
 use crate::error::{Error, Result};
 use crate::scene::blackbody::blackbody;
 use crate::scene::file::{EmissionTable, VolumeTable};
 use crate::scene::transfer::{self, TransferFunction};
-use crate::scene::{Emission, Light, Medium};
+use crate::scene::{Emission, Medium};
 use crate::volume::Volume;
 
-/// Optical depth through the fuller columns of the volume.
+/// Optical depth through the fuller columns of the volume, of all that stand on any of its sides.
 const OPTICAL_DEPTH: f64 = 5.0;
 /// Which column counts as a full one.
 const FULL_COLUMN: f64 = 0.9;
@@ -24,9 +26,11 @@ const LEAST_KELVIN: f64 = 500.0;
 /// What was loaded for a table of a scene file.
 #[derive(Clone, Debug)]
 pub struct Ingredients {
-    /// The densities.
+    /// The densities, or numbers that stand for them.
     pub volume: Arc<Volume>,
-    /// Their transfer function, over densities as they are.
+    /// What those numbers are.
+    pub densities: Densities,
+    /// Their transfer function, over the numbers of `volume`.
     pub transfer: Option<Arc<TransferFunction>>,
     /// Red, green and blue factors on the albedo.
     pub color: Option<[Arc<Volume>; 3]>,
@@ -36,10 +40,20 @@ pub struct Ingredients {
     pub emission_field: Option<Arc<Volume>>,
 }
 
+impl Ingredients {
+    /// Bytes of all voxels.
+    pub fn bytes(&self) -> u64 {
+        let more = self.color.iter().flatten().chain(&self.modulation).chain(&self.emission_field);
+        let all = more.chain([&self.volume]).map(|volume| volume.voxels().bytes() as u64);
+        all.fold(0, u64::saturating_add)
+    }
+}
+
 impl From<Volume> for Ingredients {
     fn from(volume: Volume) -> Self {
         Self {
             volume: Arc::new(volume),
+            densities: Densities::default(),
             transfer: None,
             color: None,
             modulation: None,
@@ -52,7 +66,6 @@ impl From<Volume> for Ingredients {
 pub(super) fn medium(
     table: &VolumeTable,
     own: &Ingredients,
-    light: &Light,
     choices: &mut Choices,
 ) -> Result<Medium> {
     let volume = &own.volume;
@@ -60,8 +73,8 @@ pub(super) fn medium(
         Some(scale) => scale,
         None => {
             let scale = match &own.transfer {
-                Some(function) => scale_for(&classified(volume, function), light, OPTICAL_DEPTH),
-                None => scale_for(volume, light, OPTICAL_DEPTH),
+                Some(function) => scale_for(&classified(volume, function), OPTICAL_DEPTH),
+                None => scale_for(volume, OPTICAL_DEPTH),
             };
             choices.took("density scale (--density-scale)", digits(scale));
             scale
@@ -80,7 +93,7 @@ pub(super) fn medium(
         return Err(Error::value("volume.tint", format!("{tint} is not between 0 and 1e6")));
     }
     let emission = match &table.emission {
-        Some(table) => Some(emission(table, own, light, choices)?),
+        Some(table) => Some(emission(table, own, choices)?),
         None => None,
     };
     let Ingredients { transfer, color, modulation, .. } = own.clone();
@@ -97,11 +110,22 @@ fn in_range(what: &str, given: Option<f64>) -> Result<Option<f64>> {
     }
 }
 
-/// The factor that gives the fuller columns of a volume along the light an integral of `wanted`.
-fn scale_for(volume: &Volume, light: &Light, wanted: f64) -> f64 {
-    let columns = volume.column_integrals(light.direction_at(volume.world_bounds().center()));
-    let full = columns.get((columns.len() as f64 * FULL_COLUMN) as usize);
-    full.map_or(1.0, |integral| wanted / integral)
+/// The factor that gives the fuller columns of a volume an integral of `wanted`, however it lies.
+fn scale_for(volume: &Volume, wanted: f64) -> f64 {
+    volume.column_quantile(FULL_COLUMN).map_or(1.0, |integral| wanted / integral)
+}
+
+/// Points around what can be seen of a body ([`Volume::visible_points`]): what lets no light through, and what glows.
+pub(super) fn visible_points(own: &Ingredients, medium: &Medium) -> Vec<DVec3> {
+    let mut points = match &medium.transfer {
+        Some(function) => classified(&own.volume, function).seen_points(VISIBLE_SHARE),
+        None => own.volume.seen_points(VISIBLE_SHARE),
+    };
+    if let Some(emission) = &medium.emission {
+        let field = emission.field.as_ref().unwrap_or(&own.volume);
+        points.extend(classified(field, &emission.ramp).seen_points(VISIBLE_SHARE));
+    }
+    if points.is_empty() { own.volume.world_corners().to_vec() } else { points }
 }
 
 /// A volume with opacities in the place of densities.
@@ -109,14 +133,12 @@ fn classified(volume: &Volume, function: &TransferFunction) -> Volume {
     volume.mapped(|density| function.at(density.into()).1 as f32)
 }
 
-fn emission(
-    table: &EmissionTable,
-    own: &Ingredients,
-    light: &Light,
-    choices: &mut Choices,
-) -> Result<Emission> {
-    let field = own.emission_field.as_ref().unwrap_or(&own.volume);
-    let largest = f64::from(field.largest());
+fn emission(table: &EmissionTable, own: &Ingredients, choices: &mut Choices) -> Result<Emission> {
+    let (field, densities) = match &own.emission_field {
+        Some(field) => (field, Densities::default()),
+        None => (&own.volume, own.densities),
+    };
+    let largest = densities.density(field.typical_largest().into());
     let [low, high] = table.range.unwrap_or([0.0, if largest > 0.0 { largest } else { 1.0 }]);
     if !(low.is_finite() && high.is_finite() && low < high) {
         let why = format!("{low}, {high} do not rise");
@@ -137,10 +159,11 @@ fn emission(
         }
         transfer::preset(colors)?.rescaled([low, high])?
     };
+    let ramp = densities.held(&ramp)?;
     let scale = match in_range("volume.emission.scale", table.scale)? {
         Some(scale) => scale,
         None => {
-            let scale = scale_for(&classified(field, &ramp), light, EMITTED);
+            let scale = scale_for(&classified(field, &ramp), EMITTED);
             choices.took("emission scale (volume.emission.scale)", digits(scale));
             scale
         }

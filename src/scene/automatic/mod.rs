@@ -1,6 +1,7 @@
 //! From what a user wrote to a whole scene: every value left out is chosen here so that a first
 //! picture of any volume is a good one, and every choice is reported.
 
+mod densities;
 mod medium;
 
 use glam::DVec3;
@@ -8,13 +9,14 @@ use glam::DVec3;
 use super::computed;
 use super::file::{CameraTable, GroundTable, LightTable, SceneFile};
 use super::framing::{frame, middle_of, shown_points};
-use super::{Body, Camera, Ground, Light, LightKind, Media, Projection, Scene};
+use super::{Body, Camera, Ground, Light, LightKind, Media, Medium, Projection, Scene};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::settings::Settings;
 use crate::volume::Volume;
+pub use densities::Densities;
 pub use medium::Ingredients;
-use medium::medium;
+use medium::{medium, visible_points};
 
 /// From the upper left, over the camera's shoulder: the way light travels.
 const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
@@ -52,12 +54,12 @@ pub enum Surroundings {
 }
 
 /// The window that separates a scanned object from its surroundings: from the level of the volume's
-/// border to its largest value. `None` where the border is empty or nothing rises above it.
+/// border to its largest value, but for a few voxels that stand apart. `None` where the border is empty or nothing rises above it.
 pub fn window(volume: &Volume) -> Option<[f32; 2]> {
-    let statistics = volume.statistics();
-    let surrounded = statistics.border > 0.01 * statistics.max;
-    let rises = statistics.max > statistics.border * 1.05;
-    (surrounded && rises).then_some([statistics.border, statistics.max])
+    let (border, largest) = (volume.statistics().border, volume.typical_largest());
+    let surrounded = border > 0.01 * largest;
+    let rises = largest > border * 1.05;
+    (surrounded && rises).then_some([border, largest])
 }
 
 /// The whole scene, and what was chosen for it.
@@ -72,8 +74,16 @@ pub fn complete(
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let settings = computed::settings(file)?;
+    if file.volume.iter().count() != ingredients.len() {
+        return Err(Error::value("volume", "not as many were loaded as the scene has"));
+    }
+    let mediums = file.volume.iter().zip(&ingredients);
+    let mut of_media = Choices(Vec::new());
+    let mediums = mediums.map(|(table, own)| medium(table, own, &mut of_media));
+    let mediums = mediums.collect::<Result<Vec<Medium>>>()?;
+    let visible = ingredients.iter().zip(&mediums);
     let visible: Vec<DVec3> =
-        ingredients.iter().flat_map(|one| one.volume.visible_points(VISIBLE_SHARE)).collect();
+        visible.flat_map(|(own, medium)| visible_points(own, medium)).collect();
     let Some(bounds) = Aabb::around(visible.iter().copied()) else {
         return Err(Error::value("volume", "a scene needs one"));
     };
@@ -81,14 +91,10 @@ pub fn complete(
     let lights = lights.collect::<Result<Vec<Light>>>()?;
     let light = lights[0];
     let ground = ground(&file.ground, &bounds, surroundings, &mut choices)?;
-    if file.volume.iter().count() != ingredients.len() {
-        return Err(Error::value("volume", "not as many were loaded as the scene has"));
-    }
-    let bodies = file.volume.iter().zip(ingredients).map(|(table, own)| {
-        let medium = medium(table, &own, &light, &mut choices)?;
-        Ok(Body { volume: own.volume, medium })
-    });
-    let media = Media::new(bodies.collect::<Result<Vec<Body>>>()?)?;
+    choices.0.extend(of_media.0);
+    let bodies = ingredients.into_iter().zip(mediums);
+    let bodies = bodies.map(|(own, medium)| Body { volume: own.volume, medium });
+    let media = Media::new(bodies.collect())?;
     let [width, height] = settings.image_size;
     let aspect = f64::from(width) / f64::from(height);
     let camera = camera(&file.camera, &visible, &light, ground, aspect, &mut choices)?;

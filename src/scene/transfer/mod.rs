@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::image;
 pub use automatic::automatic;
 pub use import::from_file;
-pub use presets::{PRESETS, preset};
+pub use presets::{PRESETS, over_hounsfield, preset};
 pub use resolve::{Choice, Resolved, gradient, resolve};
 
 /// The most points that a function may have.
@@ -123,6 +123,33 @@ impl TransferFunction {
         let points = self.points.iter();
         let points = points.map(|point| TransferPoint { value: moved(point.value), ..*point });
         Ok(Self { points: tidy(points) })
+    }
+}
+
+impl TransferFunction {
+    /// The same function between `low` and `high` and constant beyond them; one value if nothing is between.
+    ///
+    /// # Errors
+    /// If `low`..`high` is empty or not within what f32 holds.
+    pub fn cut(&self, [low, high]: [f64; 2]) -> Result<Self> {
+        if !(holds(low) && holds(high) && low < high) {
+            let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
+            return Err(Error::value("transfer function range", why));
+        }
+        let point = |value, (color, opacity)| TransferPoint { value, color, opacity };
+        let begin = point(low, self.at(low));
+        let end = point(high, self.before(high));
+        let inner = self.points.iter().filter(|point| point.value > low && point.value < high);
+        Ok(Self { points: [begin].into_iter().chain(inner.copied()).chain([end]).collect() })
+    }
+
+    /// The same function of numbers that are values times `scale` (above 0) plus `offset`.
+    #[must_use]
+    pub fn mapped(&self, scale: f64, offset: f64) -> Self {
+        let points = self.points.iter();
+        let points =
+            points.map(|point| TransferPoint { value: point.value * scale + offset, ..*point });
+        Self { points: tidy(points) }
     }
 }
 

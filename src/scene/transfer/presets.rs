@@ -6,13 +6,14 @@ use super::{TransferFunction, TransferPoint, linear_from_srgb};
 use crate::error::{Error, Result};
 
 /// Name and description of every preset.
-pub const PRESETS: [(&str, &str); 13] = [
+pub const PRESETS: [(&str, &str); 14] = [
     ("grey", "white, opacity rising evenly"),
     ("smoke", "soft dark grey, thin where it begins"),
     ("cloud", "white, soon opaque"),
     ("fire", "from soot over red, orange and yellow to white"),
     ("bone", "CT: bones only, ivory"),
     ("tissue", "CT: translucent skin and muscles around ivory bones"),
+    ("skin", "CT: what a body looks like from outside"),
     ("viridis", "matplotlib's viridis, opacity rising evenly"),
     ("plasma", "matplotlib's plasma, opacity rising evenly"),
     ("inferno", "matplotlib's inferno, opacity rising evenly"),
@@ -34,6 +35,7 @@ pub fn preset(name: &str) -> Result<TransferFunction> {
         "fire" => listed(&FIRE),
         "bone" => listed(&BONE),
         "tissue" => listed(&TISSUE),
+        "skin" => listed(&SKIN),
         "viridis" => sampled(&VIRIDIS),
         "plasma" => sampled(&PLASMA),
         "inferno" => sampled(&INFERNO),
@@ -48,6 +50,18 @@ pub fn preset(name: &str) -> Result<TransferFunction> {
         }
     };
     TransferFunction::new(points)
+}
+
+/// The preset called `name` over Hounsfield units (water 0, air -1000, soft tissue 0 to 80, bone from 150 to
+/// 300 on), if it is one that speaks of them.
+pub fn over_hounsfield(name: &str) -> Option<TransferFunction> {
+    let points = match name {
+        "bone" => listed(&BONE_HU),
+        "tissue" => listed(&TISSUE_HU),
+        "skin" => listed(&SKIN_HU),
+        _ => return None,
+    };
+    TransferFunction::new(points).ok()
 }
 
 /// (value, sRGB, opacity)
@@ -98,6 +112,42 @@ const TISSUE: [Row; 9] = [
     (0.37, 0x00e0_c3a0, 0.25),
     (0.48, 0x00ee_e3cc, 0.75),
     (1.0, 0x00fb_f6ea, 1.0),
+];
+
+const SKIN: [Row; 5] = [
+    (0.0, 0x00e3_b08f, 0.0),
+    (0.12, 0x00e3_b08f, 0.0),
+    (0.18, 0x00e3_b08f, 0.5),
+    (0.24, 0x00e8_bb9c, 1.0),
+    (1.0, 0x00e8_bb9c, 1.0),
+];
+
+const BONE_HU: [Row; 5] = [
+    (150.0, 0x00d8_c3a5, 0.0),
+    (300.0, 0x00e3_d2b5, 0.3),
+    (600.0, 0x00f0_e6d0, 0.7),
+    (1500.0, 0x00fb_f6ea, 1.0),
+    (3000.0, 0x00fb_f6ea, 1.0),
+];
+
+/// Skin, fat, muscle, bone.
+const TISSUE_HU: [Row; 9] = [
+    (-400.0, 0x00e3_b08f, 0.0),
+    (-250.0, 0x00e3_b08f, 0.04),
+    (-110.0, 0x00e8_c98a, 0.02),
+    (-20.0, 0x00b8_4c3e, 0.03),
+    (40.0, 0x00b0_4036, 0.05),
+    (80.0, 0x00a8_3a32, 0.08),
+    (150.0, 0x00d8_b494, 0.12),
+    (300.0, 0x00ee_e3cc, 0.7),
+    (1500.0, 0x00fb_f6ea, 1.0),
+];
+
+const SKIN_HU: [Row; 4] = [
+    (-500.0, 0x00e3_b08f, 0.0),
+    (-300.0, 0x00e3_b08f, 0.4),
+    (-100.0, 0x00e8_bb9c, 1.0),
+    (3000.0, 0x00e8_bb9c, 1.0),
 ];
 
 // Samples of the published maps at equal distances, sRGB.

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{TransferFunction, TransferPoint, from_file, holds, preset};
+use super::{TransferFunction, TransferPoint, from_file, holds, over_hounsfield, preset};
 use crate::error::{Error, Result};
-use crate::scene::file::TransferTable;
+use crate::scene::file::{RangeWord, TransferRange, TransferTable};
 
 /// What a table asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +28,10 @@ pub struct Resolved {
     /// Whether values are 0..1 and have to be moved to the volume's range
     /// ([`TransferFunction::rescaled`]): those of a preset for which no range was given.
     pub normalised: bool,
+    /// Whether values are to be moved to the range of all that the volume holds (`range = "data"`).
+    pub over_data: bool,
+    /// The same preset over Hounsfield units, for volumes of those, where no range was given.
+    pub hounsfield: Option<TransferFunction>,
 }
 
 /// The function that `table` asks for; `text` is that of its file, if it names one, because nothing
@@ -37,18 +41,23 @@ pub struct Resolved {
 /// If not exactly one of `name`, `file` and `points` is given, the range does not rise or is not
 /// finite, there is no such preset, or file or points are wrong.
 pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<Choice> {
-    let range = table.range;
+    let (range, over_data) = match table.range {
+        Some(TransferRange::Values(range)) => (Some(range), false),
+        Some(TransferRange::Word(RangeWord::Data)) => (None, true),
+        None => (None, false),
+    };
     if let Some([low, high]) =
         range.filter(|&[low, high]| !(holds(low) && holds(high) && low < high))
     {
         let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
         return Err(Error::value("volume.transfer.range", why));
     }
-    let mut normalised = false;
+    let (mut normalised, mut hounsfield) = (false, None);
     let function = match (&table.name, &table.file, &table.points) {
         (Some(name), None, None) if name == "auto" => return Ok(Choice::Automatic { range }),
         (Some(name), None, None) => {
-            normalised = range.is_none();
+            normalised = range.is_none() && !over_data;
+            hounsfield = over_hounsfield(name).filter(|_| normalised);
             preset(name)?
         }
         (None, Some(file), None) => of_text(file, text)?,
@@ -71,7 +80,7 @@ pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<Choice> {
         }
     };
     let function = range.map_or(Ok(function.clone()), |range| function.rescaled(range))?;
-    Ok(Choice::Function(Resolved { function, normalised }))
+    Ok(Choice::Function(Resolved { function, normalised, over_data, hounsfield }))
 }
 
 fn of_text(file: &Path, text: Option<&str>) -> Result<TransferFunction> {

@@ -2,6 +2,7 @@
 //! maps for hair, "Creating list entries".)
 
 use super::FragmentMap;
+use crate::error::memory;
 use crate::kernel::fitting::{Fitter, truncated};
 use crate::kernel::fragments::{Node, OPAQUE_OPTICAL_DEPTH};
 
@@ -149,6 +150,7 @@ impl<T: Copy> Runs<T> {
         if self.starts.is_empty() {
             self.starts.push(0);
         }
+        memory::grow(&mut self.nodes, nodes.len(), "a map's lists")?;
         self.nodes.extend_from_slice(nodes);
         self.starts.push(FragmentMap::counted(self.nodes.len())?);
         Ok(())
@@ -164,6 +166,7 @@ impl<T: Copy> Runs<T> {
         }
         let before = self.nodes.len();
         FragmentMap::counted(before + other.nodes.len())?;
+        memory::grow(&mut self.nodes, other.nodes.len(), "a map's lists")?;
         self.nodes.extend_from_slice(&other.nodes);
         self.starts.extend(other.starts.iter().skip(1).map(|start| before as u32 + start));
         Ok(())

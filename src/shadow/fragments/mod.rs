@@ -18,7 +18,7 @@ use super::{ShadowMap, inside};
 use crate::error::{ErrorKind, Result};
 use crate::frame::Frame;
 use crate::kernel::fragments::{
-    Node, exponential_transmittance, nodes_before, optical_depth_between,
+    Node, exponential_transmittance, front_of, nodes_before, optical_depth_between,
 };
 use crate::scene::LightView;
 use links::{Place, search, step};
@@ -33,6 +33,8 @@ pub struct FragmentMap {
     /// How steep exponential shadow tests are, 1 / world length; 0 for exact ones.
     sharpness: f32,
     tolerance: f32,
+    /// [`ShadowMap::reach`].
+    reach: f32,
 }
 
 impl FragmentMap {
@@ -44,7 +46,8 @@ impl FragmentMap {
         let size = frame.sizes[3];
         assert_eq!(runs.texels(), size as usize * size as usize, "texels of a {size}^2 map");
         let (sharpness, tolerance) = (frame.filtering.x, frame.slices.z);
-        Self { size, runs, links: None, view, sharpness, tolerance }
+        let reach = frame.filtering.z;
+        Self { size, runs, links: None, view, sharpness, tolerance, reach }
     }
 
     /// The same map with links between neighbours, which wide filters then follow.
@@ -144,6 +147,14 @@ impl ShadowMap for FragmentMap {
     /// Nodes and where each texel's begin; links left out.
     fn bytes(&self) -> u64 {
         self.runs.bytes()
+    }
+
+    fn front(&self, x: u32, y: u32) -> Option<f32> {
+        front_of(self.nodes(x, y))
+    }
+
+    fn reach(&self) -> f32 {
+        self.reach
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {

@@ -1,17 +1,38 @@
-//! The one error type of the crate: what went wrong, with the file and the number that is wrong.
-//! It knows nothing of any module that raises it.
+//! The one error type of the crate: what went wrong, with the file and the number that is wrong; how it is
+//! said, and memory that may be refused. It knows nothing of any module that raises it.
 
+pub mod memory;
+pub mod quote;
+
+use std::fmt;
 use std::path::{Path, PathBuf};
+
+use quote::{LONGEST_LINE, one_line};
 
 /// Short for results of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What went wrong, in one line; boxed so that results stay one word wide.
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
+/// What went wrong; boxed so that results stay one word wide. Shown, it is one line of less than
+/// [`LONGEST_LINE`] characters in which nothing steers a terminal, whatever it quotes.
+#[derive(Debug)]
 pub struct Error(Box<ErrorKind>);
 
-/// The kinds of failure, by who can act on them.
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&one_line(&self.0.to_string(), LONGEST_LINE - ROOM))
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.0.source()
+    }
+}
+
+/// Characters of a line that stay free for the name of a program.
+const ROOM: usize = 20;
+
+/// The kinds of failure, by who can act on them; their texts quote as it is what they hold.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -78,9 +99,11 @@ impl Error {
         ErrorKind::Value { what: what.into(), why: why.into() }.into()
     }
 
-    /// A failure of the graphics device.
+    /// A failure of the graphics device; of the many lines that drivers say, one is made.
     pub fn gpu(why: impl Into<String>) -> Self {
-        ErrorKind::Gpu { why: why.into() }.into()
+        let why: String = why.into();
+        let words: Vec<&str> = why.split_whitespace().collect();
+        ErrorKind::Gpu { why: words.join(" ") }.into()
     }
 }
 

@@ -1,0 +1,104 @@
+//! Trees whose leaves are packed as soon as they are there: for grids whose voxels come piece by piece, and are
+//! never in memory as a whole. It knows nothing of files.
+
+use glam::IVec3;
+use rayon::prelude::*;
+
+use super::builder::TreeBuilder;
+use super::compression::Compression;
+use super::grid::Grid;
+use super::grid_type::ValueType;
+use super::tree::Tree;
+use super::value::Value;
+use super::value_block::Encoding;
+use super::write_block::{BlockWorkspace, put_block};
+use super::write_tree::put_words;
+use crate::error::Result;
+use crate::error::memory;
+
+/// Voxels of a leaf.
+const VOXELS: usize = 512;
+
+/// Memory to work in, for use again and again by one thread.
+#[derive(Default)]
+struct Scratch<T> {
+    values: Vec<T>,
+    workspace: BlockWorkspace<T>,
+    bytes: Vec<u8>,
+}
+
+/// Makes a [`PackedTree`]: leaves come in any order, each once.
+pub struct PackedBuilder<T> {
+    builder: TreeBuilder<T>,
+    encoding: Encoding<T>,
+    leaves: usize,
+}
+
+/// A tree with its leaves as the file has them, in its order.
+pub struct PackedTree<T> {
+    /// Without the leaves' values.
+    pub(super) tree: Tree<T>,
+    pub(super) encoding: Encoding<T>,
+    pub(super) value_type: ValueType,
+    pub(super) leaves: Vec<Box<[u8]>>,
+}
+
+impl<T: Value> PackedBuilder<T>
+where
+    Grid: From<Tree<T>>,
+{
+    /// Nothing but the background.
+    pub fn new(background: T, compression: Compression) -> Self {
+        let encoding = Encoding { compression, half: false, background };
+        Self { builder: TreeBuilder::new(background), encoding, leaves: 0 }
+    }
+
+    /// Packs the leaves at `origins`, each the lowest of its voxels; those that are the same everywhere become
+    /// tiles. `fill` puts a leaf's voxels, z fastest, and says which of them are active.
+    pub fn add(&mut self, origins: Vec<IVec3>, fill: impl Fn(IVec3, &mut [T]) -> [u64; 8] + Sync) {
+        let encoding = &self.encoding;
+        let packed: Vec<_> = origins
+            .into_par_iter()
+            .map_init(Scratch::default, |Scratch { values, workspace, bytes }, origin| {
+                values.resize(VOXELS, encoding.background);
+                let active = fill(origin, values);
+                let constant = TreeBuilder::constant(values, &active);
+                bytes.clear();
+                if constant.is_none() {
+                    put_words(&active, bytes);
+                    put_block(values, &active, &[], encoding, workspace, bytes);
+                }
+                // Nothing but these pieces is asked for here, so that there are no holes between them.
+                (origin, constant, Box::from(bytes.as_slice()))
+            })
+            .collect();
+        for (origin, constant, bytes) in packed {
+            match constant {
+                Some((value, active)) => self.builder.put_constant(origin, value, active),
+                None => {
+                    self.builder.set_packed(origin, bytes);
+                    self.leaves += 1;
+                }
+            }
+        }
+    }
+
+    /// The tree.
+    ///
+    /// # Errors
+    /// If there is no memory for it beside what it is made of.
+    pub fn finish(self) -> Result<PackedTree<T>> {
+        // Origin, mask and place of each leaf.
+        memory::check(256 * self.leaves as u64, "a tree")?;
+        let (tree, leaves) = self.builder.finish_packed();
+        let value_type = Grid::from(TreeBuilder::new(T::default()).finish()).value_type();
+        Ok(PackedTree { tree, encoding: self.encoding, value_type, leaves })
+    }
+}
+
+impl<T: Value> PackedTree<T> {
+    /// Number of active voxels.
+    pub fn active_voxel_count(&self) -> u64 {
+        self.tree.active_voxel_count()
+    }
+}

@@ -1,0 +1,177 @@
+//! Values by rank: what is typical of a volume whatever a few voxels of it hold. Knows no light and no
+//! transfer function.
+
+use rayon::prelude::*;
+
+use super::Voxels;
+
+/// Classes of values: the sign, exponent and first seven digits of f32.
+const CLASSES: usize = 1 << 16;
+/// One in as many voxels may stand apart from the others.
+const APART: u64 = 10_000;
+/// A few may also where that is less, as long as they are no more than one in [`FEWER`].
+const FEW: u64 = 4;
+const FEWER: u64 = 64;
+/// They stand apart where they are so much larger than the next one.
+const GAP: f32 = 1.5;
+
+/// Finite values, counted by class, in order.
+#[derive(Clone, Debug)]
+pub(super) struct Ranks {
+    /// How many, and the smallest and the largest of a class.
+    classes: Vec<(u64, f32, f32)>,
+}
+
+impl Ranks {
+    pub(super) fn of(voxels: &Voxels) -> Self {
+        let nothing = || vec![(0_u64, f32::INFINITY, f32::NEG_INFINITY); CLASSES];
+        let add = |classes: &mut Vec<(u64, f32, f32)>, value: f32, count: u64| {
+            if value.is_finite() {
+                let (all, least, most) = &mut classes[class(value)];
+                *all += count;
+                (*least, *most) = (least.min(value), most.max(value));
+            }
+        };
+        let mut classes = match voxels {
+            Voxels::Dense(values) => {
+                let values = values.as_slice().unwrap_or_default();
+                let parts = values.par_chunks((values.len() / 16).max(1 << 20)).map(|part| {
+                    let mut classes = nothing();
+                    for &value in part {
+                        add(&mut classes, value, 1);
+                    }
+                    classes
+                });
+                parts.reduce_with(|mut a, b| {
+                    for (a, b) in a.iter_mut().zip(b) {
+                        *a = (a.0 + b.0, a.1.min(b.1), a.2.max(b.2));
+                    }
+                    a
+                })
+            }
+            Voxels::Sparse(_) => {
+                let mut classes = nothing();
+                let mut held = 0;
+                voxels.for_each_held(|part, value| {
+                    held += part.voxels() as u64;
+                    add(&mut classes, value, part.voxels() as u64);
+                });
+                let all = voxels.dims().iter().fold(1_u64, |all, &n| all.saturating_mul(n as u64));
+                if all > held {
+                    add(&mut classes, 0.0, all - held);
+                }
+                Some(classes)
+            }
+        }
+        .unwrap_or_default();
+        classes.retain(|(count, ..)| *count > 0);
+        Self { classes }
+    }
+
+    /// The smallest; 0 if there is none.
+    pub(super) fn least(&self) -> f32 {
+        self.classes.first().map_or(0.0, |(_, least, _)| *least)
+    }
+
+    /// The largest, but for a few that stand apart from all others; 0 if none is above.
+    pub(super) fn typical_largest(&self) -> f32 {
+        let above: u64 = self.classes.iter().filter(|(.., most)| *most > 0.0).map(|c| c.0).sum();
+        let largest = self.classes.last().map_or(0.0, |(.., most)| most.max(0.0));
+        let next = self.largest_but(may_stand_apart(above)).max(0.0);
+        if largest > GAP * next && next > 0.0 { next } else { largest }
+    }
+
+    /// The smallest and the largest, but for a few that stand apart.
+    pub(super) fn typical_range(&self) -> [f32; 2] {
+        let (Some(first), Some(last)) = (self.classes.first(), self.classes.last()) else {
+            return [0.0; 2];
+        };
+        let all: u64 = self.classes.iter().map(|c| c.0).sum();
+        let apart = may_stand_apart(all);
+        let [low, high] = [self.smallest_but(apart), self.largest_but(apart)];
+        let width = high - low;
+        // Values all over the place have no ends that stand apart.
+        let beyond = (GAP - 1.0) * width;
+        let low = if width > 0.0 && low - first.1 > beyond { low } else { first.1 };
+        let high = if width > 0.0 && last.2 - high > beyond { high } else { last.2 };
+        [low, high]
+    }
+
+    /// How many values lie between two, both included, as near as classes tell.
+    pub(super) fn between(&self, low: f32, high: f32) -> u64 {
+        let within = |(_, least, most): &&(u64, f32, f32)| *most >= low && *least <= high;
+        self.classes.iter().filter(within).map(|c| c.0).sum()
+    }
+
+    /// The value that `count` others are above of, to within its class.
+    fn largest_but(&self, count: u64) -> f32 {
+        let mut above = 0;
+        for (own, _, most) in self.classes.iter().rev() {
+            above += own;
+            if above > count {
+                return *most;
+            }
+        }
+        self.least()
+    }
+
+    fn smallest_but(&self, count: u64) -> f32 {
+        let mut below = 0;
+        for (own, least, _) in &self.classes {
+            below += own;
+            if below > count {
+                return *least;
+            }
+        }
+        self.least()
+    }
+}
+
+/// How many of `count` may be left out as standing apart.
+fn may_stand_apart(count: u64) -> u64 {
+    (count / APART).max(FEW).min(count / FEWER)
+}
+
+/// The class of a finite value; classes rise with values.
+fn class(value: f32) -> usize {
+    let bits = value.to_bits();
+    let ordered = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
+    (ordered >> 16) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array3;
+
+    use super::*;
+
+    fn ranks(values: impl Fn(usize) -> f32) -> Ranks {
+        let values = Array3::from_shape_fn((20, 20, 20), |(z, y, x)| values((z * 20 + y) * 20 + x));
+        let dense = Voxels::Dense(values);
+        let sparse = Ranks::of(&Voxels::Sparse(dense.to_sparse().into_owned()));
+        let dense = Ranks::of(&dense);
+        assert_eq!(dense.classes, sparse.classes);
+        dense
+    }
+
+    #[test]
+    fn a_few_voxels_that_stand_apart_are_not_typical() {
+        // 0 .. 7.999 evenly, and two far above.
+        let even = |i: usize| i as f32 * 1e-3;
+        assert_eq!(ranks(even).typical_largest(), even(7999));
+        assert_eq!(ranks(even).typical_range(), [0.0, even(7999)]);
+        let hot = |i: usize| if i == 5 || i == 77 { 1e6 } else { even(i) };
+        let typical = ranks(hot).typical_largest();
+        assert!((typical - 8.0).abs() < 0.04, "{typical}");
+        let cold = |i: usize| if i == 5 { f32::MIN } else { hot(i) - 4.0 };
+        let [low, high] = ranks(cold).typical_range();
+        assert!((low + 4.0).abs() < 0.04 && (high - 4.0).abs() < 0.04, "{low} {high}");
+        // A peak that others lead up to is no outlier, nor are the only voxels that hold anything.
+        let peak = |i: usize| 1.0 / (1.0 + (7999 - i) as f32 * 0.01);
+        assert_eq!(ranks(peak).typical_largest(), 1.0);
+        let dots = |i: usize| [0.0, 1.0, 5.0][if i < 3 { i } else { 0 }];
+        assert_eq!(ranks(dots).typical_largest(), 5.0);
+        let nothing = |i: usize| if i == 9 { f32::NAN } else { 0.0 };
+        assert_eq!(ranks(nothing).typical_largest(), 0.0);
+    }
+}

@@ -1,0 +1,149 @@
+//! Functions of stored values are applied between voxels, where those have been interpolated: closed forms.
+
+use std::path::Path;
+
+use deepshadow::io::load_ingredients;
+use deepshadow::reference::Extinction;
+use deepshadow::scene::automatic::{Surroundings, complete};
+use deepshadow::scene::{Media, Scene, SceneFile};
+use deepshadow::settings::Settings;
+use glam::DVec3;
+
+use crate::support::backends::every_backend;
+
+/// Writes numbers (z, y, x) as a NumPy file of f32.
+pub fn write_npy(path: &Path, [nz, ny, nx]: [usize; 3], value: impl Fn([usize; 3]) -> f32) {
+    let shape = format!("({nz}, {ny}, {nx})");
+    let text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((text.len() as u16).to_le_bytes());
+    bytes.extend(text.into_bytes());
+    for (z, y, x) in
+        (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
+    {
+        bytes.extend(value([x, y, z]).to_le_bytes());
+    }
+    std::fs::write(path, bytes).unwrap();
+}
+
+/// The scene of a table `[volume]` of a file in `folder`, and what was said.
+pub fn described(text: &str, folder: &Path) -> (Scene, Settings, Vec<String>) {
+    let file = SceneFile::parse(text, &folder.join("scene.toml")).unwrap();
+    let mut notes = Vec::new();
+    let own = file.volume.iter().map(|table| {
+        let (own, said) = load_ingredients(table, false).unwrap();
+        notes.extend(said);
+        own
+    });
+    let (scene, settings, _) = complete(&file, own.collect(), Surroundings::Void).unwrap();
+    (scene, settings, notes)
+}
+
+/// Along the whole of x through the middle.
+fn along_x(media: &Media) -> f64 {
+    let bounds = media.world_bounds();
+    let origin = bounds.center() - DVec3::X * bounds.size().x;
+    Extinction::of(media).optical_depth(origin, DVec3::X, [0.0, 2.0 * bounds.size().x])
+}
+
+#[test]
+fn windows_and_functions_are_applied_between_voxels() {
+    let folder = tempfile::tempdir().unwrap();
+    write_npy(&folder.path().join("v.npy"), [4, 4, 2], |[x, ..]| [-1000.0, 1000.0][x]);
+    for (how, expected) in [
+        // From -1000 to 1000 in a voxel: a ramp over .05 of it, .45 behind that, half a voxel of border.
+        ("window = [0.0, 100.0]", 0.025 + 0.45 + 0.5),
+        ("window = [-200.0, 200.0]", 0.1 + 0.4 + 0.5),
+        ("transfer = { points = [[0, 1, 1, 1, 0], [100, 1, 1, 1, 1]] }", 0.025 + 0.45 + 0.5),
+        ("transfer = { points = [[-600, 1, 1, 1, 0], [-500, 1, 1, 1, 1]] }", 0.025 + 0.75 + 0.5),
+        // Beside a window a function speaks of 0..1: from 50 to 100 here.
+        (
+            "window = [0.0, 100.0]\ntransfer = { points = [[0.5, 1, 1, 1, 0], [1, 1, 1, 1, 1]] }",
+            0.0125 + 0.45 + 0.5,
+        ),
+        // A band is met on the way, and by no voxel.
+        ("transfer = { points = [[-100, 1, 1, 1, 0], [0, 1, 1, 1, 1], [100, 1, 1, 1, 0]] }", 0.05),
+        // All of a window's values are in it.
+        ("window = [-1000.0, 1000.0]", 0.5 + 0.5),
+    ] {
+        let text = format!("[volume]\npath = \"v.npy\"\ndensity_scale = 1.0\n{how}\n");
+        let (scene, _, _) = described(&text, folder.path());
+        let found = along_x(&scene.media);
+        assert!((found - expected).abs() < 1e-5, "{how}: {found} instead of {expected}");
+    }
+}
+
+/// Emission over densities and a window: the ramp speaks of what the window makes of them.
+#[test]
+fn emission_speaks_of_densities_whatever_is_held() {
+    let folder = tempfile::tempdir().unwrap();
+    write_npy(&folder.path().join("v.npy"), [4, 4, 4], |_| -300.0);
+    let text = "[volume]\npath = \"v.npy\"\nwindow = [-400.0, -200.0]\ndensity_scale = 0.0\n\
+         emission = { colors = \"grey\", scale = 2.0, range = [0.0, 1.0] }\n";
+    let (scene, _, _) = described(text, folder.path());
+    let body = scene.media.first();
+    let emission = body.medium.emission.as_ref().unwrap();
+    let held = f64::from(body.volume.values()[[1, 1, 1]]);
+    assert!((emission.ramp.at(held).1 - 0.5).abs() < 1e-6, "{:?}", emission.ramp);
+}
+
+/// A function that begins above the lowest value looks as the same one with a point at that.
+#[test]
+fn a_function_that_begins_high_makes_no_bricks() {
+    let folder = tempfile::tempdir().unwrap();
+    write_npy(&folder.path().join("v.npy"), [9, 9, 9], |at| {
+        let away = (0..3).map(|axis| (at[axis] as f32 - 4.0).powi(2)).sum::<f32>().sqrt();
+        1.0 - 0.25 * away
+    });
+    let scene = |points: &str| {
+        let text = format!(
+            "[volume]\npath = \"v.npy\"\ndensity_scale = 3.0\ntransfer = {{ points = [{points}] }}\n\
+             [image]\nwidth = 32\nheight = 32\n[shadow]\nsize = 32\n[background]\n\
+             radiance = [0.2, 0.2, 0.2]\n[camera]\nposition = [14.0, 10.0, 20.0]\n\
+             target = [4.0, 4.0, 4.0]\n[ground]\nenabled = false\n"
+        );
+        let (scene, settings, _) = described(&text, folder.path());
+        (scene, settings)
+    };
+    let step = "[0.499, 1, 1, 1, 0], [0.501, 1, 1, 1, 1], [1, 1, 1, 1, 1]";
+    let (high, settings) = scene(step);
+    let (low, _) = scene(&format!("[-2, 1, 1, 1, 0], {step}"));
+    assert!((along_x(&high.media) - along_x(&low.media)).abs() < 1e-6);
+    for backend in every_backend() {
+        let picture = |scene: &Scene| {
+            backend.render(scene, &settings, &deepshadow::progress::Silent).unwrap().0.pixels
+        };
+        let (high, low) = (picture(&high), picture(&low));
+        let differences = high.iter().zip(&low).map(|(a, b)| (a[0] - b[0]).abs());
+        let off = differences.fold(0.0, f32::max);
+        // The tables of the two have cells of different lengths, and smear the step over one.
+        assert!(off < 0.02, "{off}");
+    }
+}
+
+#[test]
+fn ranges_that_do_not_meet_the_data_are_spread_over_it() {
+    let folder = tempfile::tempdir().unwrap();
+    write_npy(&folder.path().join("v.npy"), [10, 10, 10], |[x, y, z]| {
+        (3 * (x + 10 * y + 100 * z)) as f32
+    });
+    let map = r#"[{"Name": "n", "RGBPoints": [0, 0, 0, 1, 1, 1, 0, 0]}]"#;
+    std::fs::write(folder.path().join("n.json"), map).unwrap();
+    let range = |more: &str| {
+        let text = format!("[volume]\npath = \"v.npy\"\n[volume.transfer]\n{more}\n");
+        let (scene, _, notes) = described(&text, folder.path());
+        let function = scene.media.first().medium.transfer.clone().unwrap();
+        (function.range(), notes.iter().any(|note| note.contains("--transfer-range")))
+    };
+    assert_eq!(range("file = \"n.json\""), ([0.0, 2997.0], true));
+    assert_eq!(range("file = \"n.json\"\nrange = [0.0, 1.0]"), ([0.0, 1.0], false));
+    assert_eq!(range("file = \"n.json\"\nrange = \"data\""), ([0.0, 2997.0], false));
+    assert_eq!(range("name = \"viridis\"\nrange = \"data\""), ([0.0, 2997.0], false));
+    let own = "points = [[200, 1, 1, 1, 0], [900, 1, 1, 1, 1]]";
+    assert_eq!(range(own), ([200.0, 900.0], false));
+    let beyond = "points = [[5000, 1, 1, 1, 0], [6000, 1, 1, 1, 1]]";
+    assert_eq!(range(beyond), ([0.0, 2997.0], true));
+    let wrong = "[volume.transfer]\nname = \"grey\"\nrange = \"all\"\n";
+    let error = SceneFile::parse(wrong, Path::new("s.toml")).unwrap_err().to_string();
+    assert!(error.contains("two numbers nor \"data\"") && error.contains("line 3"), "{error}");
+}
