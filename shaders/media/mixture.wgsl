@@ -34,6 +34,7 @@ const MOST_PARTS: u32 = 8u;
 const MOST_FIELDS: u32 = 8u;
 const TABLE_CELLS: u32 = 1024u;
 const LEAST_CELLS: f32 = 1.0;
+const FARTHEST_CELL: f32 = 16777216.0;
 
 @group(0) @binding(2) var trilinear: sampler;
 @group(0) @binding(12) var<uniform> mixture: Mixture;
@@ -98,30 +99,39 @@ fn field_value(field: u32, ray: Ray, at: f32, reach: f32) -> f32 {
     return sample_field(field, 0.5 * (part.begin + part.end));
 }
 
-// What a half of a table, which begins at an entry, says at a place in it, in cells.
-fn entry_at(first: u32, place: f32) -> vec4<f32> {
-    let held = clamp(place, 0.0, f32(TABLE_CELLS));
-    let cell = min(u32(held), TABLE_CELLS - 1u);
-    let a = tables[first + cell];
-    return a + (tables[first + cell + 1u] - a) * (held - f32(cell));
+// A place on a table's line over one cell: what the function is there, and its integral up to there, in cells.
+struct TablePlace {
+    cell: f32,
+    value: vec4<f32>,
+    integral: vec4<f32>,
 }
 
-// Integral of a table up to a place in it or beyond, in cells.
-fn integral_to(table: u32, place: f32) -> vec4<f32> {
-    return entry_at(table + TABLE_CELLS + 1u, place)
-        + tables[table] * min(place, 0.0)
-        + tables[table + TABLE_CELLS] * max(place - f32(TABLE_CELLS), 0.0);
+fn table_place(table: u32, place: f32) -> TablePlace {
+    let cell = clamp(floor(place), -1.0, f32(TABLE_CELLS));
+    let first = max(cell, 0.0);
+    let value = tables[table + u32(first)];
+    let rise = (tables[table + min(u32(cell + 1.0), TABLE_CELLS)] - value) * (place - first);
+    let up_to = tables[table + TABLE_CELLS + 1u + u32(first)];
+    return TablePlace(cell, value + rise, up_to + (value + 0.5 * rise) * (place - first));
 }
 
 // Mean of a table's function between two values: (red, green, blue) times opacity, and opacity.
 fn table_mean(header: vec4<f32>, ends: vec2<f32>) -> vec4<f32> {
     let table = u32(header.x);
-    let places = (ends - header.z) * header.w;
+    let places = clamp((ends - header.z) * header.w, vec2<f32>(-FARTHEST_CELL), vec2<f32>(FARTHEST_CELL));
+    let a = table_place(table, places.x);
+    let b = table_place(table, places.y);
     let across = places.y - places.x;
-    if (abs(across) < LEAST_CELLS) {
-        return entry_at(table, 0.5 * (places.x + places.y));
+    if (abs(across) >= LEAST_CELLS) {
+        return (b.integral - a.integral) / across;
     }
-    return (integral_to(table, places.y) - integral_to(table, places.x)) / across;
+    if (a.cell == b.cell) {
+        return 0.5 * (a.value + b.value);
+    }
+    // The edge between their cells.
+    let edge = max(a.cell, b.cell);
+    let middle = tables[table + u32(edge)];
+    return 0.5 * (middle + a.value + (b.value - a.value) * ((places.y - edge) / across));
 }
 
 // What a body does over a piece: (albedo times extinction, extinction), means over the piece.

@@ -16,9 +16,11 @@ use crate::volume::Volume;
 pub const MOST_FIELDS: usize = 8;
 /// Bodies that shaders know at most.
 pub const MOST_PARTS: usize = 8;
-/// Between densities that are closer than as many cells a function is read in their middle: integrals so
+/// Between densities that are closer than as many cells a function's mean comes from its values: integrals so
 /// close to each other have no digits left for their difference.
 pub const LEAST_CELLS: f32 = 1.0;
+/// Cells beyond a table's ends that are still told apart: over more of them the function is as at its end.
+pub const FARTHEST_CELL: f32 = 16_777_216.0;
 
 /// A grid of numbers.
 #[repr(C)]
@@ -67,12 +69,14 @@ pub struct Mixture<'a> {
     /// First [`TABLE_CELLS`] + 1 values where cells begin and end, then as many integrals up to there, in
     /// cells.
     pub tables: Vec<Vec4>,
+    /// World lengths of a unit that extinction and emission count ([`Media::unit`]).
+    unit: f64,
 }
 
 impl<'a> Mixture<'a> {
     /// The mixture of all of `media`'s bodies.
     pub fn of(media: &'a Media) -> Self {
-        let mut mixture = Self::default();
+        let mut mixture = Self { unit: media.unit(), ..Self::default() };
         for body in media.bodies() {
             mixture.add(body, media.world_from_index());
         }
@@ -102,13 +106,13 @@ impl<'a> Mixture<'a> {
                     Some(volume) => self.field(volume, world_from_media),
                     None => density,
                 };
-                (self.table(ramp), field + 1, *scale as f32)
+                (self.table(ramp), field + 1, (*scale * self.unit) as f32)
             }
             None => (Vec4::ZERO, 0, 0.0),
         };
         self.parts.push(Part {
             albedo: medium.albedo.as_vec3().extend(medium.phase_g as f32),
-            strength: Vec4::new(medium.density_scale as f32, scale, 0.0, 0.0),
+            strength: Vec4::new((medium.density_scale * self.unit) as f32, scale, 0.0, 0.0),
             transfer,
             emission,
             fields: [density, color, field, modulation],
@@ -133,42 +137,49 @@ impl<'a> Mixture<'a> {
         let [low, high] = function.range();
         let cell = (high - low).max(1e-30) / f64::from(TABLE_CELLS);
         let first = self.tables.len();
+        let edge = |i: u32| low + f64::from(i) * cell;
+        // Each value is the function's mean by a hat that falls to the neighbours: lines between such values hold
+        // what the function does, wherever it jumps.
         let weighted = |value: f64| -> DVec4 {
             let (color, opacity) = function.at(value);
             (color * opacity).extend(opacity)
         };
-        for i in 0..=TABLE_CELLS {
-            self.tables.push(weighted(low + f64::from(i) * cell).as_vec4());
-        }
+        let inner = (1..TABLE_CELLS).map(|i| {
+            let [before, here, after] = [edge(i - 1), edge(i), edge(i + 1)];
+            mean(function, [before, here], [0.0, 1.0]) + mean(function, [here, after], [1.0, 0.0])
+        });
+        let values: Vec<DVec4> =
+            [weighted(low)].into_iter().chain(inner).chain([weighted(high)]).collect();
+        self.tables.extend(values.iter().map(|value| value.as_vec4()));
         let mut integral = DVec4::ZERO;
         self.tables.push(Vec4::ZERO);
-        for i in 0..TABLE_CELLS {
-            let from = low + f64::from(i) * cell;
-            integral += mean(function, from, from + cell);
+        for ends in values.windows(2) {
+            integral += 0.5 * (ends[0] + ends[1]);
             self.tables.push(integral.as_vec4());
         }
         Vec4::new(first as f32, 1.0, low as f32, (1.0 / cell) as f32)
     }
 }
 
-/// The mean of colour times opacity, and of opacity, between two values: between points both factors are
-/// linear, which Simpson's rule integrates exactly.
-fn mean(function: &TransferFunction, from: f64, to: f64) -> DVec4 {
+/// The mean of colour times opacity, and of opacity, between two values, times a weight that is linear between what
+/// it is at them: all three factors are linear between points, which Simpson's rule integrates exactly.
+fn mean(function: &TransferFunction, [from, to]: [f64; 2], weights: [f64; 2]) -> DVec4 {
     let points = function.points();
     let begin = points.partition_point(|point| point.value <= from);
     let inner = points[begin..].iter().map(|point| point.value).take_while(|&value| value < to);
+    let weight = |at: f64| weights[0] + (weights[1] - weights[0]) * (at - from) / (to - from);
     let mut sum = DVec4::ZERO;
     let mut at = from;
     for next in inner.chain([to]) {
         if next > at {
-            sum += (next - at) * simpson(function, at, next);
+            sum += (next - at) * simpson(function, [at, next], [weight(at), weight(next)]);
             at = next;
         }
     }
     sum / (to - from)
 }
 
-fn simpson(function: &TransferFunction, from: f64, to: f64) -> DVec4 {
+fn simpson(function: &TransferFunction, [from, to]: [f64; 2], weights: [f64; 2]) -> DVec4 {
     // Inside the piece, so that a jump at either end is not read from its other side.
     let inside = |share: f64| {
         let (color, opacity) = function.at(from + share * (to - from));
@@ -176,6 +187,7 @@ fn simpson(function: &TransferFunction, from: f64, to: f64) -> DVec4 {
     };
     let (a, b) = (inside(0.25), inside(0.75));
     let (begin, middle, end) = (a * 1.5 - b * 0.5, (a + b) * 0.5, b * 1.5 - a * 0.5);
-    let weigh = |v: DVec4| (v.truncate() * v.w).extend(v.w);
-    (weigh(begin) + 4.0 * weigh(middle) + weigh(end)) / 6.0
+    let weigh = |v: DVec4, weight: f64| (v.truncate() * v.w).extend(v.w) * weight;
+    let half = 0.5 * (weights[0] + weights[1]);
+    (weigh(begin, weights[0]) + 4.0 * weigh(middle, half) + weigh(end, weights[1])) / 6.0
 }

@@ -1,11 +1,12 @@
 //! Several bodies at once: extinctions add up, and what is scattered is their mean by extinction.
 
-use glam::{Vec3, Vec4};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::density::{Density, sample_density};
+use super::density::{Density, four_densities, sample_density};
 use super::media::Piece;
-use super::ray::intersect_box;
-use crate::frame::{Field, LEAST_CELLS, Mixture, Part, TABLE_CELLS};
+use super::ray::{Ray, intersect_box};
+use super::table::{OpacityCell, OpacityTable, opacity_cells, table_mean};
+use crate::frame::{Field, Mixture, Part};
 use crate::scene::Media;
 
 /// A mixture ready to be sampled.
@@ -13,6 +14,8 @@ use crate::scene::Media;
 pub struct MixedMedia<'a> {
     mixture: Mixture<'a>,
     grids: Vec<Density<'a>>,
+    /// Those of the first body's transfer function, if it has one.
+    opacities: Vec<OpacityCell>,
 }
 
 impl<'a> MixedMedia<'a> {
@@ -20,7 +23,11 @@ impl<'a> MixedMedia<'a> {
     pub fn of(media: &'a Media) -> Self {
         let mixture = Mixture::of(media);
         let grids = mixture.volumes.iter().map(|volume| Density::of(volume)).collect();
-        Self { mixture, grids }
+        let first = mixture.parts.first().map(|part| part.transfer);
+        let first = first.filter(|transfer| transfer.y > 0.0);
+        let opacities =
+            first.map_or_else(Vec::new, |header| opacity_cells(&mixture.tables, header));
+        Self { mixture, grids, opacities }
     }
 }
 
@@ -62,36 +69,8 @@ fn middle(grid: &Density<'_>, [a, b]: [Vec3; 2]) -> f32 {
     sample_density(grid, 0.5 * (a + b))
 }
 
-/// Cells of a table and entries of one of its halves.
-const CELLS: usize = TABLE_CELLS as usize;
-
-/// What a half of a table says at a place in it, in cells.
-#[inline]
-fn entry(half: &[Vec4], place: f32) -> Vec4 {
-    let held = place.clamp(0.0, CELLS as f32);
-    let cell = (held as usize).min(CELLS - 1);
-    let (a, b) = (half[cell], half[cell + 1]);
-    a + (b - a) * (held - cell as f32)
-}
-
-/// Integral of a table up to a place in it or beyond, in cells.
-#[inline]
-fn integral_to(table: &[Vec4], place: f32) -> Vec4 {
-    let beyond = (place - CELLS as f32).max(0.0);
-    entry(&table[CELLS + 1..], place) + table[0] * place.min(0.0) + table[CELLS] * beyond
-}
-
-/// Mean of a table's function between two values: (red, green, blue) times opacity, and opacity.
-#[inline]
-fn table_mean(tables: &[Vec4], header: Vec4, [a, b]: [f32; 2]) -> Vec4 {
-    let table = &tables[header.x as usize..][..2 * (CELLS + 1)];
-    let (a, b) = ((a - header.z) * header.w, (b - header.z) * header.w);
-    if (b - a).abs() < LEAST_CELLS {
-        return entry(table, 0.5 * (a + b));
-    }
-    (integral_to(table, b) - integral_to(table, a)) / (b - a)
-}
-
+/// How far apart pieces that touch may be by rounding, as a share of their length.
+const TOUCHING: f32 = 1e-3;
 /// What a body does over a piece: (albedo times extinction, extinction), means over the piece.
 fn part_along(media: &MixedMedia<'_>, part: &Part, piece: &Piece<'_>) -> Vec4 {
     let [density, color, _, modulation] = part.fields.map(|field| field as usize);
@@ -123,6 +102,24 @@ fn part_along(media: &MixedMedia<'_>, part: &Part, piece: &Piece<'_>) -> Vec4 {
 /// Mean extinction over a piece, 1 / world length.
 pub fn mixture_density(media: &MixedMedia<'_>, piece: &Piece<'_>) -> f32 {
     media.mixture.parts.iter().map(|part| part_along(media, part, piece).w).sum()
+}
+
+/// Mean extinctions over four pieces of a ray through a mixture of one body with a transfer function and nothing
+/// else that varies, as [`mixture_density`]; the pieces lie in its domain.
+#[inline]
+pub fn four_classified(media: &MixedMedia<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
+    let (part, grid) = (&media.mixture.parts[0], &media.grids[0]);
+    let (begins, ends) = (at - half, at + half);
+    let first = four_densities(grid, ray, begins);
+    // Pieces that touch share a sample.
+    let apart = (ends.xyz() - begins.yzw()).abs();
+    let last = if apart.max_element() <= TOUCHING * half.max_element() {
+        first.yzw().extend(sample_density(grid, ray.at(ends.w)))
+    } else {
+        four_densities(grid, ray, ends)
+    };
+    let table = OpacityTable { cells: &media.opacities, header: part.transfer };
+    part.strength.x * table.four_means([first, last])
 }
 
 /// What a piece scatters per unit of opacity: with `phase` of each body's g, and without.

@@ -39,10 +39,7 @@ impl Occupancy {
     pub(super) fn of(media: &Media) -> Self {
         let domain = media.domain();
         // Bricks of the only body are the volume's own.
-        let only = match media.bodies() {
-            [body] => Some(body.volume.dims()),
-            _ => None,
-        };
+        let only = media.only_volume().map(Volume::dims);
         let (origin, extent) = match only {
             Some(dims) => (DVec3::splat(-0.5), DVec3::from_array(dims.map(|n| n as f64))),
             None => (domain.min, domain.size()),
@@ -56,9 +53,10 @@ impl Occupancy {
             codes: vec![u8::MAX; dims.iter().product()],
             roughness: 0.0,
         };
-        if let Some(volume) = media.plain() {
-            occupancy.grade(volume);
-            occupancy.roughness *= media.first().medium.density_scale;
+        if let Some(body) = media.graded() {
+            occupancy.grade(body);
+            occupancy.roughness *= body.medium.density_scale;
+            occupancy.add_emission(body, None);
         } else {
             let index_from_world = media.world_from_index().inverse();
             for body in media.bodies() {
@@ -89,17 +87,21 @@ impl Occupancy {
         &self.codes
     }
 
-    /// The largest change of extinction over a voxel, 1 / world length; 0 for media that are not plain,
-    /// which nothing is known of.
+    /// The largest change of extinction over a voxel, 1 / world length; 0 for several bodies and for
+    /// modulated extinction, which nothing is known of.
     pub fn roughness(&self) -> f64 {
         self.roughness
     }
 
-    /// Codes of a plain volume, whose bricks these are, and its largest change of density.
-    fn grade(&mut self, volume: &Volume) {
-        let ranges = volume.bricks().ranges();
+    /// Codes of the only body, whose bricks these are, and its largest change of density, or of opacity.
+    fn grade(&mut self, body: &Body) {
+        let ranges = body.volume.bricks().ranges();
+        let function = body.medium.transfer.as_deref();
         // Slopes of all bricks within reach, axis by axis.
-        let mut changes = ranges.mapv(|range| range.slope);
+        let mut changes = ranges.mapv(|range| match function {
+            Some(function) => opacity_change(function, range),
+            None => range.slope,
+        });
         for axis in (0..3).map(ndarray::Axis) {
             for mut lane in changes.lanes_mut(axis) {
                 let own: Vec<f32> = lane.iter().copied().collect();
@@ -113,7 +115,7 @@ impl Occupancy {
         self.roughness = f64::from(largest);
         let graded = self.codes.iter_mut().zip(ranges).zip(&changes);
         for ((code, range), &change) in graded {
-            if range.high > 0.0 {
+            if function.map_or(range.high > 0.0, |function| shows(function, *range)) {
                 let longer = f32::from(ROUGHEST) * (largest / change.max(f32::MIN_POSITIVE)).sqrt();
                 *code = longer.clamp(f32::from(ROUGHEST), f32::from(EMPTY - 1)) as u8;
             }
@@ -121,24 +123,28 @@ impl Occupancy {
     }
 
     fn add_body(&mut self, body: &Body, index_from_world: Option<&DMat4>) {
-        let medium = &body.medium;
-        let extinguishes = |range: Range| match &medium.transfer {
+        let extinguishes = |range: Range| match &body.medium.transfer {
             Some(function) => shows(function, range),
             None => range.high > 0.0,
         };
-        let own = medium.emission.as_ref().filter(|emission| emission.field.is_none());
-        let occupied =
-            |range| extinguishes(range) || own.is_some_and(|emission| shows(&emission.ramp, range));
-        self.add_volume(&body.volume, index_from_world, occupied);
-        if let Some(emission) = &medium.emission
-            && let Some(field) = &emission.field
-        {
-            // Another grid need not lie where the densities do.
-            let index_from_world = match index_from_world {
-                Some(known) => *known,
-                None => body.volume.world_from_index().inverse(),
-            };
-            self.add_volume(field, Some(&index_from_world), |range| shows(&emission.ramp, range));
+        self.add_volume(&body.volume, index_from_world, extinguishes);
+        self.add_emission(body, index_from_world);
+    }
+
+    /// Marks what emits light, where nothing is marked yet.
+    fn add_emission(&mut self, body: &Body, index_from_world: Option<&DMat4>) {
+        let Some(emission) = &body.medium.emission else { return };
+        let occupied = |range| shows(&emission.ramp, range);
+        match &emission.field {
+            None => self.add_volume(&body.volume, index_from_world, occupied),
+            Some(field) => {
+                // Another grid need not lie where the densities do.
+                let index_from_world = match index_from_world {
+                    Some(known) => *known,
+                    None => body.volume.world_from_index().inverse(),
+                };
+                self.add_volume(field, Some(&index_from_world), occupied);
+            }
         }
     }
 
@@ -186,7 +192,11 @@ impl Occupancy {
         for z in span(2) {
             for y in span(1) {
                 for x in span(0) {
-                    self.codes[(z * ny + y) * nx + x] = ROUGHEST;
+                    let code = &mut self.codes[(z * ny + y) * nx + x];
+                    // What is known stays: emission alone casts no shadow, and camera rays take no longer steps.
+                    if *code >= EMPTY {
+                        *code = ROUGHEST;
+                    }
                 }
             }
         }
@@ -231,12 +241,32 @@ impl Occupancy {
     }
 }
 
+/// How much opacity changes over a voxel of a brick at most: by the function's steepest slope there, but no more
+/// than it differs at all.
+fn opacity_change(function: &TransferFunction, range: Range) -> f32 {
+    let [first, last] = function.range();
+    let cell = ((last - first) / f64::from(TABLE_CELLS)).max(f64::MIN_POSITIVE);
+    let [low, high] = [f64::from(range.low) - cell, f64::from(range.high) + cell];
+    let points = function.points().iter();
+    let inner = points.filter(|point| point.value > low && point.value < high);
+    let mut before = (low, function.at(low).1);
+    let (mut least, mut most, mut steepest) = (before.1, before.1, 0.0_f64);
+    for (value, opacity) in
+        inner.map(|point| (point.value, point.opacity)).chain([(high, function.at(high).1)])
+    {
+        (least, most) = (least.min(opacity), most.max(opacity));
+        steepest = steepest.max((opacity - before.1).abs() / (value - before.0).max(cell));
+        before = (value, opacity);
+    }
+    (steepest * f64::from(range.slope)).min(most - least) as f32
+}
+
 /// Whether a function's opacity is above 0 anywhere in a range.
 fn shows(function: &TransferFunction, range: Range) -> bool {
-    // Passes read functions from tables of as many cells, which smear a jump over one.
+    // Passes read functions from tables of as many cells, which smear a jump over two on either side.
     let [first, last] = function.range();
-    let cell = (last - first) / f64::from(TABLE_CELLS);
-    let [low, high] = [f64::from(range.low) - cell, f64::from(range.high) + cell];
+    let smeared = 2.0 * (last - first) / f64::from(TABLE_CELLS);
+    let [low, high] = [f64::from(range.low) - smeared, f64::from(range.high) + smeared];
     let mut inside = function.points().iter().filter(|point| (low..=high).contains(&point.value));
     function.at(low).1 > 0.0 || function.at(high).1 > 0.0 || inside.any(|point| point.opacity > 0.0)
 }
