@@ -32,6 +32,16 @@ enum Content<'a> {
     Classified(Box<MixedMedia<'a>>),
     /// Everything else.
     Mixed(Box<MixedMedia<'a>>),
+    /// For light rays: one of the two above in a part of the media's box, and as a mixture where pieces reach beyond that part.
+    Within(Box<Within<'a>>),
+}
+
+#[derive(Clone, Debug)]
+struct Within<'a> {
+    content: Content<'a>,
+    mixed: MixedMedia<'a>,
+    /// In the media's index space.
+    bounds: [Vec3; 2],
 }
 
 /// A piece of a ray in index space, around a distance along it.
@@ -58,15 +68,22 @@ impl<'a> Sampler<'a> {
     /// A sampler of `media` for light rays: of extinction alone, which is what [`Sampler::of`] says, faster. It knows
     /// no source and no emission.
     pub fn of_extinction(media: &'a Media) -> Self {
-        let content = match media.graded() {
-            Some(body) if media.plain().is_none() => match &body.medium.transfer {
-                Some(_) => Content::Classified(Box::new(MixedMedia::of(media))),
-                None => {
-                    let scale = (body.medium.density_scale * media.unit()) as f32;
-                    Content::Scaled(Density::of(&body.volume), scale)
-                }
-            },
-            _ => return Self::of(media),
+        let Some(body) = media.graded().filter(|_| media.plain().is_none()) else {
+            return Self::of(media);
+        };
+        let content = match &body.medium.transfer {
+            Some(_) => Content::Classified(Box::new(MixedMedia::of(media))),
+            None => {
+                let scale = (body.medium.density_scale * media.unit()) as f32;
+                Content::Scaled(Density::of(&body.volume), scale)
+            }
+        };
+        let domain = body.volume.domain();
+        let content = if domain == media.domain() {
+            content
+        } else {
+            let bounds = [domain.min.as_vec3(), domain.max.as_vec3()];
+            Content::Within(Box::new(Within { content, mixed: MixedMedia::of(media), bounds }))
         };
         Self { content, occupancy: media.occupancy() }
     }
@@ -81,21 +98,40 @@ pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f3
         Content::Mixed(media) | Content::Classified(media) => {
             mixture_density(media, &Piece { ray, at, half })
         }
+        Content::Within(within) => mixture_density(&within.mixed, &Piece { ray, at, half }),
     }
 }
 
-/// The same over four pieces of a ray.
+/// The same over four pieces of a ray, one behind the other.
 #[inline]
 pub fn four_along(sampler: &Sampler<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
-    match &sampler.content {
+    let content = match &sampler.content {
+        Content::Within(within) => {
+            let ends = [ray.at(at.x - half.x), ray.at(at.w + half.w)];
+            let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            let [min, max] = within.bounds;
+            if high.cmplt(min).any() || low.cmpgt(max).any() {
+                return Vec4::ZERO;
+            }
+            if low.cmplt(min).any() || high.cmpgt(max).any() {
+                return four_mixed(&within.mixed, ray, at, half);
+            }
+            &within.content
+        }
+        content => content,
+    };
+    match content {
         Content::Plain(density) => four_densities(density, ray, at),
         Content::Scaled(density, scale) => *scale * four_densities(density, ray, at),
         Content::Classified(media) => four_classified(media, ray, at, half),
-        Content::Mixed(media) => {
-            let piece = |i: usize| Piece { ray, at: at[i], half: half[i] };
-            Vec4::from_array([0, 1, 2, 3].map(|i| mixture_density(media, &piece(i))))
-        }
+        Content::Mixed(media) => four_mixed(media, ray, at, half),
+        Content::Within(within) => four_mixed(&within.mixed, ray, at, half),
     }
+}
+
+fn four_mixed(media: &MixedMedia<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
+    let piece = |i: usize| Piece { ray, at: at[i], half: half[i] };
+    Vec4::from_array([0, 1, 2, 3].map(|i| mixture_density(media, &piece(i))))
 }
 
 /// Light that arrives at a point of a camera ray where nothing shadows it.
@@ -142,13 +178,15 @@ pub fn source_along(
                 mixture_source(media, piece, |g| octaves(more, g, light.cosine, transmittance));
             light.irradiance * scattered + ambient * albedo
         }
+        // Light rays meet no source.
+        Content::Within(_) => Vec3::ZERO,
     }
 }
 
 /// Radiance per world length that a piece of a ray emits.
 pub fn emission_along(sampler: &Sampler<'_>, piece: &Piece<'_>) -> Vec3 {
     match &sampler.content {
-        Content::Plain(_) | Content::Scaled(..) => Vec3::ZERO,
+        Content::Plain(_) | Content::Scaled(..) | Content::Within(_) => Vec3::ZERO,
         Content::Mixed(media) | Content::Classified(media) => mixture_emission(media, piece),
     }
 }

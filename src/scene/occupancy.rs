@@ -38,14 +38,17 @@ impl Occupancy {
     /// The bricks of all of `media`'s bodies.
     pub(super) fn of(media: &Media) -> Self {
         let domain = media.domain();
-        // Bricks of the only body are the volume's own.
-        let only = media.only_volume().map(Volume::dims);
-        let (origin, extent) = match only {
-            Some(dims) => (DVec3::splat(-0.5), DVec3::from_array(dims.map(|n| n as f64))),
-            None => (domain.min, domain.size()),
+        // Bricks of the only body are the volume's own; where light is emitted beside it, more lie around them.
+        let (graded, only) = (media.graded(), media.only_volume().is_some());
+        let edge = brick_edge(domain.size());
+        let first = DVec3::splat(-0.5);
+        let origin = match graded {
+            _ if only => first,
+            Some(_) => first - ((first - domain.min) / edge).ceil().max(DVec3::ZERO) * edge,
+            None => domain.min,
         };
-        let edge = brick_edge(extent);
-        let dims = (extent / edge).ceil().max(DVec3::ONE).to_array().map(|n| n as usize);
+        let dims = ((domain.max - origin) / edge).ceil().max(DVec3::ONE);
+        let dims = dims.to_array().map(|n| n as usize);
         let mut occupancy = Self {
             origin,
             edge,
@@ -53,14 +56,15 @@ impl Occupancy {
             codes: vec![u8::MAX; dims.iter().product()],
             roughness: 0.0,
         };
-        if let Some(body) = media.graded() {
+        let index_from_world = media.world_from_index().inverse();
+        let index_from_world = (!only).then_some(&index_from_world);
+        if let Some(body) = graded {
             occupancy.grade(body);
             occupancy.roughness *= body.medium.density_scale;
-            occupancy.add_emission(body, None);
+            occupancy.add_emission(body, index_from_world);
         } else {
-            let index_from_world = media.world_from_index().inverse();
             for body in media.bodies() {
-                occupancy.add_body(body, only.is_none().then_some(&index_from_world));
+                occupancy.add_body(body, index_from_world);
             }
         }
         occupancy.spread();
@@ -93,9 +97,11 @@ impl Occupancy {
         self.roughness
     }
 
-    /// Codes of the only body, whose bricks these are, and its largest change of density, or of opacity.
+    /// Codes of the only body, whose bricks are these or parts of them, and its largest change of density, or of
+    /// opacity.
     fn grade(&mut self, body: &Body) {
-        let ranges = body.volume.bricks().ranges();
+        let bricks = body.volume.bricks();
+        let ranges = bricks.ranges();
         let function = body.medium.transfer.as_deref();
         // Slopes of all bricks within reach, axis by axis.
         let mut changes = ranges.mapv(|range| match function {
@@ -113,11 +119,16 @@ impl Occupancy {
         }
         let largest = changes.iter().copied().fold(0.0, f32::max);
         self.roughness = f64::from(largest);
-        let graded = self.codes.iter_mut().zip(ranges).zip(&changes);
-        for ((code, range), &change) in graded {
-            if function.map_or(range.high > 0.0, |function| shows(function, *range)) {
+        let ahead = ((-0.5 - self.origin) / self.edge).round().to_array().map(|n| n as usize);
+        let ratio = (self.edge / bricks.edge() as f64) as usize;
+        let [nx, ny, _] = self.dims;
+        for (((z, y, x), &range), &change) in ranges.indexed_iter().zip(&changes) {
+            if function.map_or(range.high > 0.0, |function| shows(function, range)) {
                 let longer = f32::from(ROUGHEST) * (largest / change.max(f32::MIN_POSITIVE)).sqrt();
-                *code = longer.clamp(f32::from(ROUGHEST), f32::from(EMPTY - 1)) as u8;
+                let [x, y, z] = [0, 1, 2].map(|axis| ahead[axis] + [x, y, z][axis] / ratio);
+                let code = &mut self.codes[(z * ny + y) * nx + x];
+                let longest = longer.clamp(f32::from(ROUGHEST), f32::from(EMPTY - 1)) as u8;
+                *code = longest.min(*code);
             }
         }
     }
