@@ -105,7 +105,8 @@ fn a_function_that_begins_high_makes_no_bricks() {
         let (scene, settings, _) = described(&text, folder.path());
         (scene, settings)
     };
-    let step = "[0.499, 1, 1, 1, 0], [0.501, 1, 1, 1, 1], [1, 1, 1, 1, 1]";
+    // Over many cells of either table, of which the two have different ones: a silhouette shows them else.
+    let step = "[0.45, 1, 1, 1, 0], [0.55, 1, 1, 1, 1], [1, 1, 1, 1, 1]";
     let (high, settings) = scene(step);
     let (low, _) = scene(&format!("[-2, 1, 1, 1, 0], {step}"));
     assert!((along_x(&high.media) - along_x(&low.media)).abs() < 1e-6);
@@ -116,7 +117,11 @@ fn a_function_that_begins_high_makes_no_bricks() {
         let (high, low) = (picture(&high), picture(&low));
         let differences = high.iter().zip(&low).map(|(a, b)| (a[0] - b[0]).abs());
         let off = differences.fold(0.0, f32::max);
-        // The tables of the two have cells of different lengths, and smear the step over one.
+        for (k, (a, b)) in high.iter().zip(&low).enumerate() {
+            if (a[0] - b[0]).abs() > 0.01 {
+                eprintln!("{} {} {a:?} {b:?}", k % 32, k / 32);
+            }
+        }
         assert!(off < 0.02, "{off}");
     }
 }

@@ -1,6 +1,8 @@
 //! Pass `march_view`: from the camera through the volume, each step lit through the shadow map, and
 //! on to the ground or the background.
 
+use std::cell::Cell;
+
 use glam::{Vec3, Vec4};
 
 use super::tiles;
@@ -179,10 +181,11 @@ impl View<'_> {
         let frame = self.frame;
         let mut batch = Batch { ray, begin: t, step: walk.step_from(t) };
         let mut limit = frame.limits.z;
+        let met = Cell::default();
         loop {
             let four = |first: usize| {
                 let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
-                four_along(&self.sampler, batch.ray, at, Vec4::splat(0.25 * batch.step))
+                four_along(&self.sampler, batch.ray, at, Vec4::splat(0.25 * batch.step), &met)
             };
             let per_density = frame.domain_min.w * (0.5 * batch.step);
             let taus = [per_density * four(0), per_density * four(4)];

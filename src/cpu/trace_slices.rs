@@ -1,5 +1,7 @@
 //! Pass `trace_slices`: every slab of every texel's ray, in order, into nodes.
 
+use std::cell::Cell;
+
 use super::tiles;
 use crate::error::Result;
 use crate::frame::Frame;
@@ -44,9 +46,10 @@ pub(super) fn trace_texel(
     let end = slabs.exit * (1.0 + thin);
     let mut walk = Walk::new(sampler.occupancy, &slabs.ray, end, lengths);
     let (mut t, mut next) = (walk.next_place(slabs.enter), slabs.first as f32);
+    let met = Cell::default();
     'ray: while t < slabs.exit {
         let of = |step: f32| batch_of(frame, &slabs, t, step, next);
-        let depths = |step: f32| four_optical_depths(sampler, frame, &slabs, &of(step));
+        let depths = |step: f32| four_optical_depths(sampler, frame, &slabs, &of(step), &met);
         // Planes are where they are.
         let bend = if frame.counts[1] > 0 { f32::INFINITY } else { frame.limits.y };
         let limits = [bend, fitter.optical_depth()];

@@ -1,5 +1,7 @@
 //! Pass `trace_threshold`: from the light through every texel of the map.
 
+use std::cell::Cell;
+
 use glam::{Vec3, Vec4};
 
 use super::tiles;
@@ -53,11 +55,12 @@ fn trace_texel(
     let mut walk = Walk::new(sampler.occupancy, &index_ray, exit, lengths);
 
     reached.clear();
+    let met = Cell::default();
     let (mut tau, mut t) = (0.0_f32, walk.next_place(enter));
     while t < exit && tau < LARGEST_OPTICAL_DEPTH {
         let depths = |step: f32| {
             let at = t + step * Vec4::new(0.5, 1.5, 2.5, 3.5);
-            let densities = four_along(sampler, &index_ray, at, Vec4::splat(0.5 * step));
+            let densities = four_along(sampler, &index_ray, at, Vec4::splat(0.5 * step), &met);
             densities * (frame.domain_min.w * step)
         };
         let end = |step: f32| {

@@ -1,13 +1,15 @@
 //! What a ray meets, sampled along it: a plain volume, or a mixture. On the GPU each has a file of its own
 //! in `shaders/media/` with functions of these names.
 
+use std::cell::Cell;
+
 use glam::{Vec3, Vec4};
 
 use super::density::{Density, four_densities, sample_density};
 use super::light::{irradiance_at, light_direction_at};
 use super::medium::{octaves, phase};
 use super::mixture::{
-    MixedMedia, four_classified, mixture_density, mixture_emission, mixture_source,
+    Met, MixedMedia, four_classified, mixture_density, mixture_emission, mixture_source,
 };
 use super::ray::Ray;
 use crate::frame::Frame;
@@ -102,9 +104,9 @@ pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f3
     }
 }
 
-/// The same over four pieces of a ray, one behind the other.
+/// The same over four pieces of a ray, one behind the other. `met` is the ray's own.
 #[inline]
-pub fn four_along(sampler: &Sampler<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
+pub fn four_along(sampler: &Sampler<'_>, ray: &Ray, at: Vec4, half: Vec4, met: &Cell<Met>) -> Vec4 {
     let content = match &sampler.content {
         Content::Within(within) => {
             let ends = [ray.at(at.x - half.x), ray.at(at.w + half.w)];
@@ -123,7 +125,7 @@ pub fn four_along(sampler: &Sampler<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec
     match content {
         Content::Plain(density) => four_densities(density, ray, at),
         Content::Scaled(density, scale) => *scale * four_densities(density, ray, at),
-        Content::Classified(media) => four_classified(media, ray, at, half),
+        Content::Classified(media) => four_classified(media, ray, at, half, met),
         Content::Mixed(media) => four_mixed(media, ray, at, half),
         Content::Within(within) => four_mixed(&within.mixed, ray, at, half),
     }

@@ -1,11 +1,13 @@
 //! Several bodies at once: extinctions add up, and what is scattered is their mean by extinction.
 
+use std::cell::Cell;
+
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::density::{Density, four_densities, sample_density};
 use super::media::Piece;
 use super::ray::{Ray, intersect_box};
-use super::table::{OpacityCell, OpacityTable, opacity_cells, table_mean};
+use super::table::{OpacityCell, OpacityTable, Readings, opacity_cells, table_mean};
 use crate::frame::{Field, Mixture, Part};
 use crate::scene::Media;
 
@@ -104,22 +106,36 @@ pub fn mixture_density(media: &MixedMedia<'_>, piece: &Piece<'_>) -> f32 {
     media.mixture.parts.iter().map(|part| part_along(media, part, piece).w).sum()
 }
 
-/// Mean extinctions over four pieces of a ray through a mixture of one body with a transfer function and nothing
-/// else that varies, as [`mixture_density`]; the pieces lie in its domain.
+/// What a light ray keeps of a mixture of one body with a transfer function: what it met where the last pieces began
+/// and where they ended, for those that begin there.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Met([Option<(f32, Readings<f32>)>; 2]);
+
+/// Mean extinctions over four pieces of a ray, one behind the other, through a mixture of one body with a transfer
+/// function and nothing else that varies, as [`mixture_density`]; the pieces lie in its domain.
 #[inline]
-pub fn four_classified(media: &MixedMedia<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
+pub fn four_classified(
+    media: &MixedMedia<'_>,
+    ray: &Ray,
+    at: Vec4,
+    half: Vec4,
+    met: &Cell<Met>,
+) -> Vec4 {
     let (part, grid) = (&media.mixture.parts[0], &media.grids[0]);
     let (begins, ends) = (at - half, at + half);
-    let first = four_densities(grid, ray, begins);
-    // Pieces that touch share a sample.
     let apart = (ends.xyz() - begins.yzw()).abs();
-    let last = if apart.max_element() <= TOUCHING * half.max_element() {
-        first.yzw().extend(sample_density(grid, ray.at(ends.w)))
-    } else {
-        four_densities(grid, ray, ends)
-    };
+    let nearest = TOUCHING * half.max_element();
+    if apart.max_element() > nearest {
+        let pieces = [0, 1, 2, 3].map(|i| Piece { ray, at: at[i], half: half[i] });
+        return Vec4::from_array(pieces.map(|piece| mixture_density(media, &piece)));
+    }
     let table = OpacityTable { cells: &media.opacities, header: part.transfer };
-    part.strength.x * table.four_means([first, last])
+    let known = met.get().0.into_iter().flatten().find(|(at, _)| (at - begins.x).abs() <= nearest);
+    let begin =
+        known.unwrap_or_else(|| (begins.x, table.one(sample_density(grid, ray.at(begins.x)))));
+    let readings = table.four(four_densities(grid, ray, ends));
+    met.set(Met([Some((ends.w, readings.last())), Some(begin)]));
+    part.strength.x * table.means(&begin.1, &readings)
 }
 
 /// What a piece scatters per unit of opacity: with `phase` of each body's g, and without.

@@ -1,9 +1,12 @@
 //! A light ray cut into slabs, and the optical depth of each.
 
+use std::cell::Cell;
+
 use glam::Vec4;
 
 use super::light::light_ray;
 use super::media::{Sampler, density_along, four_along};
+use super::mixture::Met;
 use super::ray::{Ray, intersect_box, step_count, voxels_over};
 use crate::frame::Frame;
 
@@ -129,18 +132,19 @@ pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32, next: f32) -> B
     Batch { fronts, backs: backs.min(exit), end, next: first + 4.0 }
 }
 
-/// Optical depths of a batch's slabs.
+/// Optical depths of a batch's slabs. `met` is the ray's own.
 pub fn four_optical_depths(
     sampler: &Sampler<'_>,
     frame: &Frame,
     slabs: &Slabs,
     batch: &Batch,
+    met: &Cell<Met>,
 ) -> Vec4 {
     let steps = (batch.backs - batch.fronts).max(Vec4::ZERO) / slabs.samples as f32;
     let mut sums = Vec4::ZERO;
     for s in 0..slabs.samples {
         let at = batch.fronts + (s as f32 + 0.5) * steps;
-        sums += four_along(sampler, &slabs.ray, at, 0.5 * steps);
+        sums += four_along(sampler, &slabs.ray, at, 0.5 * steps, met);
     }
     sums * steps * frame.domain_min.w
 }

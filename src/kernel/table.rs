@@ -1,7 +1,7 @@
 //! Functions of a density, read from tables: lines between values at the edges of cells, and beyond the ends as
 //! they are there. Long pieces and short ones read one function, so that what touches adds up.
 
-use glam::{Mat4, Vec4};
+use glam::{Mat4, Vec4, Vec4Swizzles};
 
 use crate::frame::{FARTHEST_CELL, LEAST_CELLS, TABLE_CELLS};
 
@@ -79,39 +79,80 @@ pub struct OpacityTable<'a> {
     pub header: Vec4,
 }
 
+/// What four densities, or one, are in a table of opacities.
+#[derive(Clone, Copy, Debug)]
+pub struct Readings<T> {
+    place: T,
+    cell: T,
+    opacity: T,
+    integral: T,
+}
+
+impl Readings<Vec4> {
+    /// The last of the four.
+    pub fn last(&self) -> Readings<f32> {
+        Readings {
+            place: self.place.w,
+            cell: self.cell.w,
+            opacity: self.opacity.w,
+            integral: self.integral.w,
+        }
+    }
+}
+
 impl OpacityTable<'_> {
-    /// Means of the opacities between four pairs of values, as [`table_mean`].
+    /// Reads it at four densities.
     #[inline]
-    pub fn four_means(&self, values: [Vec4; 2]) -> Vec4 {
+    pub fn four(&self, densities: Vec4) -> Readings<Vec4> {
         let farthest = Vec4::splat(FARTHEST_CELL);
-        let [a, b] = values
-            .map(|values| ((values - self.header.z) * self.header.w).clamp(-farthest, farthest));
-        let [begins, ends] =
-            [a, b].map(|places| places.floor().clamp(Vec4::NEG_ONE, Vec4::splat(CELLS as f32)));
-        // Rows of (integral, value, half of the rise), one for each place; then columns.
-        let columns = |cells: Vec4| {
-            // Conversion to i32 is the fastest.
-            let rows = cells.to_array().map(|cell| self.cells[(cell as i32 + 1) as usize]);
-            Mat4::from_cols_array_2d(&rows.map(|row| row.to_array())).transpose()
-        };
-        let lines = |cells: Vec4, places: Vec4| (columns(cells), places - cells.max(Vec4::ZERO));
-        let ((from, before), (to, behind)) = (lines(begins, a), lines(ends, b));
-        let across = b - a;
+        let place = ((densities - self.header.z) * self.header.w).clamp(-farthest, farthest);
+        let cell = place.floor().clamp(Vec4::NEG_ONE, Vec4::splat(CELLS as f32));
+        // Conversion to i32 is the fastest.
+        let rows = cell.to_array().map(|cell| self.cells[(cell as i32 + 1) as usize].to_array());
+        let columns = Mat4::from_cols_array_2d(&rows).transpose();
+        let inside = place - cell.max(Vec4::ZERO);
+        let half_rise = columns.z_axis * inside;
+        let integral = columns.x_axis + inside * (columns.y_axis + half_rise);
+        Readings { place, cell, opacity: columns.y_axis + 2.0 * half_rise, integral }
+    }
+
+    /// Reads it at a density.
+    #[inline]
+    pub fn one(&self, density: f32) -> Readings<f32> {
+        let place = place_of(self.header, density);
+        let cell = cell_of(place);
+        let [integral, opacity, half_rise, _] = self.cells[(cell as i32 + 1) as usize].to_array();
+        let inside = place - cell.max(0.0);
+        let half_rise = half_rise * inside;
+        let integral = integral + inside * (opacity + half_rise);
+        Readings { place, cell, opacity: opacity + 2.0 * half_rise, integral }
+    }
+
+    /// Means of the opacities from a density to the first of four, and on from one to the next, as
+    /// [`table_mean`].
+    #[inline]
+    pub fn means(&self, begin: &Readings<f32>, ends: &Readings<Vec4>) -> Vec4 {
+        let from = |begin: f32, ends: Vec4| ends.wxyz().with_x(begin);
+        let place = from(begin.place, ends.place);
+        let integral = from(begin.integral, ends.integral);
+        let across = ends.place - place;
         let near = across.abs().cmplt(Vec4::splat(LEAST_CELLS));
-        let integral = |m: &Mat4, inside: Vec4| m.x_axis + inside * (m.y_axis + m.z_axis * inside);
-        let rise = integral(&to, behind) - integral(&from, before);
-        let means = rise / Vec4::select(near, Vec4::ONE, across);
+        let means = (ends.integral - integral) / Vec4::select(near, Vec4::ONE, across);
         if !near.any() {
             return means;
         }
-        let value = |m: &Mat4, inside: Vec4| m.y_axis + 2.0 * m.z_axis * inside;
-        let [first, last] = [value(&from, before), value(&to, behind)];
-        let edges = begins.max(ends);
-        let is_one = begins.cmpeq(ends);
-        // The value at the edge between two cells is the later one's.
-        let middle = Vec4::select(ends.cmpgt(begins), to.y_axis, from.y_axis);
-        let share = (b - edges) / Vec4::select(is_one, Vec4::ONE, across);
-        let apart = 0.5 * (middle + first + (last - first) * share);
+        let (first, last) = (from(begin.opacity, ends.opacity), ends.opacity);
+        let cell = from(begin.cell, ends.cell);
+        let is_one = cell.cmpeq(ends.cell);
+        if is_one.all() {
+            return 0.5 * (first + last);
+        }
+        // The edge between two cells is where the later one begins.
+        let edge = cell.max(ends.cell);
+        let at_edge =
+            Vec4::from_array(edge.to_array().map(|cell| self.cells[(cell as i32 + 1) as usize].y));
+        let share = (ends.place - edge) / Vec4::select(is_one, Vec4::ONE, across);
+        let apart = 0.5 * (at_edge + first + (last - first) * share);
         let short = Vec4::select(is_one, 0.5 * (first + last), apart);
         Vec4::select(near, short, means)
     }

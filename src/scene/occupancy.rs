@@ -41,6 +41,8 @@ impl Occupancy {
         // Bricks of the only body are the volume's own; where light is emitted beside it, more lie around them.
         let (graded, only) = (media.graded(), media.only_volume().is_some());
         let edge = brick_edge(domain.size());
+        // Bricks that begin elsewhere than the domain may be one more along an axis.
+        let edge = if only { edge } else { brick_edge(domain.size() + edge) };
         let first = DVec3::splat(-0.5);
         let origin = match graded {
             _ if only => first,
@@ -121,11 +123,14 @@ impl Occupancy {
         self.roughness = f64::from(largest);
         let ahead = ((-0.5 - self.origin) / self.edge).round().to_array().map(|n| n as usize);
         let ratio = (self.edge / bricks.edge() as f64) as usize;
+        // Where all voxels are next to nothing beside a brick, rounding may move them into the next one.
+        let last = self.dims.map(|n| n - 1);
         let [nx, ny, _] = self.dims;
         for (((z, y, x), &range), &change) in ranges.indexed_iter().zip(&changes) {
             if function.map_or(range.high > 0.0, |function| shows(function, range)) {
                 let longer = f32::from(ROUGHEST) * (largest / change.max(f32::MIN_POSITIVE)).sqrt();
-                let [x, y, z] = [0, 1, 2].map(|axis| ahead[axis] + [x, y, z][axis] / ratio);
+                let [x, y, z] =
+                    [0, 1, 2].map(|axis| (ahead[axis] + [x, y, z][axis] / ratio).min(last[axis]));
                 let code = &mut self.codes[(z * ny + y) * nx + x];
                 let longest = longer.clamp(f32::from(ROUGHEST), f32::from(EMPTY - 1)) as u8;
                 *code = longest.min(*code);
