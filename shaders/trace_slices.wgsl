@@ -51,23 +51,22 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     let limit = select(frame.limits.y, 3e38, frame.counts.y > 0u);
     var t = next_place(&walk, slabs.enter);
     var next = f32(slabs.first);
+    // What steps that proved too long are cut to. Texels take them again in turns of the one loop: in a loop of its
+    // own all texels side by side would wait for those that do.
+    var longest: f32 = 3e38;
     while (t < slabs.exit && !fitter_is_dark()) {
-        var step = step_from(walk, t);
-        var batch = batch_of(slabs, t, step, next);
-        var optical_depths = four_optical_depths(slabs, batch);
-        loop {
-            var end = optical_depths.w;
-            if (hides(walk, step)) {
-                end = end_optical_depth(slabs, batch);
-            }
-            let shorter = cut_to_bend(walk, step, optical_depths, end, limit, fitter.last.y);
-            if (shorter >= step) {
-                break;
-            }
-            step = shorter;
-            batch = batch_of(slabs, t, step, next);
-            optical_depths = four_optical_depths(slabs, batch);
+        let step = min(step_from(walk, t), longest);
+        let batch = batch_of(slabs, t, step, next);
+        let optical_depths = four_optical_depths(slabs, batch);
+        var end = optical_depths.w;
+        if (hides(walk, step)) {
+            end = end_optical_depth(slabs, batch);
         }
+        longest = cut_to_bend(walk, step, optical_depths, end, limit, fitter.last.y);
+        if (longest < step) {
+            continue;
+        }
+        longest = 3e38;
         next = batch.next;
         // Written out: reading a vector at a place that is not constant costs a fifth of the pass.
         add_slab(batch.fronts.x, batch.backs.x, optical_depths.x);

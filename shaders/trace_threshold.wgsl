@@ -68,8 +68,9 @@ struct FourSteps {
 // follow from t alone, so that a second march takes the same.
 fn four_steps(ray: Ray, walk: Walk, t: f32, tau: f32) -> FourSteps {
     var step = step_from(walk, t);
-    var taus = depths_of(ray, t, step);
+    var taus: vec4<f32>;
     loop {
+        taus = depths_of(ray, t, step);
         var end = taus.w;
         if (hides(walk, step)) {
             end = density_along(ray, t + BATCH * step, 0.5 * step) * (frame.domain_min.w * step);
@@ -79,7 +80,6 @@ fn four_steps(ray: Ray, walk: Walk, t: f32, tau: f32) -> FourSteps {
             break;
         }
         step = shorter;
-        taus = depths_of(ray, t, step);
     }
     return FourSteps(step, taus);
 }
