@@ -134,11 +134,11 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
     placed(&name, voxels, bounds.min, &world_from_index, wanted.levels)
 }
 
-/// The three components of a grid of vectors, as [`load`] places volumes; at most `max_bytes` of voxels
+/// The three components of a grid of vectors, as `load` places volumes; at most `max_bytes` of voxels
 /// together.
 ///
 /// # Errors
-/// As [`load`], and if its values are no vectors.
+/// As `load`, and if its values are no vectors.
 pub fn load_vectors(path: &Path, grid_name: &str, max_bytes: u64) -> Result<[Volume; 3]> {
     let chosen = Chosen::open(path, Some(grid_name))?;
     if chosen.grid.components() != 3 {

@@ -158,7 +158,7 @@ impl Sidecar {
     /// If there is something else in its place.
     pub fn refuse_other_beside(path: &Path) -> Result<()> {
         let beside = Self::path_beside(path);
-        if beside.exists() && read(&beside).and_then(|text| Ok(Self::parse(&text).is_ok()))? {
+        if beside.exists() && read(&beside).map(|text| Self::parse(&text).is_ok())? {
             return Ok(());
         }
         if beside.exists() {

@@ -132,9 +132,9 @@ impl DenseOutput {
         side.put(own.text().as_bytes())?;
         let path = side.target().to_owned();
         if files.is_empty() {
-            files.extend([side, self.main])
+            files.extend([side, self.main]);
         } else {
-            files.extend([self.main, side])
+            files.extend([self.main, side]);
         }
         commit_then(files, || ())?;
         Ok(path)
