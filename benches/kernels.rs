@@ -116,7 +116,7 @@ fn kernels(criterion: &mut Criterion) {
             for [u, v] in Bench::places() {
                 let slabs = slabs_of(frame, u, v);
                 let occupancy = bench.scene.media.occupancy();
-                let lengths = [slabs.step, frame.lengths.y, frame.longest.y];
+                let lengths = [slabs.step, frame.map.slabs.rough, frame.map.slabs.longest];
                 let mut walk = Walk::new(occupancy, &slabs.ray, slabs.exit, lengths);
                 let mut t = walk.next_place(slabs.enter);
                 while t < slabs.exit {

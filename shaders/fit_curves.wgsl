@@ -6,7 +6,7 @@
 
 @compute @workgroup_size(8, 8)
 fn fit_curves(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = frame.sizes.w;
+    let size = frame.map.size;
     if (id.x >= size || id.y >= size) {
         return;
     }

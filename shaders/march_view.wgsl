@@ -23,13 +23,13 @@ struct Steps {
 fn steps_of(ray: Ray, farthest: f32) -> Steps {
     let index_ray = index_ray_of(ray);
     let media_ray = media_ray_of(index_ray);
-    let inside = intersect_box(index_ray, frame.domain_min.xyz, frame.domain_max.xyz);
+    let inside = intersect_box(index_ray, frame.media.domain_min, frame.media.domain_max);
     let extent = min(inside.y, farthest) - inside.x;
     if (extent <= 0.0) {
         return Steps(media_ray, inside.x, inside.x, 1u);
     }
     let voxel_lengths = voxels_over(index_ray, extent, extent);
-    let count = step_count(voxel_lengths, frame.rates.z, frame.steps.z, frame.steps.w);
+    let count = step_count(voxel_lengths, frame.view.march.per_voxel, frame.view.march.least, frame.view.march.most);
     return Steps(media_ray, inside.x, inside.x + extent, count);
 }
 
@@ -54,7 +54,7 @@ fn four_samples(batch: Batch, first: f32) -> vec4<f32> {
         density_along(batch.ray, sample_distance(batch, first + 2.0), quarter),
         density_along(batch.ray, sample_distance(batch, first + 3.0), quarter),
     );
-    return densities * (frame.domain_min.w * (0.5 * batch.step));
+    return densities * (frame.media.extinction * (0.5 * batch.step));
 }
 
 // Radiance that reaches the camera of what the samples emit, each behind as much of itself as lies in front of it;
@@ -75,7 +75,7 @@ fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3
 // Where points of a ray lie in the map, if light is parallel: a ray as well.
 fn light_coordinates_of(ray: Ray) -> Ray {
     let d = vec4<f32>(ray.direction, 0.0);
-    let rows = frame.light_from_frame;
+    let rows = frame.light.from_frame;
     return Ray(light_coordinates(ray.origin), vec3<f32>(dot(rows[0], d), dot(rows[1], d), dot(rows[2], d)));
 }
 
@@ -89,7 +89,7 @@ fn light_place(ray: Ray, lookups: Ray, at: f32) -> vec3<f32> {
 
 // What arrives at a point of a ray; `anywhere` if light is parallel.
 fn arriving_at(ray: Ray, anywhere: Arriving, at: f32) -> Arriving {
-    if (USUAL || frame.light_position.w == 0.0) {
+    if (USUAL || frame.light.has_position == 0u) {
         return anywhere;
     }
     return arriving(ray, ray_at(ray, at));
@@ -130,16 +130,16 @@ fn lit_pair(
 // samples of density; a step, or several that add little, take one of the light, in the middle of what
 // they hold. Eight samples of density are under way at once.
 fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
-    let emits = frame.counts.w == 1u;
+    let emits = frame.media.emits == 1u;
     let arrives = arriving(ray, ray.origin);
     let lookups = light_coordinates_of(ray);
     var light = vec3<f32>(0.0);
     var through: f32 = 1.0;
     let shortest = (steps.exit - steps.enter) / f32(steps.count);
-    let lengths = vec3<f32>(shortest, frame.lengths.z, frame.longest.z);
+    let lengths = vec3<f32>(shortest, frame.view.march.rough, frame.view.march.longest);
     var walk = walk_of(steps.ray, steps.exit, lengths);
     var t = steps.enter;
-    while (through >= frame.lengths.w) {
+    while (through >= frame.view.opaque) {
         // With this in front of the loop and at its end, the pass took a tenth longer.
         t = next_place(&walk, t);
         if (!(t < steps.exit)) {
@@ -148,21 +148,21 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         var batch = Batch(steps.ray, t, step_from(walk, t));
         var early = four_samples(batch, 0.0);
         var late = four_samples(batch, 4.0);
-        var limit = frame.limits.z;
+        var limit = frame.view.march.limit;
         // Where the medium is dense, steps are cut until no sample is thicker than it may be.
         loop {
             let most = max(early, late);
             var thickest = max(max(most.x, most.y), max(most.z, most.w));
-            if (batch.step > frame.brick_scale.w) {
+            if (batch.step > frame.view.march.hiding) {
                 let end = density_along(batch.ray, t + BATCH * batch.step, 0.25 * batch.step);
-                thickest = max(thickest, end * (frame.domain_min.w * (0.5 * batch.step)));
+                thickest = max(thickest, end * (frame.media.extinction * (0.5 * batch.step)));
             }
             let visible = thickest * sqrt(through);
             if (visible <= limit) {
                 break;
             }
-            limit = CUT_LIMIT * frame.limits.z;
-            let shorter = cut(walk, batch.step, CUT_SHARE * frame.limits.z / visible);
+            limit = CUT_LIMIT * frame.view.march.limit;
+            let shorter = cut(walk, batch.step, CUT_SHARE * frame.view.march.limit / visible);
             if (shorter >= batch.step) {
                 break;
             }
@@ -187,7 +187,7 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         through = added.through;
         t += BATCH * batch.step;
     }
-    return vec4<f32>(light, select(0.0, through, through >= frame.lengths.w));
+    return vec4<f32>(light, select(0.0, through, through >= frame.view.opaque));
 }
 
 // The paper's shading: unshadowed accumulation of the sampled value, darkened by the plain average
@@ -198,8 +198,8 @@ fn paper_shading(ray: Ray, steps: Steps) -> vec4<f32> {
         return vec4<f32>(0.0, 0.0, 0.0, 1.0);
     }
     let step = extent / f32(steps.count);
-    let extinction_step = frame.domain_min.w * step;
-    let brightest = max(frame.domain_max.w, 1e-30);
+    let extinction_step = frame.media.extinction * step;
+    let brightest = max(frame.media.largest, 1e-30);
     var colour: f32 = 0.0;
     var through: f32 = 1.0;
     for (var i: u32 = 0u; i < steps.count; i++) {
@@ -209,7 +209,7 @@ fn paper_shading(ray: Ray, steps: Steps) -> vec4<f32> {
         colour += through * opacity * (density / brightest);
         through *= 1.0 - opacity;
     }
-    let lookups = frame.counts.x;
+    let lookups = frame.view.light_samples;
     var shadow: f32 = 0.0;
     for (var i: u32 = 0u; i < lookups; i++) {
         let t = steps.enter + (f32(i) + 0.5) / f32(lookups) * extent;
@@ -222,12 +222,12 @@ fn march(ray: Ray) -> vec4<f32> {
     let ground = ground_distance(ray);
     let steps = steps_of(ray, select(1e30, ground, ground > 0.0));
     var seen: vec4<f32>;
-    if (!USUAL && frame.methods.w == 1u) {
+    if (!USUAL && frame.view.shading == 1u) {
         seen = paper_shading(ray, steps);
     } else {
         seen = single_scattering(ray, steps);
     }
-    var behind = frame.background;
+    var behind = frame.view.background;
     if (ground > 0.0) {
         let point = ray_at(ray, ground);
         let light = light_coordinates(point);
@@ -239,11 +239,11 @@ fn march(ray: Ray) -> vec4<f32> {
 
 @compute @workgroup_size(8, 8)
 fn march_view(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = frame.sizes.xy;
+    let size = vec2<u32>(frame.view.width, frame.view.height);
     if (id.x >= size.x || id.y >= size.y) {
         return;
     }
-    let samples = frame.sizes.z;
+    let samples = frame.view.samples;
     var sum = vec4<f32>(0.0);
     for (var i: u32 = 0u; i < samples; i++) {
         let at = (vec2<f32>(id.xy) + pixel_offset(i, samples)) / vec2<f32>(size);

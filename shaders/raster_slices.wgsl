@@ -20,7 +20,7 @@ fn plane(@builtin(vertex_index) corner: u32, @builtin(instance_index) index: u32
 @fragment
 fn raster_slices(plane: Plane) {
     let texel = vec2<u32>(plane.position.xy);
-    let at = (vec2<f32>(tile.origin + texel) + 0.5) / f32(frame.sizes.w);
+    let at = (vec2<f32>(tile.origin + texel) + 0.5) / f32(frame.map.size);
     let slabs = slabs_of(at.x, at.y);
     if (plane.index < slabs.first || plane.index >= slabs.last) {
         return;

@@ -100,7 +100,7 @@ fn merge_sort(list_head: u32) -> u32 {
 // Turns the sorted list into nodes, which are counted and, if `keeping`, written.
 fn fit(head: u32) {
     count = 0u;
-    fitter_start(frame.slices.z);
+    fitter_start(frame.map.tolerance);
     for (var at = head; at != 0u; at = elements[at - 1u].next) {
         let element = elements[at - 1u];
         fitter_add(vec2<f32>(element.front, element.back), element.optical_depth);
@@ -137,8 +137,8 @@ fn sort_fragments(@builtin(global_invocation_id) id: vec3<u32>) {
     first = atomicAdd(&counters[1], count);
     keeping = true;
     fit(head);
-    if (frame.slices.z == 0.0) {
-        let kept = truncated(count, frame.slices.w);
+    if (frame.map.tolerance == 0.0) {
+        let kept = truncated(count, frame.map.truncation);
         if (kept < count) {
             nodes[first + kept] = kept_node(count - 1u);
             count = kept + 1u;

@@ -40,15 +40,15 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     let lane = id.y % 8u * 8u + id.x % 8u;
     list = List(block * INTERLEAVED_STRIDE * tile.capacity + lane, 0u, INTERLEAVED_STRIDE);
 
-    let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.sizes.w);
+    let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.map.size);
     let slabs = slabs_of(at.x, at.y);
-    fitter_start(frame.slices.z);
-    let lengths = vec3<f32>(slabs.step, frame.lengths.y, frame.longest.y);
+    fitter_start(frame.map.tolerance);
+    let lengths = vec3<f32>(slabs.step, frame.map.slabs.rough, frame.map.slabs.longest);
     // The last slab between planes may be as thin as rounding allows.
-    let thin = select(0.0, 2.0 * LEAST_SHARE, frame.counts.y > 0u);
+    let thin = select(0.0, 2.0 * LEAST_SHARE, frame.map.planes > 0u);
     var walk = walk_of(slabs.ray, slabs.exit * (1.0 + thin), lengths);
     // Planes are where they are.
-    let limit = select(frame.limits.y, 3e38, frame.counts.y > 0u);
+    let limit = select(frame.map.slabs.limit, 3e38, frame.map.planes > 0u);
     var t = next_place(&walk, slabs.enter);
     var next = f32(slabs.first);
     // What steps that proved too long are cut to. Texels take them again in turns of the one loop: in a loop of its
@@ -80,8 +80,8 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     if (list.count > tile.capacity) {
         atomicMax(&needed[0], list.count);
         list.count = tile.capacity;
-    } else if (frame.slices.z == 0.0 && list.count > 0u) {
-        let kept = truncated(list.count, frame.slices.w);
+    } else if (frame.map.tolerance == 0.0 && list.count > 0u) {
+        let kept = truncated(list.count, frame.map.truncation);
         if (kept < list.count) {
             nodes[list.first + kept * list.stride] = kept_node(list.count - 1u);
             list.count = kept + 1u;

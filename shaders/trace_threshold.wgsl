@@ -27,7 +27,7 @@ fn checkpoint(texel: u32, k: u32) -> vec2<f32> {
     if (k == CHECKPOINTS) {
         return piece_ends[texel].xy;
     }
-    let pair = cubics[k / 2u * frame.sizes.w * frame.sizes.w + texel];
+    let pair = cubics[k / 2u * frame.map.size * frame.map.size + texel];
     return select(pair.xy, pair.zw, k % 2u == 1u);
 }
 
@@ -36,7 +36,7 @@ fn set_checkpoint(texel: u32, k: u32, reached: vec2<f32>) {
         piece_ends[texel] = vec4<f32>(reached, 0.0, 0.0);
         return;
     }
-    let at = k / 2u * frame.sizes.w * frame.sizes.w + texel;
+    let at = k / 2u * frame.map.size * frame.map.size + texel;
     if (k % 2u == 0u) {
         cubics[at] = vec4<f32>(reached, 0.0, 0.0);
     } else {
@@ -54,7 +54,7 @@ fn depths_of(ray: Ray, t: f32, step: f32) -> vec4<f32> {
         density_along(ray, at + 2.0 * step, 0.5 * step),
         density_along(ray, at + 3.0 * step, 0.5 * step),
     );
-    return densities * (frame.domain_min.w * step);
+    return densities * (frame.media.extinction * step);
 }
 
 // Four steps from t on.
@@ -73,9 +73,9 @@ fn four_steps(ray: Ray, walk: Walk, t: f32, tau: f32) -> FourSteps {
         taus = depths_of(ray, t, step);
         var end = taus.w;
         if (hides(walk, step)) {
-            end = density_along(ray, t + BATCH * step, 0.5 * step) * (frame.domain_min.w * step);
+            end = density_along(ray, t + BATCH * step, 0.5 * step) * (frame.media.extinction * step);
         }
-        let shorter = cut_to_bend(walk, step, taus, end, frame.limits.x, tau);
+        let shorter = cut_to_bend(walk, step, taus, end, frame.map.rays.limit, tau);
         if (shorter >= step) {
             break;
         }
@@ -125,7 +125,7 @@ fn march(light: LightRay, texel: u32) -> u32 {
 
 // How many of the first checkpoints lie in front of an optical depth. All are read at once.
 fn checkpoints_before(texel: u32, count: u32, wanted: f32) -> u32 {
-    let row = frame.sizes.w * frame.sizes.w;
+    let row = frame.map.size * frame.map.size;
     let a = cubics[texel];
     let b = cubics[row + texel];
     let c = cubics[2u * row + texel];
@@ -172,7 +172,7 @@ fn depth_of(light: LightRay, texel: u32, count: u32, wanted: f32) -> f32 {
                 found = vec3<f32>(1.0, a, b);
             }
             let ends = t + vec2<f32>(found.x, found.x + 1.0) * step;
-            return crossing_depth(frame.methods.x, ends, wanted, found.yz);
+            return crossing_depth(frame.map.crossing, ends, wanted, found.yz);
         }
         before = d;
         t += BATCH * step;
@@ -183,14 +183,14 @@ fn depth_of(light: LightRay, texel: u32, count: u32, wanted: f32) -> f32 {
 
 fn trace_texel(u: f32, v: f32, texel: u32) -> vec4<f32> {
     let ray = index_ray_of(light_ray(u, v));
-    let inside = intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
+    let inside = intersect_box(ray, frame.media.domain_min, frame.media.domain_max);
     if (inside.y <= inside.x) {
         return vec4<f32>(0.0);
     }
     let extent = inside.y - inside.x;
     let voxel_lengths = voxels_over(ray, extent, extent);
-    let count = step_count(voxel_lengths, frame.rates.x, frame.steps.x, frame.steps.y);
-    let lengths = vec3<f32>(extent / f32(count), frame.lengths.x, frame.longest.x);
+    let count = step_count(voxel_lengths, frame.map.rays.per_voxel, frame.map.rays.least, frame.map.rays.most);
+    let lengths = vec3<f32>(extent / f32(count), frame.map.rays.rough, frame.map.rays.longest);
     let light = LightRay(media_ray_of(ray), inside.x, inside.y, lengths);
 
     let kept = march(light, texel);
@@ -202,10 +202,10 @@ fn trace_texel(u: f32, v: f32, texel: u32) -> vec4<f32> {
     if (largest <= 0.0) {
         return vec4<f32>(vec3<f32>(inside.y), largest);
     }
-    var wanted = frame.threshold_depths.xyz;
+    var wanted = frame.map.threshold_depths;
     // Unset channels of the default lookup hold shares of the largest opacity.
-    if (frame.methods.y == 0u && largest < frame.thresholds.z) {
-        wanted = -log(1.0 - levels(largest, frame.thresholds.xyz));
+    if (frame.map.lookup == 0u && largest < frame.map.thresholds.z) {
+        wanted = -log(1.0 - levels(largest, frame.map.thresholds));
     }
     return vec4<f32>(
         depth_of(light, texel, kept, wanted.x),
@@ -217,7 +217,7 @@ fn trace_texel(u: f32, v: f32, texel: u32) -> vec4<f32> {
 
 @compute @workgroup_size(8, 8)
 fn trace_threshold(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = frame.sizes.w;
+    let size = frame.map.size;
     if (id.x >= size || id.y >= size) {
         return;
     }

@@ -59,7 +59,7 @@ struct Bent(f32);
 impl Bent {
     fn bend(&self, frame: &Frame) -> Frame {
         let mut frame = *frame;
-        frame.domain_min.w *= self.0;
+        frame.media.extinction *= self.0;
         frame
     }
 }

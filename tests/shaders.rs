@@ -1,9 +1,12 @@
 //! The shaders without a device: they are valid, and what they share with Rust is the same.
 #![cfg(feature = "gpu")]
 
+use std::any::type_name_of_val;
 use std::mem::offset_of;
 
-use deepshadow::frame::{self, Field, Frame, Part};
+use deepshadow::frame::{
+    self, Field, Frame, FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching, Part,
+};
 use deepshadow::gpu::{MediaKind, PASSES, linked, shadow_wgsl};
 use deepshadow::kernel::{fitting, fragments, medium, occupancy, threshold, view};
 use deepshadow::scene::{EMPTY, ROUGHEST};
@@ -61,71 +64,54 @@ fn an_import_of_a_missing_file_is_an_error() {
     );
 }
 
+/// Names of fields, where they are, and what they are if they are numbers.
+macro_rules! fields {
+    ($type:ident: $($name:ident),* $(,)?) => {{
+        let zero: $type = bytemuck::Zeroable::zeroed();
+        vec![$((stringify!($name), offset_of!($type, $name), scalar(type_name_of_val(&zero.$name)))),*]
+    }};
+}
+
 /// Field by field: the uniform that Rust fills is the one that the shaders read.
 #[test]
 fn the_frame_has_the_same_fields_at_the_same_places() {
-    macro_rules! fields {
-        ($($name:ident),* $(,)?) => { vec![$((stringify!($name), offset_of!(Frame, $name))),*] };
+    macro_rules! same {
+        ($type:ident: $($name:ident),* $(,)?) => {
+            let ours = fields!($type: $($name),*);
+            same_layout("#import kernel/frame\n", stringify!($type), &ours, size_of::<$type>());
+        };
     }
-    let ours = fields![
-        index_from_frame,
-        domain_min,
-        domain_max,
-        voxel_share,
-        brick_scale,
-        brick_offset,
-        rates,
-        lengths,
-        longest,
-        limits,
-        albedo,
-        light_origin,
-        light_origin_u,
-        light_origin_v,
-        light_direction,
-        light_direction_u,
-        light_direction_v,
-        light_from_frame,
-        light_position,
-        light_axis,
-        irradiance,
-        ambient,
-        view_origin,
-        view_origin_x,
-        view_origin_y,
-        view_direction,
-        view_direction_x,
-        view_direction_y,
-        ground,
-        world_origin,
-        background,
-        thresholds,
-        threshold_depths,
-        slices,
-        filtering,
-        sizes,
-        steps,
-        methods,
-        counts,
-    ];
-    same_layout("#import kernel/frame\n", "Frame", &ours, size_of::<Frame>());
+    same!(Frame: media, light, view, map);
+    same!(FrameMedia: index_from_frame, domain_min, extinction, domain_max, largest, voxel_share,
+        most_voxels, brick_scale, stored_one, brick_offset, emits, albedo, phase_g);
+    same!(FrameLight: origin, origin_u, origin_v, direction, direction_u, direction_v, from_frame,
+        position, has_position, axis, cone_inner, irradiance, cone_outer);
+    same!(Marching: per_voxel, rough, longest, limit, least, most, hiding, samples);
+    same!(FrameGround: height, albedo, half_extent, exists);
+    same!(FrameView: origin, origin_x, origin_y, direction, direction_x, direction_y, world_origin,
+        per_world, ambient, octaves, background, ground, width, height, samples, shading,
+        light_samples, opaque, shared_weight, shared_length, march);
+    same!(FrameMap: rays, slabs, thresholds, sharpness, threshold_depths, surface_reach, size,
+        crossing, lookup, window, near, far, tolerance, truncation, planes, follows_links, unused);
 }
 
 /// The same for what mixtures are made of.
 #[test]
 fn mixtures_have_the_same_fields_at_the_same_places() {
-    macro_rules! fields {
-        ($type:ident: $($name:ident),*) => { vec![$((stringify!($name), offset_of!($type, $name))),*] };
-    }
     let part = fields!(Part: albedo, strength, transfer, emission, fields);
     same_layout(MIXTURE, "Part", &part, size_of::<Part>());
     let field = fields!(Field: index_from_media, domain_min, domain_max, voxel_share);
     same_layout(MIXTURE, "Field", &field, size_of::<Field>());
 }
 
+/// A number's type, empty for all others.
+fn scalar(name: &'static str) -> &'static str {
+    if matches!(name, "f32" | "u32") { name } else { "" }
+}
+
 const MIXTURE: &str = "#import media/mixture\n";
 
-fn same_layout(root: &str, name: &str, ours: &[(&str, usize)], bytes: usize) {
+fn same_layout(root: &str, name: &str, ours: &[(&str, usize, &str)], bytes: usize) {
     let text = linked(root, MapKind::Threshold, MediaKind::Mixed).unwrap();
     let module = parsed(&text);
     let (members, span) = module
@@ -138,9 +124,16 @@ fn same_layout(root: &str, name: &str, ours: &[(&str, usize)], bytes: usize) {
             _ => None,
         })
         .unwrap();
-    let theirs: Vec<(&str, usize)> =
-        members.iter().map(|m| (m.name.as_deref().unwrap(), m.offset as usize)).collect();
-    assert_eq!(ours, theirs);
+    let kind = |ty| match module.types[ty].inner {
+        TypeInner::Scalar(naga::Scalar::F32) => "f32",
+        TypeInner::Scalar(naga::Scalar::U32) => "u32",
+        _ => "",
+    };
+    let theirs: Vec<(&str, usize, &str)> = members
+        .iter()
+        .map(|m| (m.name.as_deref().unwrap(), m.offset as usize, kind(m.ty)))
+        .collect();
+    assert_eq!(ours, theirs, "{name}");
     assert_eq!(bytes, span as usize);
 }
 

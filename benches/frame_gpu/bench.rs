@@ -39,7 +39,7 @@ impl<'a> Bench<'a> {
 
     pub fn frame(&self, settings: &Settings, change: impl FnOnce(&mut Frame)) -> GpuFrame {
         let mut frame = Frame::with_light_view(&self.scene, settings, &self.view).unwrap();
-        frame.counts[2] = 0;
+        frame.map.follows_links = 0;
         change(&mut frame);
         self.gpu.frame(&frame, &self.volume).unwrap()
     }

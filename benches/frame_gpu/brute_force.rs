@@ -45,13 +45,13 @@ impl BruteForce {
             ..Default::default()
         });
         let mut frame = *frame;
-        frame.world_origin.w = texels.scale;
+        frame.media.stored_one = texels.scale;
         let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("frame"),
             contents: bytemuck::bytes_of(&frame),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let [size, _, _, map_size] = frame.sizes;
+        let (size, map_size) = (frame.view.width, frame.map.size);
         let map = target(gpu, map_size, TextureFormat::Rgba32Float);
         let image = target(gpu, size, TextureFormat::Rgba32Float);
         let sums = target(gpu, rays, TextureFormat::R32Float);

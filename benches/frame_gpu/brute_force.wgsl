@@ -24,7 +24,7 @@ struct March {
 }
 
 fn in_index(p: vec4<f32>) -> vec3<f32> {
-    let rows = frame.index_from_frame;
+    let rows = frame.media.index_from_frame;
     return vec3<f32>(dot(rows[0], p), dot(rows[1], p), dot(rows[2], p));
 }
 
@@ -33,8 +33,8 @@ fn march_of(origin: vec3<f32>, direction: vec3<f32>) -> March {
     let d = in_index(vec4<f32>(direction, 0.0));
     let tiny = vec3<f32>(1e-30);
     let divisor = select(d, tiny, abs(d) < tiny);
-    let a = (frame.domain_min.xyz - o) / divisor;
-    let b = (frame.domain_max.xyz - o) / divisor;
+    let a = (frame.media.domain_min - o) / divisor;
+    let b = (frame.media.domain_max - o) / divisor;
     let near = min(a, b);
     let far = max(a, b);
     let enter = max(max(near.x, max(near.y, near.z)), 0.0);
@@ -42,28 +42,28 @@ fn march_of(origin: vec3<f32>, direction: vec3<f32>) -> March {
     return March(
         enter,
         step,
-        frame.domain_min.w * frame.world_origin.w * step,
-        (o + enter * d + 0.5) * frame.voxel_share.xyz,
-        step * d * frame.voxel_share.xyz,
+        frame.media.extinction * frame.media.stored_one * step,
+        (o + enter * d + 0.5) * frame.media.voxel_share,
+        step * d * frame.media.voxel_share,
     );
 }
 
 // Three depths where opacity passes the thresholds, and the opacity of the whole ray.
 @compute @workgroup_size(8, 8)
 fn brute_force_map(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = frame.sizes.w;
+    let size = frame.map.size;
     if (id.x >= size || id.y >= size) {
         return;
     }
     let at = (vec2<f32>(id.xy) + 0.5) / f32(size);
-    let origin = frame.light_origin + at.x * frame.light_origin_u + at.y * frame.light_origin_v;
-    let direction = normalize(frame.light_direction.xyz);
+    let origin = frame.light.origin + at.x * frame.light.origin_u + at.y * frame.light.origin_v;
+    let direction = normalize(frame.light.direction.xyz);
     let march = march_of(origin.xyz, direction);
     if (march.step <= 0.0) {
         textureStore(output, id.xy, vec4<f32>(0.0));
         return;
     }
-    let thresholds = frame.thresholds.xyz;
+    let thresholds = frame.map.thresholds;
     var depths = vec3<f32>(march.enter + f32(STEPS) * march.step);
     var opacity: f32 = 0.0;
     for (var i: u32 = 0u; i < STEPS; i++) {
@@ -84,7 +84,7 @@ fn smooth_step(a: f32, b: f32, x: f32) -> f32 {
 
 // The paper's reconstruction of a texel's four numbers.
 fn transmittance(texel: vec4<f32>, depth: f32) -> f32 {
-    let t = frame.thresholds.xyz;
+    let t = frame.map.thresholds;
     var opacity = texel.w;
     if (depth < texel.x) {
         opacity = 0.0;
@@ -98,8 +98,8 @@ fn transmittance(texel: vec4<f32>, depth: f32) -> f32 {
 
 // (column, row, depth) in the map of a point or a way.
 fn in_map(p: vec4<f32>) -> vec3<f32> {
-    let rows = frame.light_from_frame;
-    let size = f32(frame.sizes.w);
+    let rows = frame.light.from_frame;
+    let size = f32(frame.map.size);
     return vec3<f32>(size * dot(rows[0], p), size * dot(rows[1], p), dot(rows[2], p));
 }
 
@@ -112,22 +112,22 @@ fn phase(g: f32, cosine: f32) -> f32 {
 // Single scattering and absorption along a camera ray, lit through the nearest texel of the map.
 @compute @workgroup_size(8, 8)
 fn brute_force_view(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = frame.sizes.xy;
+    let size = vec2<u32>(frame.view.width, frame.view.height);
     if (id.x >= size.x || id.y >= size.y) {
         return;
     }
     let at = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(size);
-    let origin = frame.view_origin + at.x * frame.view_origin_x + at.y * frame.view_origin_y;
-    let way = frame.view_direction + at.x * frame.view_direction_x + at.y * frame.view_direction_y;
+    let origin = frame.view.origin + at.x * frame.view.origin_x + at.y * frame.view.origin_y;
+    let way = frame.view.direction + at.x * frame.view.direction_x + at.y * frame.view.direction_y;
     let direction = normalize(way.xyz);
     let march = march_of(origin.xyz, direction);
     if (march.step <= 0.0) {
-        textureStore(output, id.xy, frame.background);
+        textureStore(output, id.xy, frame.view.background);
         return;
     }
     let first = in_map(vec4<f32>(origin.xyz + march.enter * direction, 1.0));
     let stride = march.step * in_map(vec4<f32>(direction, 0.0));
-    let last = vec2<f32>(f32(frame.sizes.w - 1u));
+    let last = vec2<f32>(f32(frame.map.size - 1u));
     // Light scattered by the medium if all of it were lit by the sun alone, with its shadow.
     var lit: f32 = 0.0;
     var through: f32 = 1.0;
@@ -140,9 +140,9 @@ fn brute_force_view(@builtin(global_invocation_id) id: vec3<u32>) {
         lit += weight * transmittance(textureLoad(shadow_map, texel, 0), place.z);
         through -= weight;
     }
-    let scattered = phase(frame.albedo.w, -dot(direction, frame.light_direction.xyz)) * lit;
+    let scattered = phase(frame.media.phase_g, -dot(direction, frame.light.direction.xyz)) * lit;
     let opacity = 1.0 - through;
-    let light = frame.irradiance.xyz * scattered + frame.ambient.xyz * opacity;
-    let radiance = frame.albedo.xyz * light;
-    textureStore(output, id.xy, vec4<f32>(radiance, opacity) + through * frame.background);
+    let light = frame.light.irradiance * scattered + frame.view.ambient * opacity;
+    let radiance = frame.media.albedo * light;
+    textureStore(output, id.xy, vec4<f32>(radiance, opacity) + through * frame.view.background);
 }

@@ -185,7 +185,7 @@ fn difference_of_brute_force(gpu: &Gpu, bench: &Bench<'_>, shipped: &Frame) -> (
         Settings { lookup: Lookup::Paper, filter: Filter::Nearest, ..bench.settings.clone() };
     let frame = bench.frame(&settings, |frame| {
         many_steps(frame);
-        frame.ground.w = 0.0;
+        frame.view.ground.exists = 0;
     });
     let truth = through_threshold_map(bench, &frame);
     let volume = bench.scene.media.plain().unwrap();

@@ -122,7 +122,7 @@ pub fn filters(benches: &[Bench<'_>]) {
         let times = [Filter::Pcf3, Filter::Pcf5, Filter::Pcf7].map(|filter| {
             let [by_links, brute] = [1, 0].map(|links| {
                 let settings = Settings { filter, ..exact.clone() };
-                let parameters = bench.frame(&settings, |f| f.counts[2] = links);
+                let parameters = bench.frame(&settings, |f| f.map.follows_links = links);
                 bench.view_ms(&parameters, GpuShadow::Fragments(&linked))
             });
             (by_links, brute)

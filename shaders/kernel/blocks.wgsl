@@ -15,7 +15,7 @@ const BLOCK_EDGE: f32 = 17.0;
 
 // Density at a place in texture coordinates of the whole volume.
 fn sample_density(place: vec3<f32>) -> f32 {
-    let dims = round(1.0 / frame.voxel_share.xyz);
+    let dims = round(1.0 / frame.media.voxel_share);
     let voxel = clamp(place * dims - 0.5, vec3<f32>(0.0), dims - 1.0);
     let block = floor(voxel * (1.0 / BLOCK));
     let stored = textureLoad(blocks, vec3<u32>(block), 0).x;
@@ -25,5 +25,5 @@ fn sample_density(place: vec3<f32>) -> f32 {
     let corner = vec3<f32>(vec3<u32>(stored, stored >> 10u, stored >> 20u) & vec3<u32>(1023u));
     let texel = corner * BLOCK_EDGE + (voxel - block * BLOCK) + 0.5;
     let share = 1.0 / vec3<f32>(textureDimensions(voxels));
-    return textureSampleLevel(voxels, trilinear, texel * share, 0.0).x * frame.world_origin.w;
+    return textureSampleLevel(voxels, trilinear, texel * share, 0.0).x * frame.media.stored_one;
 }

@@ -7,7 +7,7 @@
 @group(0) @binding(24) var<storage, read_write> cubics: array<vec4<f32>>;
 
 fn keep_curve(texel: vec2<u32>, c: Curve) {
-    let size = frame.sizes.w;
+    let size = frame.map.size;
     let at = texel.y * size + texel.x;
     piece_ends[at] = c.ends;
     // Written out: a place that is not constant puts the curve in memory, for up to a fifth of the pass.

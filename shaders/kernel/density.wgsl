@@ -6,5 +6,5 @@
 
 // Density at a place in texture coordinates.
 fn sample_density(place: vec3<f32>) -> f32 {
-    return textureSampleLevel(voxels, trilinear, place, 0.0).x * frame.world_origin.w;
+    return textureSampleLevel(voxels, trilinear, place, 0.0).x * frame.media.stored_one;
 }

@@ -3,39 +3,39 @@
 
 // The light ray through map position (u, v), 0..1. Distances along it are the map's depths.
 fn light_ray(u: f32, v: f32) -> Ray {
-    let o = frame.light_origin + u * frame.light_origin_u + v * frame.light_origin_v;
-    let d = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
+    let o = frame.light.origin + u * frame.light.origin_u + v * frame.light.origin_v;
+    let d = frame.light.direction + u * frame.light.direction_u + v * frame.light.direction_v;
     return Ray(o.xyz, normalize(d.xyz));
 }
 
 // Depths where the light ray through (u, v) enters and leaves the volume.
 fn light_extent(u: f32, v: f32) -> vec2<f32> {
     let ray = index_ray_of(light_ray(u, v));
-    return intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
+    return intersect_box(ray, frame.media.domain_min, frame.media.domain_max);
 }
 
 // (u, v, depth) of a point; u = -1 (outside of every map) behind a point or spot light.
 fn light_coordinates(point: vec3<f32>) -> vec3<f32> {
     let p = vec4<f32>(point, 1.0);
-    let u = dot(frame.light_from_frame[0], p);
-    let v = dot(frame.light_from_frame[1], p);
-    let depth = dot(frame.light_from_frame[2], p);
-    let w = dot(frame.light_from_frame[3], p);
-    if (frame.light_position.w == 0.0) {
+    let u = dot(frame.light.from_frame[0], p);
+    let v = dot(frame.light.from_frame[1], p);
+    let depth = dot(frame.light.from_frame[2], p);
+    let w = dot(frame.light.from_frame[3], p);
+    if (frame.light.has_position == 0u) {
         return vec3<f32>(u, v, depth);
     }
     if (w <= 0.0) {
         return vec3<f32>(-1.0, -1.0, 0.0);
     }
-    return vec3<f32>(u / w, v / w, length(point - frame.light_position.xyz));
+    return vec3<f32>(u / w, v / w, length(point - frame.light.position));
 }
 
 // The way light travels at a point, unit length.
 fn light_direction_at(point: vec3<f32>) -> vec3<f32> {
-    if (frame.light_position.w == 0.0) {
-        return frame.light_direction.xyz;
+    if (frame.light.has_position == 0u) {
+        return frame.light.direction.xyz;
     }
-    let from_light = point - frame.light_position.xyz;
+    let from_light = point - frame.light.position;
     let distance = length(from_light);
     if (distance == 0.0) {
         return vec3<f32>(0.0);
@@ -45,14 +45,14 @@ fn light_direction_at(point: vec3<f32>) -> vec3<f32> {
 
 // Unshadowed irradiance at a point on a plane that faces the light, per channel.
 fn irradiance_at(point: vec3<f32>) -> vec3<f32> {
-    if (frame.light_position.w == 0.0) {
-        return frame.irradiance.xyz;
+    if (frame.light.has_position == 0u) {
+        return frame.light.irradiance;
     }
-    let from_light = point - frame.light_position.xyz;
+    let from_light = point - frame.light.position;
     let squared = max(dot(from_light, from_light), 1e-30);
-    let cosine = dot(light_direction_at(point), frame.light_axis.xyz);
-    let inner = frame.light_axis.w;
-    let outer = frame.irradiance.w;
+    let cosine = dot(light_direction_at(point), frame.light.axis);
+    let inner = frame.light.cone_inner;
+    let outer = frame.light.cone_outer;
     let x = clamp((cosine - outer) / max(inner - outer, 1e-6), 0.0, 1.0);
-    return frame.irradiance.xyz * (x * x * (3.0 - 2.0 * x) / squared);
+    return frame.light.irradiance * (x * x * (3.0 - 2.0 * x) / squared);
 }

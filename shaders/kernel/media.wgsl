@@ -15,5 +15,5 @@ struct Arriving {
 fn arriving(ray: Ray, point: vec3<f32>) -> Arriving {
     let cosine = -dot(ray.direction, light_direction_at(point));
     let irradiance = irradiance_at(point);
-    return Arriving(irradiance, cosine, irradiance * phase(frame.albedo.w, cosine));
+    return Arriving(irradiance, cosine, irradiance * phase(frame.media.phase_g, cosine));
 }

@@ -70,15 +70,15 @@ fn scattered(
     var weights = vec4<f32>(taken_near.xz + taken_near.yw, taken_far.xz + taken_far.yw);
     var moments = vec4<f32>(held_near.xz + held_near.yw, held_far.xz + held_far.yw);
     let sums = weights.xz + weights.yw;
-    if (sums.x + sums.y <= frame.limits.w && 8.0 * spacing <= frame.longest.w) {
+    if (sums.x + sums.y <= frame.view.shared_weight && 8.0 * spacing <= frame.view.shared_length) {
         weights = vec4<f32>(sums.x + sums.y, 0.0, 0.0, 0.0);
         moments.x += moments.y + moments.z + moments.w;
     } else {
-        if (sums.x <= frame.limits.w) {
+        if (sums.x <= frame.view.shared_weight) {
             weights = vec4<f32>(sums.x, 0.0, weights.zw);
             moments.x += moments.y;
         }
-        if (sums.y <= frame.limits.w) {
+        if (sums.y <= frame.view.shared_weight) {
             weights = vec4<f32>(weights.xy, sums.y, 0.0);
             moments.z += moments.w;
         }

@@ -41,7 +41,7 @@ struct Walk {
 }
 
 fn walk_of(ray: Ray, exit: f32, lengths: vec3<f32>) -> Walk {
-    let direction = ray.direction * frame.brick_scale.xyz;
+    let direction = ray.direction * frame.media.brick_scale;
     let tiny = vec3<f32>(1e-30);
     let inverse = 1.0 / select(direction, tiny, abs(direction) < tiny);
     let least = max(lengths.x, LEAST_SHARE * exit);
@@ -51,7 +51,7 @@ fn walk_of(ray: Ray, exit: f32, lengths: vec3<f32>) -> Walk {
 // Whether the brick at distance t is empty; the walk's end becomes where the ray leaves it, or the empty
 // block around it.
 fn look(walk: ptr<function, Walk>, t: f32) -> bool {
-    let place = ray_at((*walk).ray, t) * frame.brick_scale.xyz + frame.brick_offset.xyz;
+    let place = ray_at((*walk).ray, t) * frame.media.brick_scale + frame.media.brick_offset;
     let last = vec3<f32>(textureDimensions(codes) - 1u);
     let brick = clamp(floor(place), vec3<f32>(0.0), last);
     let code = textureLoad(codes, vec3<u32>(brick), 0).x;

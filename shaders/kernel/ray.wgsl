@@ -22,7 +22,7 @@ fn transformed(ray: Ray, x: vec4<f32>, y: vec4<f32>, z: vec4<f32>) -> Ray {
 
 // The same ray in voxel indices.
 fn index_ray_of(ray: Ray) -> Ray {
-    let rows = frame.index_from_frame;
+    let rows = frame.media.index_from_frame;
     return transformed(ray, rows[0], rows[1], rows[2]);
 }
 
@@ -41,7 +41,7 @@ fn intersect_box(ray: Ray, lowest: vec3<f32>, highest: vec3<f32>) -> vec2<f32> {
 // Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at most those that the
 // frame allows for all of it.
 fn voxels_over(ray: Ray, along: f32, extent: f32) -> f32 {
-    let most = frame.voxel_share.w / max(max(extent, along), 1.1754944e-38);
+    let most = frame.media.most_voxels / max(max(extent, along), 1.1754944e-38);
     return along * min(length(ray.direction), most);
 }
 

@@ -33,7 +33,7 @@ fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
     let shifts = known * (fronts - mean);
     let far = abs(shifts);
     let farthest = max(max(far.x, far.y), max(far.z, far.w));
-    let depths = depth + clamp(2.0 - farthest / frame.filtering.z, 0.0, 1.0) * shifts;
+    let depths = depth + clamp(2.0 - farthest / frame.map.surface_reach, 0.0, 1.0) * shifts;
     let four = vec4<f32>(
         texel_transmittance(low, depths.x),
         texel_transmittance(upper_right, depths.y),
@@ -49,9 +49,9 @@ fn shadow_lookup(light: vec3<f32>) -> f32 {
     if (!(light.x >= 0.0 && light.x <= 1.0 && light.y >= 0.0 && light.y <= 1.0)) {
         return 1.0;
     }
-    let size = f32(frame.sizes.w);
-    let last = frame.sizes.w - 1u;
-    let width = frame.methods.z;
+    let size = f32(frame.map.size);
+    let last = frame.map.size - 1u;
+    let width = frame.map.window;
     if (!USUAL && width != 0u) {
         let middle = min(vec2<u32>(light.xy * size), vec2<u32>(last));
         if (width == 1u) {
@@ -64,7 +64,7 @@ fn shadow_lookup(light: vec3<f32>) -> f32 {
     let low = vec2<u32>(place);
     let high = min(low + 1u, vec2<u32>(last));
     let f = fract(place);
-    if (!USUAL && frame.filtering.z > 0.0) {
+    if (!USUAL && frame.map.surface_reach > 0.0) {
         return aligned(low, high, f, light.z);
     }
     let four = four_transmittances(low, high, light.z);
@@ -89,6 +89,6 @@ fn surface_depth(light: vec3<f32>) -> f32 {
 
 // Transmittance from the light to any world position, in the volume, in front of it or behind it.
 fn shadow_at(world: vec3<f32>) -> f32 {
-    let light = light_coordinates(world * frame.view_origin.w + frame.world_origin.xyz);
+    let light = light_coordinates(world * frame.view.per_world + frame.view.world_origin);
     return shadow_lookup(vec3<f32>(light.xy, surface_depth(light)));
 }

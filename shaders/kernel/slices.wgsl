@@ -20,24 +20,24 @@ struct Slabs {
 // the light's axis that all rays share.
 fn slabs_of(u: f32, v: f32) -> Slabs {
     let ray = index_ray_of(light_ray(u, v));
-    let inside = intersect_box(ray, frame.domain_min.xyz, frame.domain_max.xyz);
+    let inside = intersect_box(ray, frame.media.domain_min, frame.media.domain_max);
     let sampled = media_ray_of(ray);
     let extent = inside.y - inside.x;
     if (extent <= 0.0) {
         return Slabs(sampled, inside.x, inside.y, inside.x, 0.0, 0u, 0u, 1u);
     }
-    let planes = frame.counts.y;
+    let planes = frame.map.planes;
     if (planes == 0u) {
         let voxel_lengths = voxels_over(ray, extent, extent);
-        let count = step_count(voxel_lengths, frame.rates.y, frame.steps.x, frame.steps.y);
+        let count = step_count(voxel_lengths, frame.map.slabs.per_voxel, frame.map.slabs.least, frame.map.slabs.most);
         let step = extent / f32(count);
         return Slabs(sampled, inside.x, inside.y, inside.x, step, 0u, count, samples_over(ray, step, extent));
     }
     // How much longer a way along this ray is than along the axis.
-    let direction = frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
+    let direction = frame.light.direction + u * frame.light.direction_u + v * frame.light.direction_v;
     let along = length(direction.xyz);
-    let start = frame.slices.x * along;
-    let step = (frame.slices.y - frame.slices.x) * along / f32(planes);
+    let start = frame.map.near * along;
+    let step = (frame.map.far - frame.map.near) * along / f32(planes);
     let first = min(u32(max((inside.x - start) / step, 0.0)), planes - 1u);
     let last = u32(max(ceil((inside.y - start) / step), 0.0));
     let samples = samples_over(ray, step, extent);
@@ -47,7 +47,7 @@ fn slabs_of(u: f32, v: f32) -> Slabs {
 // As many samples as the voxels of a length of a ray ask for; rounding asks for none.
 fn samples_over(ray: Ray, step: f32, extent: f32) -> u32 {
     let voxel_lengths = voxels_over(ray, step, extent);
-    return u32(clamp(ceil(voxel_lengths * frame.rates.w - 0.01), 1.0, 65536.0));
+    return u32(clamp(ceil(voxel_lengths * frame.map.slabs.samples - 0.01), 1.0, 65536.0));
 }
 
 // Depths of the front and the back of slab i in the volume; empty if the second is not greater.
@@ -65,7 +65,7 @@ fn slab_optical_depth(slabs: Slabs, i: u32) -> f32 {
     for (var s: u32 = 0u; s < slabs.samples; s++) {
         sum += density_along(slabs.ray, bounds.x + (f32(s) + 0.5) * step, 0.5 * step);
     }
-    return sum * step * frame.domain_min.w;
+    return sum * step * frame.media.extinction;
 }
 
 // Depths between which four slabs of a batch lie, clipped to the volume.
@@ -81,7 +81,7 @@ struct Batch {
 // Four slabs as long as `step` from depth t on; with planes, the four from the one that holds t on, but none in
 // front of slab `next`.
 fn batch_of(slabs: Slabs, t: f32, step: f32, next: f32) -> Batch {
-    let planes = frame.counts.y > 0u;
+    let planes = frame.map.planes > 0u;
     let start = select(t, slabs.start, planes);
     // Rather one too many, which is empty, than one too few.
     let holds = floor((t - slabs.start) / slabs.step - 1e-3);
@@ -106,12 +106,12 @@ fn four_optical_depths(slabs: Slabs, batch: Batch) -> vec4<f32> {
             density_along(slabs.ray, at.w, 0.5 * steps.w),
         );
     }
-    return sums * steps * frame.domain_min.w;
+    return sums * steps * frame.media.extinction;
 }
 
 // Optical depth of a slab as long as a batch's last one with the density at its end.
 fn end_optical_depth(slabs: Slabs, batch: Batch) -> f32 {
     let step = max(batch.backs.w - batch.fronts.w, 0.0);
     let half = 0.5 * step / f32(slabs.samples);
-    return density_along(slabs.ray, batch.backs.w, half) * (step * frame.domain_min.w);
+    return density_along(slabs.ray, batch.backs.w, half) * (step * frame.media.extinction);
 }

@@ -109,10 +109,10 @@ fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
         return Curve(vec4<f32>(0.0, 0.0, 0.0, 1.0), array<vec4<f32>, 4>());
     }
     var z = texel.xyz;
-    var tau = frame.threshold_depths.xyz;
-    if (a < frame.thresholds.z) {
+    var tau = frame.map.threshold_depths;
+    if (a < frame.map.thresholds.z) {
         z = sorted(z);
-        tau = -log(1.0 - sorted(levels(a, frame.thresholds.xyz)));
+        tau = -log(1.0 - sorted(levels(a, frame.map.thresholds)));
     }
     let total = optical_depth_of(a);
     let h = gaps(z);
@@ -162,7 +162,7 @@ fn transmittance_default(texel: vec4<f32>, extent: vec2<f32>, depth: f32) -> f32
 
 // The paper's lookup; see src/kernel/threshold.rs for what it leaves open.
 fn transmittance_paper(texel: vec4<f32>, depth: f32) -> f32 {
-    let t = frame.thresholds.xyz;
+    let t = frame.map.thresholds;
     var opacity = texel.w;
     if (depth < texel.x) {
         opacity = 0.0;

@@ -3,8 +3,8 @@
 
 // The camera ray through picture position (x, y), 0..1 from the upper left corner.
 fn camera_ray(x: f32, y: f32) -> Ray {
-    let o = frame.view_origin + x * frame.view_origin_x + y * frame.view_origin_y;
-    let d = frame.view_direction + x * frame.view_direction_x + y * frame.view_direction_y;
+    let o = frame.view.origin + x * frame.view.origin_x + y * frame.view.origin_y;
+    let d = frame.view.direction + x * frame.view.direction_x + y * frame.view.direction_y;
     return Ray(o.xyz, normalize(d.xyz));
 }
 
@@ -19,12 +19,12 @@ fn pixel_offset(i: u32, samples: u32) -> vec2<f32> {
 
 // Distance to the ground along a ray; a negative number where the ray misses it.
 fn ground_distance(ray: Ray) -> f32 {
-    if (frame.ground.w == 0.0 || abs(ray.direction.y) < 1e-20) {
+    if (frame.view.ground.exists == 0u || abs(ray.direction.y) < 1e-20) {
         return -1.0;
     }
-    let t = (frame.ground.x - ray.origin.y) / ray.direction.y;
-    let from_middle = abs(ray_at(ray, t) - frame.world_origin.xyz);
-    let hit = t > 0.0 && t < 1e30 && max(from_middle.x, from_middle.z) <= frame.ground.z;
+    let t = (frame.view.ground.height - ray.origin.y) / ray.direction.y;
+    let from_middle = abs(ray_at(ray, t) - frame.view.world_origin);
+    let hit = t > 0.0 && t < 1e30 && max(from_middle.x, from_middle.z) <= frame.view.ground.half_extent;
     return select(-1.0, t, hit);
 }
 
@@ -32,5 +32,5 @@ fn ground_distance(ray: Ray) -> f32 {
 fn ground_radiance(point: vec3<f32>, transmittance: f32) -> vec3<f32> {
     let cosine = max(-light_direction_at(point).y, 0.0);
     let direct = irradiance_at(point) * (cosine * transmittance * 0.31830987);
-    return frame.ground.y * (direct + frame.ambient.xyz);
+    return frame.view.ground.albedo * (direct + frame.view.ambient);
 }

@@ -15,15 +15,15 @@ const LISTS: bool = false;
 // Depth where a texel's shadow begins to matter, and 1 if it has one.
 fn front(texel: vec2<u32>) -> vec2<f32> {
     let numbers = textureLoad(threshold_map, texel, 0);
-    return vec2<f32>(numbers.y, select(0.0, 1.0, numbers.w >= frame.thresholds.z));
+    return vec2<f32>(numbers.y, select(0.0, 1.0, numbers.w >= frame.map.thresholds.z));
 }
 
 // Transmittance along the central ray of a texel to a depth.
 fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
-    if (!USUAL && frame.methods.y == 1u) {
+    if (!USUAL && frame.map.lookup == 1u) {
         return transmittance_paper(textureLoad(threshold_map, texel, 0), depth);
     }
-    let size = frame.sizes.w;
+    let size = frame.map.size;
     let at = texel.y * size + texel.x;
     let ends = piece_ends[at];
     let k = piece_of(ends, depth);

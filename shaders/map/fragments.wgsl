@@ -17,7 +17,7 @@ const FARTHEST: f32 = 3e38;
 const MOST_WALKED: u32 = 8u;
 
 fn list_of(texel: vec2<u32>) -> List {
-    return list_of_run(runs[texel.y * frame.sizes.w + texel.x]);
+    return list_of_run(runs[texel.y * frame.map.size + texel.x]);
 }
 
 fn node_of(list: List, k: u32) -> vec2<f32> {
@@ -105,9 +105,9 @@ fn place_near(list: List, guess: u32, depth: f32) -> Place {
 
 // Transmittance at a depth in its place.
 fn place_transmittance(list: List, place: Place, depth: f32) -> f32 {
-    if (!USUAL && frame.filtering.x > 0.0 && place.before > 0u) {
+    if (!USUAL && frame.map.sharpness > 0.0 && place.before > 0u) {
         let in_front = node_of(list, max(place.before, 2u) - 2u);
-        return exponential_transmittance(in_front, place.a, place.b, depth, frame.filtering.x);
+        return exponential_transmittance(in_front, place.a, place.b, depth, frame.map.sharpness);
     }
     return exp(-optical_depth_at(place.a, place.b, depth));
 }
@@ -209,7 +209,7 @@ fn linked_place(own: List, before: u32, list: List, direction: u32, depth: f32) 
 // Mean transmittance over a window of texels, its ends included: from its lower left texel along the
 // links (real-time deep shadow maps for hair, "Spatial filtering").
 fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
-    if (frame.counts.z == 0u) {
+    if (frame.map.follows_links == 0u) {
         return brute_force_mean(low, high, depth);
     }
     var row = list_of(vec2<u32>(low.x, high.y));

@@ -8,15 +8,15 @@
 // Depth where a texel's shadow begins to matter, and 1 if it has one.
 fn front(texel: vec2<u32>) -> vec2<f32> {
     let numbers = textureLoad(threshold_map, texel, 0);
-    return vec2<f32>(numbers.y, select(0.0, 1.0, numbers.w >= frame.thresholds.z));
+    return vec2<f32>(numbers.y, select(0.0, 1.0, numbers.w >= frame.map.thresholds.z));
 }
 
 // Transmittance along the central ray of a texel to a depth.
 fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     let numbers = textureLoad(threshold_map, texel, 0);
-    if (frame.methods.y == 1u) {
+    if (frame.map.lookup == 1u) {
         return transmittance_paper(numbers, depth);
     }
-    let at = (vec2<f32>(texel) + 0.5) / f32(frame.sizes.w);
+    let at = (vec2<f32>(texel) + 0.5) / f32(frame.map.size);
     return transmittance_default(numbers, light_extent(at.x, at.y), depth);
 }

@@ -183,7 +183,7 @@ fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
 // Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance from
 // the light.
 fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {
-    let more = u32(frame.filtering.y);
+    let more = frame.view.octaves;
     var lit = vec3<f32>(0.0);
     var albedo = vec3<f32>(0.0);
     var extinction: f32 = 0.0;
@@ -193,7 +193,7 @@ fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f
         albedo += along.xyz;
         extinction += along.w;
     }
-    return (light.irradiance * lit + frame.ambient.xyz * albedo) / max(extinction, SMALLEST_WEIGHT);
+    return (light.irradiance * lit + frame.view.ambient * albedo) / max(extinction, SMALLEST_WEIGHT);
 }
 
 // Radiance per world length that a piece of a ray emits.

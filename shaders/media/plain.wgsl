@@ -8,7 +8,7 @@ const MIXED: bool = false;
 
 // A ray in voxel indices in the space that media are sampled in.
 fn media_ray_of(ray: Ray) -> Ray {
-    let share = frame.voxel_share.xyz;
+    let share = frame.media.voxel_share;
     return Ray(ray.origin * share + 0.5 * share, ray.direction * share);
 }
 
@@ -21,13 +21,13 @@ fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
 // the light.
 fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {
     var lit: vec3<f32>;
-    if (USUAL || frame.filtering.y == 0.0) {
+    if (USUAL || frame.view.octaves == 0u) {
         lit = light.scattered * transmittance;
     } else {
-        let more = u32(frame.filtering.y);
-        lit = light.irradiance * octaves(more, frame.albedo.w, light.cosine, transmittance);
+        let more = frame.view.octaves;
+        lit = light.irradiance * octaves(more, frame.media.phase_g, light.cosine, transmittance);
     }
-    return frame.albedo.xyz * (lit + frame.ambient.xyz);
+    return frame.media.albedo * (lit + frame.view.ambient);
 }
 
 // Radiance per world length that a piece of a ray emits.

@@ -42,7 +42,7 @@ impl<'a> DeepView<'a> {
     /// the march next to each other are one sample while that takes less than 1/64 of the light.
     pub fn pixel(&self, x: u32, y: u32) -> Vec<DeepSample> {
         let frame = self.view.frame;
-        let [width, height, ..] = frame.sizes;
+        let [width, height] = [frame.view.width, frame.view.height];
         let at = |i: u32, n: u32| (i as f32 + 0.5) / n as f32;
         let ray = camera_ray(frame, at(x, width), at(y, height));
         let ground = ground_distance(frame, &ray);
@@ -66,7 +66,7 @@ impl<'a> DeepView<'a> {
             samples.push(DeepSample { front: ground, back: ground, radiance, alpha: 1.0 });
         }
         // One over the unit that the frame computes in.
-        let unit = 1.0 / frame.view_origin.w;
+        let unit = 1.0 / frame.view.per_world;
         for sample in &mut samples {
             (sample.front, sample.back) = (sample.front * unit, sample.back * unit);
         }

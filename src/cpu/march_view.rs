@@ -29,7 +29,7 @@ pub(super) fn march_view(
     map: &dyn ShadowMap,
     progress: &dyn Progress,
 ) -> Image {
-    let [width, height, samples, _] = frame.sizes;
+    let (width, height, samples) = (frame.view.width, frame.view.height, frame.view.samples);
     progress.begin("picture", u64::from(height));
     map.prepare();
     let view = View { sampler: Sampler::of(media), frame, map };
@@ -100,7 +100,7 @@ impl View<'_> {
     fn march(&self, ray: &Ray) -> Vec4 {
         let ground = ground_distance(self.frame, ray);
         let steps = self.steps(ray, if ground > 0.0 { ground } else { f32::INFINITY });
-        let (light, through) = if self.frame.methods[3] == 1 {
+        let (light, through) = if self.frame.view.shading == 1 {
             self.paper_shading(ray, &steps)
         } else {
             self.single_scattering(ray, &steps)
@@ -108,7 +108,7 @@ impl View<'_> {
         let behind = if ground > 0.0 {
             self.lit_ground(ray.at(ground)).extend(1.0)
         } else {
-            self.frame.background
+            self.frame.view.background
         };
         light.extend(1.0 - through) + through * behind.truncate().extend(behind.w)
     }
@@ -122,15 +122,20 @@ impl View<'_> {
 
     pub(super) fn steps(&self, ray: &Ray, farthest: f32) -> Steps {
         let frame = self.frame;
-        let index_ray = ray.transformed(&frame.index_from_frame);
-        let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+        let index_ray = ray.transformed(&frame.media.index_from_frame);
+        let (min, max) = (frame.media.domain_min, frame.media.domain_max);
         let (enter, exit) = intersect_box(&index_ray, min, max);
         let exit = exit.min(farthest);
         if exit <= enter {
             return Steps { enter, exit: enter, count: 1, index_ray };
         }
         let voxels = voxels_over(frame, &index_ray, exit - enter, exit - enter);
-        let count = step_count(voxels, frame.rates.z, frame.steps[2], frame.steps[3]);
+        let count = step_count(
+            voxels,
+            frame.view.march.per_voxel,
+            frame.view.march.least,
+            frame.view.march.most,
+        );
         Steps { enter, exit, count, index_ray }
     }
 
@@ -141,7 +146,7 @@ impl View<'_> {
 
     /// Transmittance at (u, v, depth).
     fn lookup(&self, light: Vec3) -> f32 {
-        self.map.filtered(self.frame.methods[2], light.x, light.y, light.z)
+        self.map.filtered(self.frame.map.window, light.x, light.y, light.z)
     }
 
     /// Radiance scattered towards the camera, and the transmittance of the whole ray.
@@ -157,10 +162,10 @@ impl View<'_> {
         let frame = self.frame;
         let light = arriving(frame, ray, ray.origin);
         let shortest = (steps.exit - steps.enter) / steps.count as f32;
-        let lengths = [shortest, frame.lengths.z, frame.longest.z];
+        let lengths = [shortest, frame.view.march.rough, frame.view.march.longest];
         let mut walk = Walk::new(self.sampler.occupancy, &steps.index_ray, steps.exit, lengths);
         let (mut t, mut through) = (walk.next_place(steps.enter), 1.0);
-        let opaque = frame.lengths.w;
+        let opaque = frame.view.opaque;
         while t < steps.exit && through >= opaque {
             let (batch, taus) = self.cut(&walk, &steps.index_ray, t, through);
             t = walk.next_place(t + BATCH as f32 * batch.step);
@@ -180,17 +185,17 @@ impl View<'_> {
     ) -> (Batch<'r>, [Vec4; 2]) {
         let frame = self.frame;
         let mut batch = Batch { ray, begin: t, step: walk.step_from(t) };
-        let mut limit = frame.limits.z;
+        let mut limit = frame.view.march.limit;
         let met = Cell::default();
         loop {
             let four = |first: usize| {
                 let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
                 four_along(&self.sampler, batch.ray, at, Vec4::splat(0.25 * batch.step), &met)
             };
-            let per_density = frame.domain_min.w * (0.5 * batch.step);
+            let per_density = frame.media.extinction * (0.5 * batch.step);
             let taus = [per_density * four(0), per_density * four(4)];
             let mut thickest = taus[0].max(taus[1]).max_element();
-            if batch.step > frame.brick_scale.w {
+            if batch.step > frame.view.march.hiding {
                 let (end, quarter) = (t + BATCH as f32 * batch.step, 0.25 * batch.step);
                 let density = density_along(&self.sampler, ray, end, quarter);
                 thickest = thickest.max(per_density * density);
@@ -199,8 +204,8 @@ impl View<'_> {
             if visible <= limit {
                 return (batch, taus);
             }
-            limit = CUT_LIMIT * frame.limits.z;
-            let shorter = walk.cut(batch.step, CUT_SHARE * frame.limits.z / visible);
+            limit = CUT_LIMIT * frame.view.march.limit;
+            let shorter = walk.cut(batch.step, CUT_SHARE * frame.view.march.limit / visible);
             if shorter >= batch.step {
                 return (batch, taus);
             }
@@ -219,11 +224,11 @@ impl View<'_> {
         visit: &mut impl FnMut(Added),
     ) -> f32 {
         let frame = self.frame;
-        let emits = frame.counts[3] == 1;
+        let emits = frame.media.emits == 1;
         if taus == [Vec4::ZERO; 2] && !emits {
             return through;
         }
-        let shared = [frame.limits.w, frame.longest.w];
+        let shared = [frame.view.shared_weight, frame.view.shared_length];
         let added = scattered(through, taus, batch.sample(0), 0.5 * batch.step, shared);
         let (mut before, mut front) = (through, 0);
         for k in 0..BATCH as usize {
@@ -257,7 +262,7 @@ impl View<'_> {
         [at, half]: [f32; 2],
     ) -> Vec3 {
         let point = ray.at(at);
-        let parallel = self.frame.light_position.w == 0.0;
+        let parallel = self.frame.light.has_position == 0;
         let light = if parallel { *light } else { arriving(self.frame, ray, point) };
         let transmittance = self.transmittance(point);
         let piece = Piece { ray: index_ray, at, half };
@@ -288,8 +293,8 @@ impl View<'_> {
             return (Vec3::ZERO, 1.0);
         }
         let step = length / steps.count as f32;
-        let extinction_step = frame.domain_min.w * step;
-        let brightest = frame.domain_max.w.max(1e-30);
+        let extinction_step = frame.media.extinction * step;
+        let brightest = frame.media.largest.max(1e-30);
         let (mut colour, mut through) = (0.0_f32, 1.0_f32);
         for i in 0..steps.count {
             let t = steps.enter + (i as f32 + 0.5) * step;
@@ -298,7 +303,7 @@ impl View<'_> {
             colour += through * opacity * (density / brightest);
             through *= 1.0 - opacity;
         }
-        let lookups = frame.counts[0];
+        let lookups = frame.view.light_samples;
         let mut shadow = 0.0;
         for i in 0..lookups {
             let t = steps.enter + (i as f32 + 0.5) / lookups as f32 * length;

@@ -17,7 +17,7 @@ use crate::shadow::{Fragment, FragmentLists, Runs};
 /// Nodes of all texels, row 0 at v = 0.
 pub(super) fn raster_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
     let sampler = Sampler::of_extinction(media);
-    let size = frame.sizes[3] as usize;
+    let size = frame.map.size as usize;
     tiles::runs(size, progress, |columns, y| {
         sort_fragments(&raster_row(&sampler, frame, columns, y), frame)
     })
@@ -29,7 +29,7 @@ fn raster_row(
     columns: Range<usize>,
     y: usize,
 ) -> FragmentLists {
-    let at = |i: usize| (i as f32 + 0.5) / frame.sizes[3] as f32;
+    let at = |i: usize| (i as f32 + 0.5) / frame.map.size as f32;
     let texels: Vec<Slabs> = columns.map(|x| slabs_of(frame, at(x), at(y))).collect();
     let planes = texels.iter().map(|slabs| slabs.last).max().unwrap_or(0);
     let mut lists = FragmentLists::new(texels.len());

@@ -6,7 +6,7 @@ use crate::shadow::{FragmentLists, Runs};
 
 /// The nodes of all lists: fitted within the frame's tolerance, or raw and truncated.
 pub(super) fn sort_fragments(lists: &FragmentLists, frame: &Frame) -> Result<Runs> {
-    let [.., tolerance, truncation] = frame.slices.to_array();
+    let (tolerance, truncation) = (frame.map.tolerance, frame.map.truncation);
     let mut runs = Runs::default();
     let mut nodes = Vec::new();
     for texel in 0..lists.texels() {

@@ -17,7 +17,7 @@ pub(super) fn trace_coded(
     codec: &dyn Codec,
     progress: &dyn Progress,
 ) -> Vec<u8> {
-    let (size, stride) = (frame.sizes[3] as usize, codec.stride());
+    let (size, stride) = (frame.map.size as usize, codec.stride());
     progress.begin("shadow map", size as u64);
     let sampler = Sampler::of_extinction(media);
     let mut bytes = vec![0; size * size * stride];

@@ -21,7 +21,7 @@ pub(super) fn trace_grid(
     let [nx, ny, nz] = shape;
     progress.begin("shadow grid", (ny * nz) as u64);
     let sampler = Sampler::of_extinction(media);
-    let columns = frame.index_from_frame;
+    let columns = frame.media.index_from_frame;
     let linear =
         Mat3::from_cols_array_2d(&columns.map(|row| row.truncate().to_array())).transpose();
     let (frame_from_index, offset) = (linear.inverse(), Vec3::from_array(columns.map(|row| row.w)));
@@ -31,7 +31,7 @@ pub(super) fn trace_grid(
             let index = grid_point(frame, shape, [x, row % ny, row / ny]);
             let light = light_coordinates(frame, frame_from_index * (index - offset));
             let (enter, exit) = light_extent(frame, light.x, light.y);
-            let ray = light_ray(frame, light.x, light.y).transformed(&frame.index_from_frame);
+            let ray = light_ray(frame, light.x, light.y).transformed(&frame.media.index_from_frame);
             let way = [enter, light.z.max(enter)];
             let samples = samples_over(frame, &ray, way[1] - way[0], exit - enter);
             let optical_depth = ray_optical_depth(&sampler, frame, &ray, way, samples);

@@ -17,7 +17,7 @@ use crate::shadow::{Runs, truncate};
 /// Nodes of all texels, row 0 at v = 0.
 pub(super) fn trace_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
     let sampler = Sampler::of_extinction(media);
-    let size = frame.sizes[3] as usize;
+    let size = frame.map.size as usize;
     tiles::runs(size, progress, |columns, y| {
         let at = |i: usize| (i as f32 + 0.5) / size as f32;
         let (mut row, mut nodes) = (Runs::default(), Vec::new());
@@ -36,13 +36,13 @@ pub(super) fn trace_texel(
     [u, v]: [f32; 2],
     nodes: &mut Vec<Node>,
 ) {
-    let [.., tolerance, truncation] = frame.slices.to_array();
+    let (tolerance, truncation) = (frame.map.tolerance, frame.map.truncation);
     let slabs = slabs_of(frame, u, v);
     let mut fitter = Fitter::new(tolerance);
     nodes.clear();
-    let lengths = [slabs.step, frame.lengths.y, frame.longest.y];
+    let lengths = [slabs.step, frame.map.slabs.rough, frame.map.slabs.longest];
     // The last slab between planes may be as thin as rounding allows.
-    let thin = if frame.counts[1] > 0 { 2.0 * LEAST_SHARE } else { 0.0 };
+    let thin = if frame.map.planes > 0 { 2.0 * LEAST_SHARE } else { 0.0 };
     let end = slabs.exit * (1.0 + thin);
     let mut walk = Walk::new(sampler.occupancy, &slabs.ray, end, lengths);
     let (mut t, mut next) = (walk.next_place(slabs.enter), slabs.first as f32);
@@ -51,7 +51,7 @@ pub(super) fn trace_texel(
         let of = |step: f32| batch_of(frame, &slabs, t, step, next);
         let depths = |step: f32| four_optical_depths(sampler, frame, &slabs, &of(step), &met);
         // Planes are where they are.
-        let bend = if frame.counts[1] > 0 { f32::INFINITY } else { frame.limits.y };
+        let bend = if frame.map.planes > 0 { f32::INFINITY } else { frame.map.slabs.limit };
         let limits = [bend, fitter.optical_depth()];
         let end = |step: f32| end_optical_depth(sampler, frame, &slabs, &of(step));
         let (step, optical_depths) = cut_to_bend(&walk, walk.step_from(t), limits, depths, end);

@@ -20,7 +20,7 @@ pub(super) fn trace_threshold(
     frame: &Frame,
     progress: &dyn Progress,
 ) -> Vec<[f32; 4]> {
-    let size = frame.sizes[3] as usize;
+    let size = frame.map.size as usize;
     progress.begin("shadow map", size as u64);
     let sampler = Sampler::of_extinction(media);
     let mut texels = vec![[0.0; 4]; size * size];
@@ -42,16 +42,17 @@ fn trace_texel(
     reached: &mut Vec<Reached>,
 ) -> [f32; 4] {
     let ray = light_ray(frame, u, v);
-    let index_ray = ray.transformed(&frame.index_from_frame);
-    let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+    let index_ray = ray.transformed(&frame.media.index_from_frame);
+    let (min, max) = (frame.media.domain_min, frame.media.domain_max);
     let (enter, exit) = intersect_box(&index_ray, min, max);
     if exit <= enter {
         return [0.0; 4];
     }
     let length = exit - enter;
     let voxels = voxels_over(frame, &index_ray, length, length);
-    let count = step_count(voxels, frame.rates.x, frame.steps[0], frame.steps[1]);
-    let lengths = [length / count as f32, frame.lengths.x, frame.longest.x];
+    let count =
+        step_count(voxels, frame.map.rays.per_voxel, frame.map.rays.least, frame.map.rays.most);
+    let lengths = [length / count as f32, frame.map.rays.rough, frame.map.rays.longest];
     let mut walk = Walk::new(sampler.occupancy, &index_ray, exit, lengths);
 
     reached.clear();
@@ -61,13 +62,13 @@ fn trace_texel(
         let depths = |step: f32| {
             let at = t + step * Vec4::new(0.5, 1.5, 2.5, 3.5);
             let densities = four_along(sampler, &index_ray, at, Vec4::splat(0.5 * step), &met);
-            densities * (frame.domain_min.w * step)
+            densities * (frame.media.extinction * step)
         };
         let end = |step: f32| {
             let density = density_along(sampler, &index_ray, t + BATCH as f32 * step, 0.5 * step);
-            density * (frame.domain_min.w * step)
+            density * (frame.media.extinction * step)
         };
-        let limits = [frame.limits.x, tau];
+        let limits = [frame.map.rays.limit, tau];
         let (step, taus) = cut_to_bend(&walk, walk.step_from(t), limits, depths, end);
         for k in 0..BATCH as usize {
             if taus[k] > 0.0 {
@@ -85,10 +86,10 @@ fn trace_texel(
         let target = -(1.0 - level).ln();
         let k = reached.partition_point(|&(_, [_, tau])| tau < target);
         let Some(&(ends, taus)) = reached.get(k) else { return exit };
-        crossing_depth(frame.methods[0], ends, target, taus)
+        crossing_depth(frame.map.crossing, ends, target, taus)
     };
-    let thresholds = frame.thresholds.truncate();
-    let paper = frame.methods[1] == 1;
+    let thresholds = frame.map.thresholds;
+    let paper = frame.map.lookup == 1;
     let depths = if paper {
         thresholds.map(|t| if t <= largest { depth_of(t) } else { exit })
     } else if largest > 0.0 {

@@ -17,7 +17,7 @@ pub(super) fn trace_visibility(
     progress: &dyn Progress,
 ) -> Result<Runs<VisibilityPoint>> {
     let sampler = Sampler::of_extinction(media);
-    let size = frame.sizes[3] as usize;
+    let size = frame.map.size as usize;
     tiles::runs(size, progress, |columns, y| {
         let at = |i: usize| (i as f32 + 0.5) / size as f32;
         let (mut row, mut nodes, mut points) = (Runs::default(), Vec::new(), Vec::new());

@@ -1,7 +1,8 @@
 //! How many steps rays take, how long those may be, and the bricks that they are led by.
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 
+use super::Marching;
 use crate::scene::{LightView, Media};
 use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
 
@@ -63,84 +64,93 @@ pub const VIEW_STEPS_LEAST: u32 = 72;
 /// Steps along a camera ray at most, unless [`Settings::view_steps`] says otherwise.
 pub const VIEW_STEPS_MOST: u32 = 8192;
 
-/// Light steps at least and at most, camera steps at least and at most.
-pub(super) fn steps(settings: &Settings) -> [u32; 4] {
+/// Steps along a light ray at least and at most, and along a camera ray.
+fn counts(settings: &Settings) -> [[u32; 2]; 2] {
     let paper = settings.shading == Shading::Paper;
     // The paper marches with a fixed number of steps.
-    let view_most = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
-    let light_most = settings.steps;
-    let steps = if paper {
-        [light_most, light_most, view_most, view_most]
+    let view = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
+    let light = settings.steps;
+    let counts = if paper {
+        [[light, light], [view, view]]
     } else {
-        [LIGHT_STEPS_LEAST.min(light_most), light_most, VIEW_STEPS_LEAST.min(view_most), view_most]
+        [[LIGHT_STEPS_LEAST.min(light), light], [VIEW_STEPS_LEAST.min(view), view]]
     };
-    steps.map(|count| settings.more(count))
+    counts.map(|range| range.map(|count| settings.more(count)))
 }
 
-/// Steps for each voxel length ([`Frame::rates`]) and how long they may be ([`Frame::lengths`],
-/// [`Frame::longest`]): as the largest change of extinction asks for, within what always suffices.
-pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Vec4; 3] {
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    let (transform, unit) = (media.world_from_index(), media.unit());
-    let voxel = axes
-        .map(|axis| transform.transform_vector3(axis).length() / unit)
-        .into_iter()
-        .fold(1e30, f64::min);
-    let roughness = media.occupancy().roughness() * unit;
-    // (most steps for each voxel, bend, samples a step)
+/// How light rays of threshold maps, those of fragment maps and camera rays are cut: as the largest change of
+/// extinction asks for, within what always suffices.
+pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Marching; 3] {
     let quality = settings.quality;
+    let [light, view] = counts(settings);
+    let limits = limits(settings, tolerance);
+    // (most steps for each voxel, bend, samples a step)
     let passes = [
         (LIGHT_STEPS_PER_VOXEL, settings.finer(LIGHT_BEND), 1.0),
         (SLABS_PER_VOXEL, SLAB_BEND * tolerance, 1.0),
         (VIEW_STEPS_PER_VOXEL, settings.finer(VIEW_BEND), 2.0),
     ];
-    let passes = passes.map(|(most, bend, samples)| (quality * f64::from(most), bend, samples));
-    let samples = (quality * f64::from(SLAB_SAMPLES_PER_VOXEL)) as f32;
-    let [mut rates, mut lengths, mut longest] = [Vec4::ZERO; 3];
-    if settings.shading == Shading::Paper || media.graded().is_none() {
-        // As many steps as were asked for, or nothing is known of the slopes: all as long as each other.
-        let rates = passes.map(|(most, ..)| most as f32);
-        return [Vec3::from_array(rates).extend(samples), lengths, longest];
+    let most = passes.map(|(most, ..)| quality * f64::from(most));
+    let mut marching = [light, light, view].map(|[least, most]| Marching {
+        least,
+        most,
+        samples: (quality * f64::from(SLAB_SAMPLES_PER_VOXEL)) as f32,
+        ..Marching::default()
+    });
+    for ((marching, most), limit) in marching.iter_mut().zip(most).zip(limits) {
+        // As many steps as were asked for, unless more is known.
+        (marching.per_voxel, marching.limit) = (most as f32, limit);
     }
-    for (i, (most, bend, samples)) in passes.into_iter().enumerate() {
+    let thickest = media.densest() * media.unit() * quality;
+    marching[2].hiding = (HIDDEN_DEPTH / thickest.max(1e-30)) as f32;
+    if settings.shading == Shading::Paper || media.graded().is_none() {
+        // Nothing is known of the slopes: all steps are as long as each other.
+        return marching;
+    }
+    let voxel = smallest_voxel(media) / media.unit();
+    let roughness = media.occupancy().roughness() * media.unit();
+    for (i, (_, bend, samples)) in passes.into_iter().enumerate() {
         let length = if roughness > 0.0 {
             samples * (8.0 * bend * voxel / roughness).sqrt()
         } else {
-            voxel / most
+            voxel / most[i]
         };
-        let rate = (voxel / length.max(1e-3 * voxel)).clamp(quality * LEAST_PER_VOXEL, most);
-        (rates[i], lengths[i]) = (rate as f32, length as f32);
+        let rate =
+            (voxel / length.max(1e-3 * voxel)).clamp(quality * LEAST_PER_VOXEL, most[i]) as f32;
+        (marching[i].per_voxel, marching[i].rough) = (rate, length as f32);
+        marching[i].longest = (0.25 * BATCH_VOXELS * voxel / quality) as f32;
     }
-    rates.w = samples;
-    longest = Vec3::splat((0.25 * BATCH_VOXELS * voxel / quality) as f32).extend(0.0);
-    let densest = media.densest() * unit;
-    let known = roughness > 0.0 && densest > 0.0;
-    if known {
-        longest.w = (LOOKUP_DEPTH / densest / quality) as f32;
-    }
+    let densest = media.densest() * media.unit();
+    let view = &mut marching[2];
     if densest > 0.0 {
-        lengths.z = lengths.z.min((VIEW_DEPTH / densest / quality) as f32);
+        view.rough = view.rough.min((VIEW_DEPTH / densest / quality) as f32);
     }
     if media.plain().is_none() {
         // Of emission and of colours nothing is known: camera rays take equal steps.
-        rates.z = passes[2].0 as f32;
-        (lengths.z, longest.z, longest.w) = (0.0, 0.0, 0.0);
+        (view.per_voxel, view.rough, view.longest) = (most[2] as f32, 0.0, 0.0);
     }
     if settings.crossing != Crossing::Exact {
         // Depths are wrong by as much as steps are long.
-        (rates.x, lengths.x) = (passes[0].0 as f32, 0.0);
+        (marching[0].per_voxel, marching[0].rough) = (most[0] as f32, 0.0);
     }
-    [rates, lengths, longest]
+    marching
 }
 
-/// What a batch of steps may hold before it is taken again with shorter ones ([`Frame::limits`]), which
+/// Length of the smallest voxel's smallest edge.
+fn smallest_voxel(media: &Media) -> f64 {
+    [DVec3::X, DVec3::Y, DVec3::Z]
+        .map(|axis| media.world_from_index().transform_vector3(axis).length())
+        .into_iter()
+        .fold(1e30, f64::min)
+}
+
+/// What a batch of steps may hold before it is taken again with shorter ones ([`Marching::limit`]), which
 /// happens where a medium is so dense that steps by its voxels are too long: how far optical depth may bend
 /// within a step of a threshold map's ray and a slab, as a share of the light that is left, and the optical
-/// depth of a sample of a camera ray. And the share of a pixel's light that steps may have one lookup for.
-pub(super) fn limits(settings: &Settings, tolerance: f64) -> Vec4 {
-    let shared = settings.finer(f64::from(LOOKUP_WEIGHT)) as f32;
+/// depth of a sample of a camera ray.
+fn limits(settings: &Settings, tolerance: f64) -> [f32; 3] {
     if settings.shading == Shading::Paper {
-        return Vec3::splat(UNLIMITED).extend(shared);
+        return [UNLIMITED; 3];
     }
     let bend = match settings.crossing {
         Crossing::Exact => settings.finer(MOST_LIGHT_BEND) as f32,
@@ -149,7 +159,22 @@ pub(super) fn limits(settings: &Settings, tolerance: f64) -> Vec4 {
     let slab = if tolerance > 0.0 { tolerance } else { settings.finer(RAW_TOLERANCE) };
     // As differences of the optical depths of two steps side by side: eight times what a line errs by.
     let (bend, slab) = (8.0 * bend, 8.0 * MOST_SLAB_BEND * slab);
-    Vec4::new(bend, slab as f32, (SAMPLE_DEPTH / settings.quality) as f32, shared)
+    [bend, slab as f32, (SAMPLE_DEPTH / settings.quality) as f32]
+}
+
+/// [`super::FrameView::shared_weight`].
+pub(super) fn shared_weight(settings: &Settings) -> f32 {
+    settings.finer(f64::from(LOOKUP_WEIGHT)) as f32
+}
+
+/// [`super::FrameView::shared_length`]: 0, so that no steps share a lookup, where nothing is known of the media.
+pub(super) fn shared_length(media: &Media, settings: &Settings) -> f32 {
+    let densest = media.densest() * media.unit();
+    let known = settings.shading != Shading::Paper
+        && media.plain().is_some()
+        && media.occupancy().roughness() > 0.0
+        && densest > 0.0;
+    if known { (LOOKUP_DEPTH / densest / settings.quality) as f32 } else { 0.0 }
 }
 
 /// How far apart in depth the fronts of neighbouring texels' shadows are those of one surface: some texels'
@@ -177,8 +202,8 @@ pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f6
     if seen { STEEPEST_SURFACE * texel } else { 0.0 }
 }
 
-/// [`Frame::brick_scale`], [`Frame::brick_offset`].
-pub(super) fn bricks(media: &Media, settings: &Settings) -> [Vec4; 2] {
+/// [`super::FrameMedia::brick_scale`], [`super::FrameMedia::brick_offset`].
+pub(super) fn bricks(media: &Media) -> [Vec3; 2] {
     let occupancy = media.occupancy();
     let (origin, edge) = (occupancy.origin(), occupancy.edge());
     // Voxels along a unit, and the index at the origin, of the space that shaders sample in.
@@ -186,10 +211,7 @@ pub(super) fn bricks(media: &Media, settings: &Settings) -> [Vec4; 2] {
         Some(_) => (DVec3::from_array(media.dims().map(|n| n as f64)), DVec3::splat(-0.5)),
         None => (DVec3::ONE, DVec3::ZERO),
     };
-    let thickest = media.densest() * media.unit() * settings.quality;
-    let hiding = (HIDDEN_DEPTH / thickest.max(1e-30)) as f32;
-    let scale = (unit / edge).as_vec3().extend(hiding);
-    [scale, ((start - origin) / edge).as_vec3().extend(0.0)]
+    [(unit / edge).as_vec3(), ((start - origin) / edge).as_vec3()]
 }
 
 /// How many planes all rays share; 0 for slabs of each ray's own.

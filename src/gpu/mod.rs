@@ -107,8 +107,9 @@ impl GpuBackend {
     fn marched(&self, media: &Media, frame: &Frame, map: &Map) -> Result<Image> {
         let gpu = &self.renderer;
         let mut frame = *frame;
-        frame.counts[2] = u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
-        let [width, height, ..] = frame.sizes;
+        frame.map.follows_links =
+            u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
+        let [width, height] = [frame.view.width, frame.view.height];
         // Before anything that takes long: a picture may be too large.
         let image = gpu.image(width, height)?;
         let gpu_media = self.upload(media)?;
@@ -174,7 +175,7 @@ impl Backend for GpuBackend {
         let texels = self.watch.over(|| {
             let gpu_media = self.upload(media)?;
             let frame_buffer = gpu.frame(frame, &gpu_media)?;
-            let map = gpu.map(frame.sizes[3])?;
+            let map = gpu.map(frame.map.size)?;
             gpu.submit(|encoder| gpu.trace_threshold(encoder, &gpu_media, &frame_buffer, &map))?;
             gpu.read(map.texture())
         })?;

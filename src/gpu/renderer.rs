@@ -247,11 +247,11 @@ impl Renderer {
 
     /// A frame as shaders read it for media on the device.
     fn held(&self, frame: &Frame, media: &GpuMedia) -> Result<Frame> {
-        let [width, height, _, map] = frame.sizes;
+        let (width, height, map) = (frame.view.width, frame.view.height, frame.map.size);
         self.check_size("picture", [width, height])?;
         self.check_size("map", [map; 2])?;
         let mut held = *frame;
-        held.world_origin.w = media.scale();
+        held.media.stored_one = media.scale();
         Ok(held)
     }
 

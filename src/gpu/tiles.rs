@@ -26,11 +26,11 @@ pub(super) fn trace_slices(
     memory: u64,
     progress: &dyn Progress,
 ) -> Result<Runs> {
-    let size = frame.sizes[3];
+    let size = frame.map.size;
     progress.begin("shadow map", u64::from(size));
     let budget = memory.min(gpu.largest_binding());
     let frame_buffer = gpu.frame(frame, gpu_media)?;
-    let fitted = frame.slices.z > 0.0;
+    let fitted = frame.map.tolerance > 0.0;
     let mut capacity = if fitted { FITTED_NODES } else { most_nodes(media, frame) };
     let mut all = Runs::default();
     let mut first = 0;
@@ -55,13 +55,13 @@ pub(super) fn trace_slices(
 /// Nodes of a texel's raw list at most: one more than its slabs (each gap between two stretches of
 /// slabs, which costs a node, is a slab without).
 fn most_nodes(media: &Media, frame: &Frame) -> u32 {
-    if frame.counts[1] > 0 {
-        return frame.counts[1] + 1;
+    if frame.map.planes > 0 {
+        return frame.map.planes + 1;
     }
     let voxels = media.domain().size().length() as f32;
     let slabs = (voxels * SLABS_PER_VOXEL).ceil() as u32 + 1;
     // The last batch of four may hold shorter ones.
-    slabs.clamp(frame.steps[0], frame.steps[1]) + 5
+    slabs.clamp(frame.map.slabs.least, frame.map.slabs.most) + 5
 }
 
 /// Passes `raster_slices` and `sort_fragments` over all tiles.
@@ -72,8 +72,8 @@ pub(super) fn raster_slices(
     memory: u64,
     progress: &dyn Progress,
 ) -> Result<Runs> {
-    let size = frame.sizes[3];
-    let planes = frame.counts[1];
+    let size = frame.map.size;
+    let planes = frame.map.planes;
     progress.begin("shadow map", u64::from(size));
     // Nodes take as much again as elements.
     let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;

@@ -9,8 +9,8 @@ use crate::frame::Frame;
 pub fn light_ray(frame: &Frame, u: f32, v: f32) -> Ray {
     let at = |base: Vec4, du: Vec4, dv: Vec4| (base + u * du + v * dv).truncate();
     Ray {
-        origin: at(frame.light_origin, frame.light_origin_u, frame.light_origin_v),
-        direction: at(frame.light_direction, frame.light_direction_u, frame.light_direction_v)
+        origin: at(frame.light.origin, frame.light.origin_u, frame.light.origin_v),
+        direction: at(frame.light.direction, frame.light.direction_u, frame.light.direction_v)
             .normalize(),
     }
 }
@@ -18,40 +18,40 @@ pub fn light_ray(frame: &Frame, u: f32, v: f32) -> Ray {
 /// Depths where the light ray through `(u, v)` enters and leaves the volume; it misses if the second
 /// is not greater.
 pub fn light_extent(frame: &Frame, u: f32, v: f32) -> (f32, f32) {
-    let ray = light_ray(frame, u, v).transformed(&frame.index_from_frame);
-    intersect_box(&ray, frame.domain_min.truncate(), frame.domain_max.truncate())
+    let ray = light_ray(frame, u, v).transformed(&frame.media.index_from_frame);
+    intersect_box(&ray, frame.media.domain_min, frame.media.domain_max)
 }
 
 /// (u, v, depth) of a point; u = -1 (outside of every map) behind a point or spot light.
 pub fn light_coordinates(frame: &Frame, point: Vec3) -> Vec3 {
     let p = point.extend(1.0);
-    let [u, v, depth, w] = frame.light_from_frame.map(|row| row.dot(p));
-    if frame.light_position.w == 0.0 {
+    let [u, v, depth, w] = frame.light.from_frame.map(|row| row.dot(p));
+    if frame.light.has_position == 0 {
         return Vec3::new(u, v, depth);
     }
     if w <= 0.0 {
         return Vec3::new(-1.0, -1.0, 0.0);
     }
-    Vec3::new(u / w, v / w, (point - frame.light_position.truncate()).length())
+    Vec3::new(u / w, v / w, (point - frame.light.position).length())
 }
 
 /// The way light travels at a point, unit length.
 pub fn light_direction_at(frame: &Frame, point: Vec3) -> Vec3 {
-    if frame.light_position.w == 0.0 {
-        return frame.light_direction.truncate();
+    if frame.light.has_position == 0 {
+        return frame.light.direction.truncate();
     }
-    (point - frame.light_position.truncate()).normalize_or_zero()
+    (point - frame.light.position).normalize_or_zero()
 }
 
 /// Unshadowed irradiance at a point on a plane that faces the light, per channel.
 pub fn irradiance_at(frame: &Frame, point: Vec3) -> Vec3 {
-    let irradiance = frame.irradiance.truncate();
-    if frame.light_position.w == 0.0 {
+    let irradiance = frame.light.irradiance;
+    if frame.light.has_position == 0 {
         return irradiance;
     }
-    let squared = (point - frame.light_position.truncate()).length_squared().max(1e-30);
-    let cosine = light_direction_at(frame, point).dot(frame.light_axis.truncate());
-    let (inner, outer) = (frame.light_axis.w, frame.irradiance.w);
+    let squared = (point - frame.light.position).length_squared().max(1e-30);
+    let cosine = light_direction_at(frame, point).dot(frame.light.axis);
+    let (inner, outer) = (frame.light.cone_inner, frame.light.cone_outer);
     let x = ((cosine - outer) / (inner - outer).max(1e-6)).clamp(0.0, 1.0);
     irradiance * (x * x * (3.0 - 2.0 * x) / squared)
 }

@@ -151,7 +151,7 @@ pub struct Arriving {
 pub fn arriving(frame: &Frame, ray: &Ray, point: Vec3) -> Arriving {
     let cosine = -ray.direction.dot(light_direction_at(frame, point));
     let irradiance = irradiance_at(frame, point);
-    Arriving { irradiance, cosine, scattered: irradiance * phase(frame.albedo.w, cosine) }
+    Arriving { irradiance, cosine, scattered: irradiance * phase(frame.media.phase_g, cosine) }
 }
 
 /// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance from
@@ -164,16 +164,16 @@ pub fn source_along(
     light: &Arriving,
     transmittance: f32,
 ) -> Vec3 {
-    let ambient = frame.ambient.truncate();
-    let more = frame.filtering.y as u32;
+    let ambient = frame.view.ambient;
+    let more = frame.view.octaves;
     match &sampler.content {
         Content::Plain(_) | Content::Scaled(..) => {
             let lit = if more == 0 {
                 light.scattered * transmittance
             } else {
-                light.irradiance * octaves(more, frame.albedo.w, light.cosine, transmittance)
+                light.irradiance * octaves(more, frame.media.phase_g, light.cosine, transmittance)
             };
-            frame.albedo.truncate() * (lit + ambient)
+            frame.media.albedo * (lit + ambient)
         }
         Content::Mixed(media) | Content::Classified(media) => {
             let (scattered, albedo) =

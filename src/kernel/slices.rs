@@ -35,18 +35,23 @@ pub struct Slabs {
 /// The slabs of the ray through map position `(u, v)`: of the ray's own, equally spaced from entry to
 /// exit, or between planes across the light's axis that all rays share.
 pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
-    let ray = light_ray(frame, u, v).transformed(&frame.index_from_frame);
-    let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+    let ray = light_ray(frame, u, v).transformed(&frame.media.index_from_frame);
+    let (min, max) = (frame.media.domain_min, frame.media.domain_max);
     let (enter, exit) = intersect_box(&ray, min, max);
     let none = Slabs { ray, enter, exit, start: enter, step: 0.0, first: 0, last: 0, samples: 1 };
     if exit <= enter {
         return none;
     }
-    let planes = frame.counts[1];
+    let planes = frame.map.planes;
     if planes == 0 {
         let extent = exit - enter;
         let voxels = voxels_over(frame, &ray, extent, extent);
-        let count = step_count(voxels, frame.rates.y, frame.steps[0], frame.steps[1]);
+        let count = step_count(
+            voxels,
+            frame.map.slabs.per_voxel,
+            frame.map.slabs.least,
+            frame.map.slabs.most,
+        );
         let step = extent / count as f32;
         return Slabs {
             step,
@@ -57,10 +62,10 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
     }
     // How much longer a way along this ray is than along the axis.
     let direction =
-        frame.light_direction + u * frame.light_direction_u + v * frame.light_direction_v;
+        frame.light.direction + u * frame.light.direction_u + v * frame.light.direction_v;
     let along = direction.truncate().length();
     let (start, step) =
-        (frame.slices.x * along, (frame.slices.y - frame.slices.x) * along / planes as f32);
+        (frame.map.near * along, (frame.map.far - frame.map.near) * along / planes as f32);
     let first = (((enter - start) / step).max(0.0) as u32).min(planes - 1);
     let last = ((exit - start) / step).ceil().max(0.0) as u32;
     let samples = samples_over(frame, &ray, step, exit - enter);
@@ -71,7 +76,7 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
 /// asks for none.
 pub fn samples_over(frame: &Frame, ray: &Ray, step: f32, extent: f32) -> u32 {
     let voxels = voxels_over(frame, ray, step, extent);
-    (voxels * frame.rates.w - 0.01).ceil().clamp(1.0, 65_536.0) as u32
+    (voxels * frame.map.slabs.samples - 0.01).ceil().clamp(1.0, 65_536.0) as u32
 }
 
 /// Depths of the front and the back of slab `i` in the volume; empty if the second is not greater.
@@ -99,7 +104,7 @@ pub fn ray_optical_depth(
     for s in 0..samples {
         sum += density_along(sampler, ray, front + (s as f32 + 0.5) * step, 0.5 * step);
     }
-    sum * step * frame.domain_min.w
+    sum * step * frame.media.extinction
 }
 
 /// Depths between which four slabs of a batch lie, clipped to the volume.
@@ -118,7 +123,7 @@ pub struct Batch {
 /// Four slabs as long as `step` from depth `t` on; with planes, the four from the one that holds `t` on, but
 /// none in front of slab `next`.
 pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32, next: f32) -> Batch {
-    let (start, first, step) = if frame.counts[1] > 0 {
+    let (start, first, step) = if frame.map.planes > 0 {
         // Rather one too many, which is empty, than one too few.
         let holds = ((t - slabs.start) / slabs.step - 1e-3).floor();
         (slabs.start, holds.max(next), slabs.step)
@@ -146,7 +151,7 @@ pub fn four_optical_depths(
         let at = batch.fronts + (s as f32 + 0.5) * steps;
         sums += four_along(sampler, &slabs.ray, at, 0.5 * steps, met);
     }
-    sums * steps * frame.domain_min.w
+    sums * steps * frame.media.extinction
 }
 
 /// Optical depth of a slab as long as a batch's last one with the density at its end.
@@ -158,5 +163,5 @@ pub fn end_optical_depth(
 ) -> f32 {
     let step = (batch.backs.w - batch.fronts.w).max(0.0);
     let half = 0.5 * step / slabs.samples as f32;
-    density_along(sampler, &slabs.ray, batch.backs.w, half) * (step * frame.domain_min.w)
+    density_along(sampler, &slabs.ray, batch.backs.w, half) * (step * frame.media.extinction)
 }

@@ -10,8 +10,8 @@ use crate::frame::Frame;
 pub fn camera_ray(frame: &Frame, x: f32, y: f32) -> Ray {
     let at = |base: Vec4, dx: Vec4, dy: Vec4| (base + x * dx + y * dy).truncate();
     Ray {
-        origin: at(frame.view_origin, frame.view_origin_x, frame.view_origin_y),
-        direction: at(frame.view_direction, frame.view_direction_x, frame.view_direction_y)
+        origin: at(frame.view.origin, frame.view.origin_x, frame.view.origin_y),
+        direction: at(frame.view.direction, frame.view.direction_x, frame.view.direction_y)
             .normalize(),
     }
 }
@@ -28,13 +28,13 @@ pub fn pixel_offset(i: u32, samples: u32) -> Vec2 {
 
 /// Distance to the ground along a ray; a negative number where the ray misses it.
 pub fn ground_distance(frame: &Frame, ray: &Ray) -> f32 {
-    let [height, _albedo, extent, exists] = frame.ground.to_array();
-    if exists == 0.0 || ray.direction.y.abs() < 1e-20 {
+    let ground = &frame.view.ground;
+    if ground.exists == 0 || ray.direction.y.abs() < 1e-20 {
         return -1.0;
     }
-    let t = (height - ray.origin.y) / ray.direction.y;
-    let from_middle = (ray.at(t) - frame.world_origin.truncate()).abs();
-    let hit = t > 0.0 && t < 1e30 && from_middle.x.max(from_middle.z) <= extent;
+    let t = (ground.height - ray.origin.y) / ray.direction.y;
+    let from_middle = (ray.at(t) - frame.view.world_origin).abs();
+    let hit = t > 0.0 && t < 1e30 && from_middle.x.max(from_middle.z) <= ground.half_extent;
     if hit { t } else { -1.0 }
 }
 
@@ -43,7 +43,7 @@ pub fn ground_radiance(frame: &Frame, point: Vec3, transmittance: f32) -> Vec3 {
     let cosine = (-light_direction_at(frame, point).y).max(0.0);
     let direct =
         irradiance_at(frame, point) * (cosine * transmittance * std::f32::consts::FRAC_1_PI);
-    frame.ground.y * (direct + frame.ambient.truncate())
+    frame.view.ground.albedo * (direct + frame.view.ambient)
 }
 
 /// The depth at which to look up the shadow of a point that need not lie in the volume: far in front

@@ -24,7 +24,7 @@ pub fn grid_shape(dims: [usize; 3], count: u16) -> [usize; 3] {
 
 /// The voxel index in the middle of a cell.
 pub fn grid_point(frame: &Frame, shape: [usize; 3], cell: [usize; 3]) -> Vec3 {
-    let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+    let (min, max) = (frame.media.domain_min, frame.media.domain_max);
     let [shape, cell] = [shape, cell].map(|numbers| Vec3::from_array(numbers.map(|n| n as f32)));
     min + (max - min) * (cell + 0.5) / shape
 }
@@ -68,7 +68,7 @@ impl GridMap {
 
     /// Trilinear at a voxel index; beyond the outermost centres as there.
     fn at(&self, index: Vec3) -> f32 {
-        let (min, max) = (self.frame.domain_min.truncate(), self.frame.domain_max.truncate());
+        let (min, max) = (self.frame.media.domain_min, self.frame.media.domain_max);
         let shape = Vec3::from_array(self.shape.map(|n| n as f32));
         let place = (index - min) / (max - min) * shape - 0.5;
         let place = place.clamp(Vec3::ZERO, shape - 1.0);
@@ -113,8 +113,8 @@ impl ShadowMap for GridMap {
             return 1.0;
         }
         let frame = &self.frame;
-        let ray = light_ray(frame, u, v).transformed(&frame.index_from_frame);
-        let (min, max) = (frame.domain_min.truncate(), frame.domain_max.truncate());
+        let ray = light_ray(frame, u, v).transformed(&frame.media.index_from_frame);
+        let (min, max) = (frame.media.domain_min, frame.media.domain_max);
         let (enter, exit) = intersect_box(&ray, min, max);
         // Also of a ray that misses the volume, and of what is no number.
         if depth > enter && exit > enter { self.at(ray.at(depth.min(exit))) } else { 1.0 }

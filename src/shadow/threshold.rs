@@ -51,11 +51,11 @@ impl ThresholdMap {
     /// The curve of a texel.
     fn curve(&self, texel: usize) -> Curve {
         let (size, frame) = (self.size as usize, &*self.frame);
-        let depths = frame.threshold_depths.truncate();
+        let depths = frame.map.threshold_depths;
         let at = |c: usize| (c as f32 + 0.5) / size as f32;
         let (enter, exit) = light_extent(frame, at(texel % size), at(texel / size));
         let texel = Vec4::from(self.texels[texel]);
-        curve(texel, frame.thresholds.truncate(), depths, [enter, exit])
+        curve(texel, frame.map.thresholds, depths, [enter, exit])
     }
 
     /// The texels, row 0 at v = 0: depths R, G, B in world lengths along the ray, opacity A.
@@ -99,7 +99,7 @@ impl ShadowMap for ThresholdMap {
     }
 
     fn reach(&self) -> f32 {
-        self.frame.filtering.z
+        self.frame.map.surface_reach
     }
 
     fn bytes(&self) -> u64 {

@@ -165,7 +165,7 @@ impl VisibilityMap {
         view: LightView,
         frame: &Frame,
     ) -> Self {
-        let size = frame.sizes[3];
+        let size = frame.map.size;
         assert_eq!(points.texels(), size as usize * size as usize, "texels of a {size}^2 map");
         Self { size, points, tolerance: tolerance.max(LEAST_TOLERANCE), view }
     }

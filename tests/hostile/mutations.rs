@@ -325,7 +325,10 @@ fn wrong(output: &Output) -> Option<String> {
     let lines = said.lines().count();
     match output.status.code() {
         None => return Some(format!("signal {:?}: {said}", output.status.signal())),
-        Some(0) if lines > 0 => return Some(format!("it said {said}")),
+        // Notes on what is read are lines of their own.
+        Some(0) if said.lines().any(|line| !line.starts_with("deepshadow: ")) => {
+            return Some(format!("it said {said}"));
+        }
         Some(1 | 2) if lines != 1 => return Some(format!("{lines} lines: {said}")),
         Some(0..=2) => {}
         Some(code) => return Some(format!("exit code {code}: {said}")),

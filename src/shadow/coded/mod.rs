@@ -150,7 +150,7 @@ impl CodedMap {
     /// # Panics
     /// If there are more or fewer bytes than texels need.
     pub fn new(bytes: Vec<u8>, coding: Coding, view: LightView, frame: &Frame) -> Self {
-        let (size, codec) = (frame.sizes[3], codec(coding));
+        let (size, codec) = (frame.map.size, codec(coding));
         let texels = size as usize * size as usize;
         assert_eq!(bytes.len(), texels * codec.stride(), "bytes of a {size}^2 map");
         let at = |i: usize| (i as f32 + 0.5) / size as f32;

@@ -43,10 +43,10 @@ impl FragmentMap {
     /// # Panics
     /// If the number of texels is another one.
     pub fn new(runs: Runs, view: LightView, frame: &Frame) -> Self {
-        let size = frame.sizes[3];
+        let size = frame.map.size;
         assert_eq!(runs.texels(), size as usize * size as usize, "texels of a {size}^2 map");
-        let (sharpness, tolerance) = (frame.filtering.x, frame.slices.z);
-        let reach = frame.filtering.z;
+        let (sharpness, tolerance) = (frame.map.sharpness, frame.map.tolerance);
+        let reach = frame.map.surface_reach;
         Self { size, runs, links: None, view, sharpness, tolerance, reach }
     }
 
