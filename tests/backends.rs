@@ -19,7 +19,7 @@ use deepshadow::shadow::{Links, Map, Runs, ShadowMap};
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 
-use crate::support::backends::{every_backend, gpu};
+use crate::support::backends::{every_backend, gpu, interpolates_in_f32};
 use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
 use crate::support::{Random, rms};
 
@@ -45,9 +45,7 @@ const JUMPS: f32 = 100.0;
 const TABLES: f32 = 4.0;
 
 fn tolerance(backend: &dyn Backend) -> &'static Tolerance {
-    let name = backend.description();
-    let exact = ["cpu", "bent", "llvmpipe"].iter().any(|exact| name.contains(exact));
-    if exact { &F32_TEXTURES } else { &EIGHT_BIT_WEIGHTS }
+    if interpolates_in_f32(backend) { &F32_TEXTURES } else { &EIGHT_BIT_WEIGHTS }
 }
 
 /// Steps, texels and the four numbers stand between a picture and brute force.

@@ -19,7 +19,7 @@ use deepshadow::volume::presets::Preset;
 use glam::{DMat4, DVec3};
 
 use crate::support::Random;
-use crate::support::backends::every_backend;
+use crate::support::backends::{every_backend, interpolates_in_f32};
 use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
 
 const KINDS: [MapKind; 2] = [MapKind::Threshold, MapKind::Fragments];
@@ -240,7 +240,10 @@ fn bands_of_a_transfer_function_are_never_stepped_over() {
                 let through = map.nearest(0.5, 0.5, 5.0);
                 let error = (f64::from(through) - (-truth).exp()).abs();
                 let what = format!("{width}, {kind}, {}", backend.description());
-                assert!(error < 4e-3, "{what}: {through}, not {}", (-truth).exp());
+                // Hardware moves either edge of the band by up to 1/512 of a voxel, 1/16 long.
+                let moved = if interpolates_in_f32(&*backend) { 0.0 } else { 2.0 / 512.0 / 16.0 };
+                let bound = 4e-3 + (-truth).exp() * (40.0 / width * 0.03 * moved).exp_m1();
+                assert!(error < bound, "{what}: {through}, not {}", (-truth).exp());
             }
         }
     }

@@ -27,3 +27,10 @@ pub fn gpu() -> Option<Box<dyn Backend>> {
 pub fn every_backend() -> Vec<Box<dyn Backend>> {
     std::iter::once(Box::new(CpuBackend) as Box<dyn Backend>).chain(gpu()).collect()
 }
+
+/// Whether a backend weighs voxels in f32. Graphics hardware does with 8 bits, which moves a sample by up to 1/512
+/// of a voxel.
+pub fn interpolates_in_f32(backend: &dyn Backend) -> bool {
+    let name = backend.description();
+    ["cpu", "bent", "llvmpipe"].iter().any(|exact| name.contains(exact))
+}
