@@ -1,0 +1,191 @@
+//! Frame space, and the parts of a frame in it.
+
+use glam::{DMat4, DVec3, DVec4, Vec3, Vec4};
+
+use super::steps::{bricks, marching, planes, reach, shared_length, shared_weight};
+use super::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView};
+use crate::scene::{Light, LightKind, LightView, Media, Scene};
+use crate::settings::{Crossing, Lookup, Settings, Shading};
+
+/// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
+/// the most that floats bear, which sets how close to a surface they are right).
+const EXPONENTIAL_SHARPNESS: f64 = 80.0;
+/// Transmittance below which a camera ray ends: a quarter of what an 8-bit picture can show.
+const OPAQUE_TRANSMITTANCE: f64 = 1.0 / 1024.0;
+
+/// World space moved and scaled.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Space {
+    /// Its origin in the world.
+    pub center: DVec3,
+    /// World lengths of one of its units.
+    pub unit: f64,
+}
+
+impl Space {
+    fn point(self, world: DVec3) -> Vec3 {
+        ((world - self.center) / self.unit).as_vec3()
+    }
+
+    fn at(self, world: DVec3) -> Vec4 {
+        self.point(world).extend(0.0)
+    }
+
+    /// A difference of points.
+    fn within(self, world: DVec3) -> Vec4 {
+        along(world / self.unit)
+    }
+
+    fn world_from_frame(self) -> DMat4 {
+        DMat4::from_translation(self.center) * DMat4::from_scale(DVec3::splat(self.unit))
+    }
+
+    pub(super) fn media(self, media: &Media) -> FrameMedia {
+        let medium = &media.first().medium;
+        let index_from_frame = media.world_from_index().inverse() * self.world_from_frame();
+        let [brick_scale, brick_offset] = bricks(media);
+        FrameMedia {
+            index_from_frame: [0, 1, 2].map(|i| index_from_frame.row(i).as_vec4()),
+            domain_min: media.domain().min.as_vec3(),
+            extinction: match media.plain() {
+                Some(_) => (medium.density_scale * self.unit) as f32,
+                None => 1.0,
+            },
+            domain_max: media.domain().max.as_vec3(),
+            largest: media.largest(),
+            voxel_share: Vec3::from_array(media.dims().map(|n| 1.0 / n as f32)),
+            most_voxels: media.most_voxels() as f32,
+            brick_scale,
+            stored_one: 1.0,
+            brick_offset,
+            emits: u32::from(media.emits()),
+            albedo: medium.albedo.as_vec3(),
+            phase_g: medium.phase_g as f32,
+        }
+    }
+
+    pub(super) fn light(self, scene: &Scene, light: &LightView) -> FrameLight {
+        let sun = scene.light();
+        let (light_from_frame, irradiance) =
+            placed(light, sun, &self.world_from_frame(), self.unit);
+        let [cone_inner, cone_outer] = sun.cone_cosines().map(|c| c as f32);
+        let axis = match sun.kind {
+            LightKind::Spot { direction, .. } => direction.normalize_or_zero(),
+            _ => DVec3::ZERO,
+        };
+        FrameLight {
+            origin: self.at(light.origin),
+            origin_u: self.within(light.origin_u),
+            origin_v: self.within(light.origin_v),
+            direction: along(light.direction),
+            direction_u: along(light.direction_u),
+            direction_v: along(light.direction_v),
+            from_frame: [0, 1, 2, 3].map(|i| light_from_frame.row(i).as_vec4()),
+            position: light.position.map_or(Vec3::ZERO, |p| self.point(p)),
+            has_position: u32::from(light.position.is_some()),
+            axis: axis.as_vec3(),
+            cone_inner,
+            irradiance: irradiance.as_vec3(),
+            cone_outer,
+        }
+    }
+
+    pub(super) fn view(self, scene: &Scene, settings: &Settings) -> FrameView {
+        let [width, height] = settings.image_size;
+        let rays = scene.camera.rays(f64::from(width) / f64::from(height));
+        let [.., march] = marching(&scene.media, settings, tolerance(settings));
+        FrameView {
+            origin: self.at(rays.origin),
+            origin_x: self.within(rays.origin_x),
+            origin_y: self.within(rays.origin_y),
+            direction: along(rays.direction),
+            direction_x: along(rays.direction_x),
+            direction_y: along(rays.direction_y),
+            world_origin: self.point(DVec3::ZERO),
+            per_world: (1.0 / self.unit) as f32,
+            ambient: scene.ambient.as_vec3(),
+            octaves: settings.octaves,
+            background: scene.background.map_or(Vec4::ZERO, |b| b.as_vec3().extend(1.0)),
+            ground: self.ground(scene),
+            width,
+            height,
+            samples: settings.samples,
+            shading: u32::from(settings.shading == Shading::Paper),
+            light_samples: settings.light_samples,
+            opaque: settings.finer(OPAQUE_TRANSMITTANCE) as f32,
+            shared_weight: shared_weight(settings),
+            shared_length: shared_length(&scene.media, settings),
+            march,
+        }
+    }
+
+    fn ground(self, scene: &Scene) -> FrameGround {
+        scene.ground.map_or(FrameGround::default(), |ground| {
+            let extent = ground.half_extent.map_or(f32::INFINITY, |e| (e / self.unit) as f32);
+            FrameGround {
+                height: ((ground.height - self.center.y) / self.unit) as f32,
+                albedo: ground.albedo as f32,
+                half_extent: extent.min(1e30),
+                exists: 1,
+            }
+        })
+    }
+
+    pub(super) fn map(self, media: &Media, settings: &Settings, light: &LightView) -> FrameMap {
+        let [near, far] = light.axial_extent(media).map(|depth| depth / self.unit);
+        let (window, exponential) = settings.filter.window();
+        let sharpness =
+            if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
+        let tolerance = tolerance(settings);
+        let [rays, slabs, _] = marching(media, settings, tolerance);
+        let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
+        FrameMap {
+            rays,
+            slabs,
+            thresholds,
+            sharpness: sharpness as f32,
+            threshold_depths: -(Vec3::ONE - thresholds).map(f32::ln),
+            surface_reach: (reach(settings, light, media) / self.unit) as f32,
+            size: settings.map_size,
+            crossing: match settings.crossing {
+                Crossing::Exact => 0,
+                Crossing::Smoothstep => 1,
+                Crossing::Bucket => 2,
+            },
+            lookup: match settings.lookup {
+                Lookup::Default => 0,
+                Lookup::Paper => 1,
+            },
+            window,
+            near: near as f32,
+            far: far as f32,
+            tolerance: tolerance as f32,
+            truncation: settings.finer(settings.truncation) as f32,
+            planes: planes(settings, light, media),
+            follows_links: u32::from(settings.links),
+            unused: [0; 2],
+        }
+    }
+}
+
+fn along(direction: DVec3) -> Vec4 {
+    direction.as_vec3().extend(0.0)
+}
+
+/// The tolerance of fits. Exponential tests are made fragment by fragment: all of them are kept.
+fn tolerance(settings: &Settings) -> f64 {
+    let (_, exponential) = settings.filter.window();
+    if exponential { 0.0 } else { settings.finer(settings.tolerance) }
+}
+
+/// From frame space, of units of as many world lengths, to the light's, whose depths are in them too, and the
+/// irradiance there: that of a point or spot light is at a distance of a unit.
+fn placed(light: &LightView, sun: &Light, world_from_frame: &DMat4, unit: f64) -> (DMat4, DVec3) {
+    // Depth is a length; with a position so are the other three, whose ratios count.
+    let (lengths, share) = match light.position {
+        Some(_) => (DVec4::splat(1.0 / unit), 1.0 / (unit * unit)),
+        None => (DVec4::new(1.0, 1.0, 1.0 / unit, 1.0), 1.0),
+    };
+    let to_units = DMat4::from_diagonal(lengths);
+    (to_units * light.light_from_world * *world_from_frame, sun.irradiance * share)
+}
