@@ -141,9 +141,31 @@ const THIN: f64 = 8.0;
 /// outside; of about `most` rows along each of the other two axes, the same ones whichever way an axis runs.
 pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DVec3> {
     let dims = voxels.dims();
-    let shown = |voxel: [usize; 3]| match voxels {
-        Voxels::Dense(values) => values[[voxel[2], voxel[1], voxel[0]]] > least,
-        Voxels::Sparse(voxels) => voxels.get(voxel) > least,
+    // Dense voxels by their places in memory.
+    let flat = match voxels {
+        Voxels::Dense(values) => values.as_slice(),
+        Voxels::Sparse(_) => None,
+    };
+    let steps = [1, dims[0], dims[0] * dims[1]];
+    let first_and_last = |axis: usize, start: [usize; 3]| -> Option<[usize; 2]> {
+        let n = dims[axis];
+        if let Some(flat) = flat {
+            let begin: usize = (0..3).map(|axis| start[axis] * steps[axis]).sum();
+            let row = &flat[begin..=begin + (n - 1) * steps[axis]];
+            let first = row.iter().step_by(steps[axis]).position(|&value| value > least)?;
+            let last = row.iter().rev().step_by(steps[axis]).position(|&value| value > least);
+            return Some([first, n - 1 - last.unwrap_or(0)]);
+        }
+        let shown = |i: usize| {
+            let mut voxel = start;
+            voxel[axis] = i;
+            match voxels {
+                Voxels::Dense(values) => values[[voxel[2], voxel[1], voxel[0]]] > least,
+                Voxels::Sparse(voxels) => voxels.get(voxel) > least,
+            }
+        };
+        let first = (0..n).find(|&i| shown(i))?;
+        Some([first, (first..n).rfind(|&i| shown(i)).unwrap_or(first)])
     };
     // Ends of rows, and along which axis, outwards.
     let mut ends: Vec<(DVec3, DVec3)> = Vec::new();
@@ -156,8 +178,7 @@ pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DV
                     (voxel[axis], voxel[b], voxel[c]) = (i, j, k);
                     voxel
                 };
-                let Some(first) = (0..dims[axis]).find(|&i| shown(voxel(i))) else { continue };
-                let last = (first..dims[axis]).rfind(|&i| shown(voxel(i))).unwrap_or(first);
+                let Some([first, last]) = first_and_last(axis, voxel(0)) else { continue };
                 let out = DVec3::AXES[axis] * 0.5;
                 for (i, out) in [(first, -out), (last, out)] {
                     ends.push((DVec3::from_array(voxel(i).map(|v| v as f64)), out));
