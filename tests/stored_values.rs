@@ -9,6 +9,7 @@ use deepshadow::scene::{Media, Scene, SceneFile};
 use deepshadow::settings::Settings;
 use glam::DVec3;
 
+use crate::cli::{Folder, stderr};
 use crate::support::backends::every_backend;
 
 /// Writes numbers (z, y, x) as a NumPy file of f32.
@@ -151,4 +152,32 @@ fn ranges_that_do_not_meet_the_data_are_spread_over_it() {
     let wrong = "[volume.transfer]\nname = \"grey\"\nrange = \"all\"\n";
     let error = SceneFile::parse(wrong, Path::new("s.toml")).unwrap_err().to_string();
     assert!(error.contains("two numbers nor \"data\"") && error.contains("line 3"), "{error}");
+}
+
+/// Doubles may lie above what volumes hold. They are no empty picture, whatever file they come from.
+#[test]
+fn numbers_above_what_f32_holds_are_an_error_that_names_them() {
+    let folder = Folder::new();
+    let write = |largest: f64| {
+        let voxels = [0.0, 1.0, largest, 3.0, 2.0, 1.0, -1e40, 5.0];
+        let bytes: Vec<u8> = voxels.into_iter().flat_map(f64::to_le_bytes).collect();
+        std::fs::write(folder.path().join("v.raw"), bytes).unwrap();
+        let converted = folder.run("convert v.raw v.vdb --dims 2,2,2 --type f64");
+        assert!(converted.status.success(), "{}", stderr(&converted));
+    };
+    let render = "--density-scale 0 --size 8x8 --map-size 8 --backend cpu -o o.png";
+    let commands =
+        ["v.raw --dims 2,2,2 --type f64", "v.vdb"].map(|file| format!("render {file} {render}"));
+    write(1e40);
+    for command in &commands {
+        let output = folder.run(command);
+        assert_eq!(output.status.code(), Some(1), "{command}");
+        let said = stderr(&output);
+        assert!(said.contains("1e40") && said.lines().count() == 1, "{command}: {said}");
+    }
+    write(3e38);
+    for command in &commands {
+        let output = folder.run(command);
+        assert!(output.status.success(), "{command}: {}", stderr(&output));
+    }
 }

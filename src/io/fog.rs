@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::{DMat4, DVec3, IVec3};
 use ndarray::Array3;
 
+use super::number::{is_beyond_f32, too_large};
 use super::vdb::{AnyValue, Grid, GridHeader, IndexBox, Transform, ValueType, VdbFile};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
@@ -113,6 +114,11 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
         let nothing = Voxels::Dense(Array3::zeros((1, 1, 1)));
         return placed(&name, nothing, IVec3::ZERO, &world_from_index, wanted.levels);
     };
+    if let AnyValue::Double(_) | AnyValue::Vec3d(_) = grid.background()
+        && let Some(all) = grid.statistics().iter().find(|all| is_beyond_f32(all.max))
+    {
+        return Err(Error::contents(path, too_large(all.max)));
+    }
     let level_set = wanted.class.map_or(level_set, |class| class == Class::LevelSet);
     let voxel = world_from_index.transform_vector3(DVec3::X).length() as f32;
     let number = |value| if level_set { fog(value, voxel) } else { value };

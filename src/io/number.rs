@@ -6,6 +6,19 @@ use rayon::prelude::*;
 use crate::error::memory;
 use crate::error::{Error, Result};
 
+/// Whether a number is finite and above what f32 holds, in which volumes are held.
+pub fn is_beyond_f32(number: f64) -> bool {
+    number.is_finite() && number as f32 == f32::INFINITY
+}
+
+/// What is wrong with one that [`is_beyond_f32`].
+pub fn too_large(number: f64) -> String {
+    format!(
+        "a voxel holds {number:e}, above what f32 does ({:.1e}): store it in a larger unit",
+        f32::MAX
+    )
+}
+
 /// Runs the expression with `$type` standing for the numbers' type.
 macro_rules! for_type {
     ($value_type:expr, $type:ident => $result:expr) => {

@@ -42,7 +42,7 @@ use ndarray::Array3;
 
 use super::fog::{Class, DISTANCES, fog};
 use super::format::Format;
-use super::number::decode;
+use super::number::{decode, too_large};
 use super::raw;
 use super::sidecar::Sidecar;
 use crate::error::memory;
@@ -58,7 +58,7 @@ pub use space::Space;
 pub use stream_to_vdb::PackedGrid;
 pub use target::DenseTarget;
 pub use voxels::Voxels;
-use voxels::{arranged, densities};
+use voxels::{arranged, beyond_f32, densities};
 pub use write::{DenseOutput, Written};
 
 /// Bytes that a volume may take, unless the user says otherwise.
@@ -212,6 +212,9 @@ impl DenseFile {
                 memory::reserve(&mut values, header.dims.iter().product(), "voxels")?;
             }
             let own = densities(header, &part);
+            if let Some(value) = beyond_f32(header, &part, &own) {
+                return Err(Error::contents(&self.path, too_large(value)));
+            }
             memory::reserve(&mut values, own.len(), "voxels")?;
             values.extend(own);
             Ok(())

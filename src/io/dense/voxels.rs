@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::{DenseHeader, Order};
 use crate::error::Result;
 use crate::error::memory;
-use crate::io::number::decode;
+use crate::io::number::{decode, is_beyond_f32};
 
 /// The voxels in some rows along x as numbers to render: the value itself, or the length of a vector.
 pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
@@ -26,6 +26,20 @@ pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
         numbers.chunks_exact(components).map(magnitude).collect::<Vec<_>>()
     })
     .collect()
+}
+
+/// The first of the numbers in some rows that [`is_beyond_f32`]; `densities` are theirs.
+pub(super) fn beyond_f32(header: &DenseHeader, rows: &[u8], densities: &[f32]) -> Option<f64> {
+    if !densities.contains(&f32::INFINITY) {
+        return None;
+    }
+    let [slope, intercept] = header.scale;
+    let numbers = decode(rows, header.value_type, header.endian, |v| v * slope + intercept);
+    let lengths = numbers.chunks_exact(header.components).map(|vector| match vector {
+        [single] => *single,
+        _ => vector.iter().map(|v| v * v).sum::<f64>().sqrt(),
+    });
+    lengths.into_iter().find(|&length| is_beyond_f32(length))
 }
 
 /// Numbers in a file's order as an array of shape (z, y, x).
