@@ -157,3 +157,93 @@ impl OpacityTable<'_> {
         Vec4::select(near, short, means)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use std::sync::Arc;
+
+    use glam::{DMat4, DVec3};
+    use ndarray::Array3;
+
+    use super::*;
+    use crate::frame::Mixture;
+    use crate::scene::transfer::TransferPoint;
+    use crate::scene::{Body, Media, Medium, TransferFunction};
+    use crate::volume::Volume;
+
+    /// A function with a jump up, a slope and a jump down, neither at the edge of a cell, and its integral.
+    fn band() -> (Vec<Vec4>, Vec4, f64) {
+        let points =
+            [(0.0, 0.0), (0.48, 0.0), (0.48, 1.0), (0.4843, 0.5), (0.4843, 0.0), (1.0, 0.0)];
+        let points = points.map(|(value, opacity)| TransferPoint {
+            value,
+            color: DVec3::new(1.0, 0.5, 0.25),
+            opacity,
+        });
+        let transfer = Some(Arc::new(TransferFunction::new(points.to_vec()).unwrap()));
+        let volume = Volume::new("one", Array3::ones((2, 2, 2)), DMat4::IDENTITY).unwrap();
+        let medium = Medium { transfer, ..Medium::default() };
+        let media = Media::new(vec![Body { volume: Arc::new(volume), medium }]).unwrap();
+        let mixture = Mixture::of(&media);
+        (mixture.tables.clone(), mixture.parts[0].transfer, 0.75 * 0.0043)
+    }
+
+    /// Values from 0 to 1 in steps of wildly different lengths.
+    fn cuts(mut state: u64) -> Vec<f32> {
+        let mut at = 0.0_f32;
+        let mut cuts = vec![at];
+        while at < 1.0 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let unit = (state >> 40) as f32 / (1 << 24) as f32;
+            at = (at + 0.02 * unit.powi(6) + 1e-6).min(1.0);
+            cuts.push(at);
+        }
+        cuts
+    }
+
+    #[test]
+    fn pieces_of_any_length_add_up_to_the_functions_integral() {
+        let (tables, header, truth) = band();
+        for seed in 0..20 {
+            let cuts = cuts(seed);
+            for turn in [false, true] {
+                let mut sum = [0.0_f64; 4];
+                for ends in cuts.windows(2) {
+                    let [a, b] = [ends[0], ends[1]];
+                    let mean = table_mean(&tables, header, if turn { [b, a] } else { [a, b] });
+                    for (sum, mean) in sum.iter_mut().zip(mean.to_array()) {
+                        *sum += f64::from(mean) * f64::from(b - a);
+                    }
+                }
+                // Places around the band are held to 2^-15 of a cell, so that a piece that sees it may be off by as
+                // much at either end.
+                let seen = cuts.windows(2).filter(|ends| ends[1] > 0.475 && ends[0] < 0.49).count();
+                let bound = seen as f64 * 2.0 * 0.5_f64.powi(15) / 1024.0;
+                for (sum, share) in sum.into_iter().zip([1.0, 0.5, 0.25, 1.0]) {
+                    let error = (sum - share * truth).abs();
+                    assert!(error < bound, "{seed}: {sum}, not {}", share * truth);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn four_opacities_are_those_of_the_table() {
+        let (tables, header, _) = band();
+        let cells = opacity_cells(&tables, header);
+        let table = OpacityTable { cells: &cells, header };
+        let values: Vec<f32> =
+            cuts(7).into_iter().chain([-0.5, 0.3, 1.5, 2.0, 0.48, 0.4801]).collect();
+        for five in values.windows(5) {
+            let ends = table.four(Vec4::from_slice(&five[1..]));
+            let means = table.means(&table.one(five[0]), &ends);
+            for k in 0..4 {
+                let one = table_mean(&tables, header, [five[k], five[k + 1]]).w;
+                assert!((means[k] - one).abs() < 1e-4, "{five:?}: {}, not {one}", means[k]);
+            }
+            assert_eq!(ends.last().place, table.one(five[4]).place);
+        }
+    }
+}
