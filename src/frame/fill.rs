@@ -2,8 +2,8 @@
 
 use glam::{DMat4, DVec3, DVec4, Vec3, Vec4};
 
-use super::steps::{bricks, marching, planes, reach, shared_length, shared_weight};
-use super::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView};
+use super::steps::{bricks, planes, reach, shared_length, shared_weight};
+use super::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching};
 use crate::scene::{Light, LightKind, LightView, Media, Scene};
 use crate::settings::{Crossing, Lookup, Settings, Shading};
 
@@ -90,10 +90,9 @@ impl Space {
         }
     }
 
-    pub(super) fn view(self, scene: &Scene, settings: &Settings) -> FrameView {
+    pub(super) fn view(self, scene: &Scene, settings: &Settings, march: Marching) -> FrameView {
         let [width, height] = settings.image_size;
         let rays = scene.camera.rays(f64::from(width) / f64::from(height));
-        let [.., march] = marching(&scene.media, settings, tolerance(settings));
         FrameView {
             origin: self.at(rays.origin),
             origin_x: self.within(rays.origin_x),
@@ -131,13 +130,17 @@ impl Space {
         })
     }
 
-    pub(super) fn map(self, media: &Media, settings: &Settings, light: &LightView) -> FrameMap {
+    pub(super) fn map(
+        self,
+        media: &Media,
+        settings: &Settings,
+        light: &LightView,
+        [rays, slabs]: [Marching; 2],
+    ) -> FrameMap {
         let [near, far] = light.axial_extent(media).map(|depth| depth / self.unit);
         let (window, exponential) = settings.filter.window();
         let sharpness =
             if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
-        let tolerance = tolerance(settings);
-        let [rays, slabs, _] = marching(media, settings, tolerance);
         let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
         FrameMap {
             rays,
@@ -159,7 +162,7 @@ impl Space {
             window,
             near: near as f32,
             far: far as f32,
-            tolerance: tolerance as f32,
+            tolerance: tolerance(settings) as f32,
             truncation: settings.finer(settings.truncation) as f32,
             planes: planes(settings, light, media),
             follows_links: u32::from(settings.links),
@@ -173,7 +176,7 @@ fn along(direction: DVec3) -> Vec4 {
 }
 
 /// The tolerance of fits. Exponential tests are made fragment by fragment: all of them are kept.
-fn tolerance(settings: &Settings) -> f64 {
+pub(super) fn tolerance(settings: &Settings) -> f64 {
     let (_, exponential) = settings.filter.window();
     if exponential { 0.0 } else { settings.finer(settings.tolerance) }
 }

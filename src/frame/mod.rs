@@ -16,16 +16,16 @@ use bytemuck::{Pod, Zeroable};
 use crate::error::{Error, Result};
 use crate::scene::{LightView, Media, Scene};
 use crate::settings::Settings;
-use fill::Space;
+use fill::{Space, tolerance};
 pub use mixture::{
     FARTHEST_CELL, Field, LEAST_CELLS, MOST_FIELDS, MOST_PARTS, Mixture, Part, TABLE_CELLS,
 };
 pub use parts::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching};
-use steps::UNLIMITED;
 pub use steps::{
     LIGHT_STEPS_LEAST, LIGHT_STEPS_PER_VOXEL, LOOKUP_WEIGHT, SLAB_SAMPLES_PER_VOXEL,
     SLABS_PER_VOXEL, VIEW_STEPS_LEAST, VIEW_STEPS_MOST, VIEW_STEPS_PER_VOXEL,
 };
+use steps::{UNLIMITED, marching};
 
 /// Optical depth over the media's diagonal at most: f32 then holds all sums.
 const MOST_OPTICAL_DEPTH: f64 = 1e30;
@@ -74,11 +74,12 @@ impl Frame {
     pub fn with_light_view(scene: &Scene, settings: &Settings, light: &LightView) -> Result<Self> {
         let media = &scene.media;
         let space = Space { center: media.world_bounds().center(), unit: media.unit() };
+        let [rays, slabs, march] = marching(media, settings, tolerance(settings));
         let frame = Self {
             media: space.media(media),
             light: space.light(scene, light),
-            view: space.view(scene, settings),
-            map: space.map(media, settings, light),
+            view: space.view(scene, settings, march),
+            map: space.map(media, settings, light, [rays, slabs]),
         };
         frame.checked(media)
     }

@@ -136,12 +136,12 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [M
     marching
 }
 
-/// Length of the smallest voxel's smallest edge.
+/// World length of a voxel's shortest edge.
 fn smallest_voxel(media: &Media) -> f64 {
     [DVec3::X, DVec3::Y, DVec3::Z]
         .map(|axis| media.world_from_index().transform_vector3(axis).length())
         .into_iter()
-        .fold(1e30, f64::min)
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// What a batch of steps may hold before it is taken again with shorter ones ([`Marching::limit`]), which
@@ -194,10 +194,7 @@ pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f6
         across(light.origin_u, light.direction_u).max(across(light.origin_v, light.direction_v));
     let texel = width / f64::from(settings.map_size);
     // Texels that are no finer than voxels see no surface, but one voxel beside another.
-    let voxel = [DVec3::X, DVec3::Y, DVec3::Z]
-        .map(|axis| media.world_from_index().transform_vector3(axis).length())
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
+    let voxel = smallest_voxel(media);
     let seen = texel < FINE_TEXEL * voxel && media.densest() * texel > THIN_TEXEL;
     if seen { STEEPEST_SURFACE * texel } else { 0.0 }
 }

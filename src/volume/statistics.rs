@@ -141,7 +141,7 @@ const THIN: f64 = 8.0;
 /// outside; of about `most` rows along each of the other two axes, the same ones whichever way an axis runs.
 pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DVec3> {
     let dims = voxels.dims();
-    // Dense voxels by their places in memory.
+    // Dense voxels, which are made in standard layout, by their places in memory.
     let flat = match voxels {
         Voxels::Dense(values) => values.as_slice(),
         Voxels::Sparse(_) => None,
@@ -156,13 +156,11 @@ pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DV
             let last = row.iter().rev().step_by(steps[axis]).position(|&value| value > least);
             return Some([first, n - 1 - last.unwrap_or(0)]);
         }
+        let Voxels::Sparse(voxels) = voxels else { return None };
         let shown = |i: usize| {
             let mut voxel = start;
             voxel[axis] = i;
-            match voxels {
-                Voxels::Dense(values) => values[[voxel[2], voxel[1], voxel[0]]] > least,
-                Voxels::Sparse(voxels) => voxels.get(voxel) > least,
-            }
+            voxels.get(voxel) > least
         };
         let first = (0..n).find(|&i| shown(i))?;
         Some([first, (first..n).rfind(|&i| shown(i)).unwrap_or(first)])

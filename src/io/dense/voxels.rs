@@ -19,11 +19,8 @@ pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
     let rows = rows.par_chunks_exact(components * value_type.size() * header.dims[0]);
     rows.flat_map_iter(|row| {
         let numbers = decode(row, value_type, endian, |v| v * slope + intercept);
-        let magnitude = |vector: &[f64]| match vector {
-            [single] => *single as f32,
-            _ => vector.iter().map(|v| v * v).sum::<f64>().sqrt() as f32,
-        };
-        numbers.chunks_exact(components).map(magnitude).collect::<Vec<_>>()
+        let lengths = numbers.chunks_exact(components).map(|vector| length(vector) as f32);
+        lengths.collect::<Vec<_>>()
     })
     .collect()
 }
@@ -35,11 +32,15 @@ pub(super) fn beyond_f32(header: &DenseHeader, rows: &[u8], densities: &[f32]) -
     }
     let [slope, intercept] = header.scale;
     let numbers = decode(rows, header.value_type, header.endian, |v| v * slope + intercept);
-    let lengths = numbers.chunks_exact(header.components).map(|vector| match vector {
+    numbers.chunks_exact(header.components).map(length).find(|&length| is_beyond_f32(length))
+}
+
+/// A number as it is, a vector's length.
+fn length(vector: &[f64]) -> f64 {
+    match vector {
         [single] => *single,
         _ => vector.iter().map(|v| v * v).sum::<f64>().sqrt(),
-    });
-    lengths.into_iter().find(|&length| is_beyond_f32(length))
+    }
 }
 
 /// Numbers in a file's order as an array of shape (z, y, x).
