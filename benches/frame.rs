@@ -2,7 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use deepshadow::backend::Backend;
+use deepshadow::backend::{Backend, Passes};
 use deepshadow::cpu::CpuBackend;
 use deepshadow::frame::Frame;
 use deepshadow::io::load_volume;

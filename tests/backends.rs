@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use deepshadow::backend::Backend;
+use deepshadow::backend::{Backend, HostStage, Passes, Stage, build_map, view_through};
 use deepshadow::cpu::CpuBackend;
 use deepshadow::error::Result;
 use deepshadow::frame::Frame;
@@ -71,6 +71,26 @@ impl Backend for Bent {
         CpuBackend.default_map()
     }
 
+    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        build_map(self, scene, settings, progress)
+    }
+
+    fn view(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        map: &Map,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        view_through(self, scene, settings, map, progress)
+    }
+
+    fn stage(&self) -> Box<dyn Stage + '_> {
+        Box::new(HostStage::new(self))
+    }
+}
+
+impl Passes for Bent {
     fn trace_threshold(
         &self,
         media: &Media,
@@ -248,11 +268,13 @@ fn agrees_with_the_cpu(backend: &dyn Backend) -> Vec<String> {
     let allowed = tolerance(backend);
     let mut complaints = Vec::new();
     for (name, scene, settings) in scenes() {
-        let (image, maps) = backend.render(&scene, &settings, &Silent).unwrap();
-        let (cpu_image, cpu_maps) = CpuBackend.render(&scene, &settings, &Silent).unwrap();
-        let (map, cpu_map) = (&maps[0], &cpu_maps[0]);
+        let image = backend.render(&scene, &settings, &Silent).unwrap();
+        let cpu_image = CpuBackend.render(&scene, &settings, &Silent).unwrap();
+        let first = &scene.beams()[0].scene;
+        let map = backend.map(first, &settings, &Silent).unwrap();
+        let cpu_map = CpuBackend.map(first, &settings, &Silent).unwrap();
         let farthest = map.view().position.map_or(2.0, |_| 4.0);
-        let maps = map_differences(map, cpu_map, farthest);
+        let maps = map_differences(&map, &cpu_map, farthest);
         let images = image_differences(&image, &cpu_image);
         let fitted = settings.map == Some(MapKind::Fragments) && settings.tolerance > 0.0;
         let jumps = settings.lookup == Lookup::Paper || settings.crossing == Crossing::Bucket;
@@ -296,7 +318,7 @@ fn pictures_converge_to_brute_force() {
         scene.ground = Some(Ground { height: -0.55, albedo: 0.3, half_extent: None });
         let truth = brute_force_image(&scene, [40, 32], 2).unwrap();
         for backend in every_backend() {
-            let (image, _) = backend.render(&scene, &settings(128, [40, 32]), &Silent).unwrap();
+            let image = backend.render(&scene, &settings(128, [40, 32]), &Silent).unwrap();
             let error = rms(image_differences(&image, &truth));
             eprintln!("{} on {}: RMSE {error:.1e}", preset.name(), backend.description());
             assert!(error < TRUTH_RMS, "{} on {}: {error}", preset.name(), backend.description());
@@ -318,7 +340,7 @@ fn every_scene_is_what_brute_force_says() {
         let settings = Settings { map_size: 128, ..settings };
         let truth = brute_force_image(&scene, settings.image_size, 2).unwrap();
         for backend in every_backend() {
-            let (image, _) = backend.render(&scene, &settings, &Silent).unwrap();
+            let image = backend.render(&scene, &settings, &Silent).unwrap();
             let lit = truth.pixels.iter().zip(&image.pixels);
             let lit = lit.filter(|(truth, image)| truth[3] > 0.0 || image[3] > 0.0);
             let relative = lit.flat_map(|(truth, image)| {
@@ -347,7 +369,7 @@ fn light_is_scattered_forwards_for_positive_g() {
             scene.camera.position = DVec3::new(0.0, 0.0, 3.0);
             scene.lights[0].kind =
                 LightKind::Directional { direction: DVec3::new(0.0, 0.0, -side) };
-            let (image, _) = backend.render(&scene, &settings(8, [4, 4]), &Silent).unwrap();
+            let image = backend.render(&scene, &settings(8, [4, 4]), &Silent).unwrap();
             image.pixel(2, 2)[0]
         });
         // Side -1: light travels towards the camera.
@@ -361,8 +383,9 @@ fn nothing_lies_in_the_shadow_of_an_empty_volume() {
     let mut empty = scene(volume([4; 3], unit_cube(), |_| 0.0), 3.0);
     empty.ground = Some(Ground { height: -0.55, albedo: 0.5, half_extent: None });
     for backend in every_backend() {
-        let (image, map) = backend.render(&empty, &settings(16, [16, 16]), &Silent).unwrap();
-        assert_eq!(map[0].texel_transmittance(8, 8, 1e3), 1.0);
+        let image = backend.render(&empty, &settings(16, [16, 16]), &Silent).unwrap();
+        let map = backend.map(&empty, &settings(16, [16, 16]), &Silent).unwrap();
+        assert_eq!(map.texel_transmittance(8, 8, 1e3), 1.0);
         let lit =
             0.5 / std::f32::consts::PI * 4.0 * std::f32::consts::PI * 0.717_137_2 / 1.000_000_1;
         let lowest_row = &image.pixels[16 * 15..];

@@ -83,7 +83,7 @@ fn pictures_are_the_same_however_a_volume_lies() {
     for backend in every_backend() {
         let picture = |volume: Volume| {
             let made = complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
-            backend.render(&made.0, &made.1, &deepshadow::progress::Silent).unwrap().0.pixels
+            backend.render(&made.0, &made.1, &deepshadow::progress::Silent).unwrap().pixels
         };
         let first = picture(laid(ORDERS[0], 0, 1.0));
         let other = picture(laid(ORDERS[4], 1, 1.0));
@@ -260,7 +260,7 @@ fn an_empty_grid_is_a_picture_without_medium() {
     assert!(notes.iter().any(|note| note.contains("'heat' (--grid)")), "{notes:?}");
     for backend in every_backend() {
         let silent = deepshadow::progress::Silent;
-        let (image, _) = backend.render(&scene, &settings, &silent).unwrap();
+        let image = backend.render(&scene, &settings, &silent).unwrap();
         assert!(image.pixels.iter().all(|pixel| (pixel[0] - 0.25).abs() < 1e-6));
     }
 }

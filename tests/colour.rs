@@ -62,7 +62,7 @@ fn ground_scene(bodies: Vec<Body>) -> Scene {
 }
 
 fn render(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> Image {
-    backend.render(scene, settings, &Silent).unwrap().0
+    backend.render(scene, settings, &Silent).unwrap()
 }
 
 fn pixel(image: &Image, [x, z]: [f64; 2]) -> [f32; 4] {

@@ -75,7 +75,7 @@ fn settings(kind: MapKind) -> Settings {
 
 /// Radiance of every pixel.
 fn radiance(scene: &Scene, settings: &Settings) -> Vec<f64> {
-    let (image, _) = CpuBackend.render(scene, settings, &Silent).unwrap();
+    let image = CpuBackend.render(scene, settings, &Silent).unwrap();
     image.pixels.iter().map(|pixel| f64::from(pixel[0])).collect()
 }
 

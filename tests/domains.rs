@@ -51,7 +51,7 @@ fn emission_goes_on_beyond_the_densities() {
             up: DVec3::Y,
         };
         for backend in every_backend() {
-            let image = backend.render(&scene, &settings(16, [8, 8]), &Silent).unwrap().0;
+            let image = backend.render(&scene, &settings(16, [8, 8]), &Silent).unwrap();
             let found = f64::from(image.pixels[36][0]);
             assert!((found - seen).abs() < 2e-3, "{}: {found}, not {seen}", backend.description());
         }

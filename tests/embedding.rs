@@ -45,7 +45,7 @@ fn their_device() -> Option<(wgpu::Instance, wgpu::Device, wgpu::Queue)> {
 #[test]
 fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
     let Some((instance, device, queue)) = their_device() else { return };
-    let renderer = Renderer::new(&device, &queue).unwrap();
+    let renderer = Renderer::new(&device, &queue);
     let mut scene = anchor_scene(Preset::Bucky, 4.0, 32);
     let media = renderer.upload(&scene.media).unwrap();
     for kind in [MapKind::Threshold, MapKind::Fragments] {
@@ -58,7 +58,7 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
             MapKind::Threshold => GpuShadow::Threshold(&map),
             _ => GpuShadow::Fragments(&lists),
         };
-        let mut frame = renderer.frame(&of(&scene), &media).unwrap();
+        let frame = renderer.frame(&of(&scene), &media).unwrap();
         let trace = match kind {
             MapKind::Threshold => renderer.prepare_threshold(&media, &frame, &map),
             _ => renderer.prepare_slices(&media, &frame, &lists),
@@ -76,11 +76,11 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
             } else {
                 LightKind::Directional { direction }
             };
-            renderer.update(&mut frame, &of(&scene), &media).unwrap();
+            renderer.update(&frame, &of(&scene), &media).unwrap();
             renderer
                 .submit(|encoder| {
-                    trace.record(encoder, &frame);
-                    view.record(encoder, &frame);
+                    trace.record(encoder)?;
+                    view.record(encoder)
                 })
                 .unwrap();
             let report = instance.generate_report().unwrap();
@@ -99,11 +99,11 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
                 .submit(|encoder| {
                     match kind {
                         MapKind::Threshold => {
-                            renderer.trace_threshold(encoder, &media, &fresh, &map);
+                            renderer.trace_threshold(encoder, &media, &fresh, &map)?;
                         }
-                        _ => renderer.trace_slices(encoder, &media, &fresh, &lists),
+                        _ => renderer.trace_slices(encoder, &media, &fresh, &lists)?,
                     }
-                    renderer.march_view(encoder, &media, &fresh, shadow, &image);
+                    renderer.march_view(encoder, &media, &fresh, shadow, &image)
                 })
                 .unwrap();
             assert!(*picture == renderer.read(image.texture()).unwrap(), "{kind:?}");
@@ -121,12 +121,12 @@ fn another_program_shades_its_points_with_our_shadow() {
     let settings = settings(64, [1, 1]);
     let view = LightView::fit(scene.light(), &scene.media).unwrap();
     let frame = Frame::with_light_view(&scene, &settings, &view).unwrap();
-    let renderer = Renderer::new(&device, &queue).unwrap();
+    let renderer = Renderer::new(&device, &queue);
     let volume = renderer.upload(&scene.media).unwrap();
     let parameters = renderer.frame(&frame, &volume).unwrap();
     let map = renderer.map(settings.map_size).unwrap();
     let mut encoder = device.create_command_encoder(&Default::default());
-    renderer.trace_threshold(&mut encoder, &volume, &parameters, &map);
+    renderer.trace_threshold(&mut encoder, &volume, &parameters, &map).unwrap();
 
     // Their points: a column through the volume, from above it to below it.
     let points: Vec<[f32; 4]> = (0..POINTS)

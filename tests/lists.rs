@@ -1,7 +1,7 @@
 //! Fragment lists are the same whoever builds them: drawn or marched, CPU or GPU, with room for all or
 //! for few, in one tile or many.
 
-use deepshadow::backend::Backend;
+use deepshadow::backend::{Backend, Passes};
 use deepshadow::cpu::CpuBackend;
 use deepshadow::frame::Frame;
 use deepshadow::progress::Silent;
@@ -31,7 +31,7 @@ fn frame(scene: &Scene, slices: Slices, size: u32, steps: u32, tolerance: f64) -
 }
 
 /// Marched or drawn by a backend.
-fn lists(backend: &dyn Backend, scene: &Scene, frame: &Frame, drawn: bool, memory: u64) -> Runs {
+fn lists(backend: &dyn Passes, scene: &Scene, frame: &Frame, drawn: bool, memory: u64) -> Runs {
     let volume = &scene.media;
     let built = if drawn {
         backend.raster_slices(volume, frame, memory, &Silent)

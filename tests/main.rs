@@ -30,5 +30,6 @@ mod representations;
 mod scene_files;
 mod shaders;
 mod sparse;
+mod stage;
 mod stored_values;
 mod support;

@@ -127,7 +127,7 @@ fn every_representation_errs_as_published() {
 fn picture(kind: MapKind) -> Image {
     let scene = anchor_scene(Preset::Bucky, 4.0, 48);
     let settings = Settings { map: Some(kind), ..settings(48, [32, 24]) };
-    CpuBackend.render(&scene, &settings, &Silent).unwrap().0
+    CpuBackend.render(&scene, &settings, &Silent).unwrap()
 }
 
 /// Mean difference of radiance.

@@ -54,7 +54,7 @@ fn box_of_extinction_4_has_its_closed_form_radiance() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("box.raw"), [2_u8; 4 * 5 * 6]).unwrap();
     let (scene, settings) = load(BOX_OF_EXTINCTION_4, folder.path()).unwrap();
-    let (image, _) = CpuBackend.render(&scene, &settings, &Silent).unwrap();
+    let image = CpuBackend.render(&scene, &settings, &Silent).unwrap();
     let bounds = scene.media.world_bounds();
     assert!((bounds.min + 0.5).length() + (bounds.max - 0.5).length() < 1e-12, "{bounds:?}");
     let rays = scene.camera.rays(96.0 / 80.0);

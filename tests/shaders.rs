@@ -7,7 +7,7 @@ use std::mem::offset_of;
 use deepshadow::frame::{
     self, Field, Frame, FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching, Part,
 };
-use deepshadow::gpu::{MediaKind, PASSES, linked, shadow_wgsl};
+use deepshadow::gpu::{MediaKind, PassSource, linked, pass_sources, shadow_wgsl};
 use deepshadow::kernel::{fitting, fragments, medium, occupancy, threshold, view};
 use deepshadow::scene::{EMPTY, ROUGHEST};
 use deepshadow::settings::MapKind;
@@ -31,11 +31,15 @@ fn validated(text: &str) -> Module {
 
 #[test]
 fn every_pass_is_valid_and_declares_its_entry_point() {
-    for (name, source) in PASSES {
+    for PassSource { name, source, workgroup } in pass_sources() {
         for map in [MapKind::Threshold, MapKind::Fragments] {
             for media in [MediaKind::Plain, MediaKind::Blocks, MediaKind::Mixed] {
                 let module = validated(&linked(source, map, media).unwrap());
-                assert!(module.entry_points.iter().any(|entry| entry.name == name), "{name}");
+                let entry = module.entry_points.iter().find(|entry| entry.name == name);
+                let entry = entry.unwrap_or_else(|| panic!("{name}"));
+                if entry.stage == naga::ShaderStage::Compute {
+                    assert_eq!(entry.workgroup_size, [workgroup[0], workgroup[1], 1], "{name}");
+                }
             }
         }
     }

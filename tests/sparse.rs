@@ -133,7 +133,7 @@ fn every_backend_sees_the_same_through_blocks() {
             for backend in every_backend() {
                 let of = |scene: &Scene| {
                     let map = backend.map(scene, &settings, &Silent).unwrap();
-                    let (image, _) = backend.render(scene, &settings, &Silent).unwrap();
+                    let image = backend.render(scene, &settings, &Silent).unwrap();
                     (map, image)
                 };
                 let ((map, image), (same_map, same_image)) = (of(&dense), of(&sparse));
@@ -171,7 +171,7 @@ fn a_volume_longer_than_textures_is_split() {
     let scene = scene(long, 5.0);
     let settings = Settings { map: Some(MapKind::Threshold), ..settings(32, [32, 32]) };
     let [seen, truth] = [backend.as_ref(), &deepshadow::cpu::CpuBackend]
-        .map(|backend| backend.render(&scene, &settings, &Silent).unwrap().0.pixels);
+        .map(|backend| backend.render(&scene, &settings, &Silent).unwrap().pixels);
     assert!(truth.iter().any(|pixel| pixel[3] > 0.05));
     assert!(largest_difference(&seen, &truth) < 3e-3);
 }

@@ -113,7 +113,7 @@ fn a_function_that_begins_high_makes_no_bricks() {
     assert!((along_x(&high.media) - along_x(&low.media)).abs() < 1e-6);
     for backend in every_backend() {
         let picture = |scene: &Scene| {
-            backend.render(scene, &settings, &deepshadow::progress::Silent).unwrap().0.pixels
+            backend.render(scene, &settings, &deepshadow::progress::Silent).unwrap().pixels
         };
         let (high, low) = (picture(&high), picture(&low));
         let differences = high.iter().zip(&low).map(|(a, b)| (a[0] - b[0]).abs());

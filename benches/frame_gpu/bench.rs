@@ -50,8 +50,9 @@ impl<'a> Bench<'a> {
             self.gpu
                 .submit(|encoder| {
                     for _ in 0..passes {
-                        self.gpu.trace_threshold(encoder, &self.volume, frame, &map);
+                        self.gpu.trace_threshold(encoder, &self.volume, frame, &map)?;
                     }
+                    Ok(())
                 })
                 .unwrap();
         })
@@ -65,8 +66,9 @@ impl<'a> Bench<'a> {
             self.gpu
                 .submit(|encoder| {
                     for _ in 0..passes {
-                        self.gpu.trace_slices(encoder, &self.volume, frame, &map);
+                        self.gpu.trace_slices(encoder, &self.volume, frame, &map)?;
                     }
+                    Ok(())
                 })
                 .unwrap();
         });
@@ -87,7 +89,7 @@ impl<'a> Bench<'a> {
         let size = self.settings.map_size;
         let lists = |capacity: u32| self.gpu.lists(Tile::rows(size, 0, size, capacity));
         let draw = |encoder: &mut _, lists: &_| {
-            self.gpu.raster_slices(encoder, &self.volume, frame, planes, lists);
+            self.gpu.raster_slices(encoder, &self.volume, frame, planes, lists)
         };
         let none = lists(0);
         self.gpu.submit(|encoder| draw(encoder, &none)).unwrap();
@@ -101,8 +103,8 @@ impl<'a> Bench<'a> {
                 let begun = Instant::now();
                 self.gpu
                     .submit(|encoder| {
-                        draw(encoder, &room);
-                        self.gpu.sort_fragments(encoder, frame, &room, drawn).unwrap();
+                        draw(encoder, &room)?;
+                        self.gpu.sort_fragments(encoder, frame, &room, drawn).map(drop)
                     })
                     .unwrap();
                 begun.elapsed().as_secs_f64() * 1e3
@@ -116,8 +118,9 @@ impl<'a> Bench<'a> {
         self.gpu
             .submit(|encoder| {
                 for _ in 0..passes {
-                    self.gpu.march_view(encoder, &self.volume, frame, shadow, &self.image);
+                    self.gpu.march_view(encoder, &self.volume, frame, shadow, &self.image)?;
                 }
+                Ok(())
             })
             .unwrap();
     }

@@ -44,9 +44,9 @@ fn times(clock: &Clock<'_>, bench: &Bench<'_>) -> [f64; 4] {
     let views = [GpuShadow::Threshold(&map), GpuShadow::Fragments(&lists)]
         .map(|shadow| gpu.prepare_view(media, &frame, shadow, image));
     clock.interleaved([
-        &|encoder| traces[0].record(encoder, &frame),
-        &|encoder| views[0].record(encoder, &frame),
-        &|encoder| traces[1].record(encoder, &frame),
-        &|encoder| views[1].record(encoder, &frame),
+        &|encoder| traces[0].record(encoder).unwrap(),
+        &|encoder| views[0].record(encoder).unwrap(),
+        &|encoder| traces[1].record(encoder).unwrap(),
+        &|encoder| views[1].record(encoder).unwrap(),
     ])
 }

@@ -108,7 +108,11 @@ impl BruteForce {
 
     /// The picture of a frame.
     pub fn picture(&self, gpu: &Gpu) -> Vec<[f32; 4]> {
-        gpu.renderer.submit(|encoder| self.record_frame(encoder)).unwrap();
+        let record = |encoder: &mut _| {
+            self.record_frame(encoder);
+            Ok(())
+        };
+        gpu.renderer.submit(record).unwrap();
         gpu.renderer.read(&self.image).unwrap()
     }
 }

@@ -30,7 +30,7 @@ impl Gpu {
             ..Default::default()
         }))
         .unwrap();
-        let renderer = Renderer::new(&device, &queue).unwrap();
+        let renderer = Renderer::new(&device, &queue);
         let info = adapter.get_info();
         let description =
             format!("gpu, {} ({}; {} {})", info.name, info.backend, info.driver, info.driver_info);

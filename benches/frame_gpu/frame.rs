@@ -108,7 +108,7 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
         .submit(|encoder| renderer.trace_threshold(encoder, &bench.volume, &frame, &threshold))
         .unwrap();
     let view = |encoder: &mut _, shadow| {
-        renderer.march_view(encoder, &bench.volume, &frame, shadow, &bench.image);
+        renderer.march_view(encoder, &bench.volume, &frame, shadow, &bench.image).unwrap();
     };
     let by_threshold = GpuShadow::Threshold(&threshold);
     let by_fragments = GpuShadow::Fragments(&fragments);
@@ -120,11 +120,11 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
     let [brute, a, b, c, d, fetches] = clock.interleaved([
         &|encoder| brute_force.record_frame(encoder),
         &|encoder| {
-            renderer.trace_threshold(encoder, &bench.volume, &frame, &threshold);
+            renderer.trace_threshold(encoder, &bench.volume, &frame, &threshold).unwrap();
             view(encoder, by_threshold);
         },
         &|encoder| {
-            renderer.trace_slices(encoder, &bench.volume, &frame, &fragments);
+            renderer.trace_slices(encoder, &bench.volume, &frame, &fragments).unwrap();
             view(encoder, by_fragments);
         },
         &|encoder| view(encoder, by_threshold),

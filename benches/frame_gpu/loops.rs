@@ -41,11 +41,11 @@ fn rate(gpu: &Gpu, bench: &Bench<'_>, light: bool, prepared: bool) -> f64 {
     let renderer = bench.gpu;
     let map = renderer.map(bench.settings.map_size).unwrap();
     let shadow = GpuShadow::Threshold(&map);
-    let mut held = bench.frame(&bench.settings, |_| ());
+    let held = bench.frame(&bench.settings, |_| ());
     let trace = renderer.prepare_threshold(&bench.volume, &held, &map);
     let view = renderer.prepare_view(&bench.volume, &held, shadow, &bench.image);
     let mut scene = bench.scene.clone();
-    renderer.submit(|encoder| trace.record(encoder, &held)).unwrap();
+    renderer.submit(|encoder| trace.record(encoder)).unwrap();
     let frames = if gpu.is_software() { SOFTWARE_FRAMES } else { FRAMES };
     let mut under_way = VecDeque::new();
     let begun = Instant::now();
@@ -64,17 +64,17 @@ fn rate(gpu: &Gpu, bench: &Bench<'_>, light: bool, prepared: bool) -> f64 {
         let frame = Frame::with_light_view(&scene, &bench.settings, lit_from).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         if prepared {
-            renderer.update(&mut held, &frame, &bench.volume).unwrap();
+            renderer.update(&held, &frame, &bench.volume).unwrap();
             if light {
-                trace.record(&mut encoder, &held);
+                trace.record(&mut encoder).unwrap();
             }
-            view.record(&mut encoder, &held);
+            view.record(&mut encoder).unwrap();
         } else {
             let held = renderer.frame(&frame, &bench.volume).unwrap();
             if light {
-                renderer.trace_threshold(&mut encoder, &bench.volume, &held, &map);
+                renderer.trace_threshold(&mut encoder, &bench.volume, &held, &map).unwrap();
             }
-            renderer.march_view(&mut encoder, &bench.volume, &held, shadow, &bench.image);
+            renderer.march_view(&mut encoder, &bench.volume, &held, shadow, &bench.image).unwrap();
         }
         under_way.push_back(gpu.queue.submit([encoder.finish()]));
         if under_way.len() > AHEAD {

@@ -80,7 +80,7 @@ pub fn views(benches: &[Bench<'_>]) {
         bench
             .gpu
             .submit(|encoder| {
-                bench.gpu.trace_threshold(encoder, &bench.volume, &parameters, &threshold);
+                bench.gpu.trace_threshold(encoder, &bench.volume, &parameters, &threshold)
             })
             .unwrap();
         let steps = |n: u32| move |f: &mut Frame| f.take_view_steps(n);
@@ -117,7 +117,11 @@ pub fn filters(benches: &[Bench<'_>]) {
         let parameters = bench.frame(&exact, |f| f.take_light_steps(SLABS));
         let Some((_, map)) = bench.slices(&parameters, SLABS + 5) else { continue };
         let mut linked = None;
-        bench.gpu.submit(|encoder| linked = Some(bench.gpu.link_neighbors(encoder, map))).unwrap();
+        let record = |encoder: &mut _| {
+            linked = Some(bench.gpu.link_neighbors(encoder, map)?);
+            Ok(())
+        };
+        bench.gpu.submit(record).unwrap();
         let linked = linked.unwrap();
         let times = [Filter::Pcf3, Filter::Pcf5, Filter::Pcf7].map(|filter| {
             let [by_links, brute] = [1, 0].map(|links| {

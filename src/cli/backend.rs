@@ -1,6 +1,7 @@
 //! Which backend computes.
 
 use std::str::FromStr;
+use std::thread::{self, JoinHandle};
 
 use super::fallback::Fallback;
 use crate::backend::Backend;
@@ -32,27 +33,42 @@ impl FromStr for BackendChoice {
     }
 }
 
-/// The backend that `choice` means on this machine for maps of `kind`; `say` is told why it is no other one, where
-/// that is only found out later. No adapter is looked for if the CPU was asked for.
-pub(super) fn open(
+/// A backend that is being looked for on a thread of its own, since drivers take their time.
+pub(super) struct Opening {
     choice: BackendChoice,
-    kind: Option<MapKind>,
-    say: fn(&str),
-) -> Result<Box<dyn Backend>> {
-    let builds = |backend: &dyn Backend| kind.is_none_or(|kind| backend.builds(kind));
-    match choice {
-        BackendChoice::Cpu => Ok(Box::new(CpuBackend)),
-        BackendChoice::Gpu => {
-            let gpu = gpu()?;
-            let kind = kind.filter(|_| !builds(&*gpu));
-            kind.map_or(Ok(gpu), |kind| {
+    gpu: JoinHandle<Result<Option<Box<dyn Backend>>>>,
+}
+
+impl Opening {
+    /// Begins to look for what `choice` means on this machine. No adapter is looked for if the CPU was asked for.
+    pub(super) fn begin(choice: BackendChoice) -> Self {
+        let gpu = thread::spawn(move || match choice {
+            BackendChoice::Cpu => Ok(None),
+            BackendChoice::Gpu => gpu().map(Some),
+            BackendChoice::Auto => Ok(gpu_hardware()),
+        });
+        Self { choice, gpu }
+    }
+
+    /// The backend for maps of `kind`; `say` is told why it is no other one, where that is only found out later.
+    pub(super) fn finish(self, kind: Option<MapKind>, say: fn(&str)) -> Result<Box<dyn Backend>> {
+        let found = self.gpu.join().map_err(|_| Error::gpu("the driver failed"));
+        let found = match (found, self.choice) {
+            (Ok(found), _) => found?,
+            (Err(_), BackendChoice::Auto) => None,
+            (Err(error), _) => return Err(error),
+        };
+        let builds = |gpu: &dyn Backend| kind.is_none_or(|kind| gpu.builds(kind));
+        match (found, kind) {
+            (Some(gpu), _) if builds(&*gpu) && self.choice == BackendChoice::Auto => {
+                Ok(Box::new(Fallback::new(gpu, say)))
+            }
+            (Some(gpu), _) if builds(&*gpu) => Ok(gpu),
+            (Some(_), Some(kind)) if self.choice == BackendChoice::Gpu => {
                 Err(Error::value("map", format!("'{kind}' maps need --backend cpu")))
-            })
+            }
+            _ => Ok(Box::new(CpuBackend)),
         }
-        BackendChoice::Auto => Ok(match gpu_hardware().filter(|gpu| builds(&**gpu)) {
-            Some(gpu) => Box::new(Fallback::new(gpu, say)),
-            None => Box::new(CpuBackend),
-        }),
     }
 }
 

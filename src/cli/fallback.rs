@@ -3,15 +3,14 @@
 
 use std::sync::OnceLock;
 
-use crate::backend::Backend;
+use crate::backend::{Backend, Stage};
 use crate::cpu::CpuBackend;
 use crate::error::{Error, ErrorKind, Result};
-use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::Media;
+use crate::scene::Scene;
 use crate::settings::{MapKind, Settings};
-use crate::shadow::{Links, Map, Runs};
+use crate::shadow::Map;
 
 pub(super) struct Fallback {
     gpu: Box<dyn Backend>,
@@ -28,17 +27,23 @@ impl Fallback {
 
     /// Does `work` on the GPU, or on the processor if the GPU cannot.
     fn run<T>(&self, work: impl Fn(&dyn Backend) -> Result<T>) -> Result<T> {
-        if self.failed.get().is_none() {
+        if !self.has_failed() {
             match work(&*self.gpu) {
-                Err(error) if is_of_gpu(&error) => {
-                    if self.failed.set(()).is_ok() {
-                        (self.say)(&format!("the CPU takes over from the GPU: {error}"));
-                    }
-                }
+                Err(error) if is_of_gpu(&error) => self.fail(&error),
                 done => return done,
             }
         }
         work(&CpuBackend)
+    }
+
+    fn has_failed(&self) -> bool {
+        self.failed.get().is_some()
+    }
+
+    fn fail(&self, error: &Error) {
+        if self.failed.set(()).is_ok() {
+            (self.say)(&format!("the CPU takes over from the GPU: {error}"));
+        }
     }
 }
 
@@ -67,47 +72,51 @@ impl Backend for Fallback {
         self.run(|backend| backend.check_room(settings))
     }
 
-    fn trace_threshold(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        progress: &dyn Progress,
-    ) -> Result<Vec<[f32; 4]>> {
-        self.run(|backend| backend.trace_threshold(media, frame, progress))
+    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        self.run(|backend| backend.map(scene, settings, progress))
     }
 
-    fn trace_slices(
+    fn view(
         &self,
-        media: &Media,
-        frame: &Frame,
-        memory: u64,
-        progress: &dyn Progress,
-    ) -> Result<Runs> {
-        self.run(|backend| backend.trace_slices(media, frame, memory, progress))
-    }
-
-    fn raster_slices(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        memory: u64,
-        progress: &dyn Progress,
-    ) -> Result<Runs> {
-        self.run(|backend| backend.raster_slices(media, frame, memory, progress))
-    }
-
-    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
-        self.run(|backend| backend.link_neighbors(runs, size))
-    }
-
-    fn march_view(
-        &self,
-        media: &Media,
-        frame: &Frame,
+        scene: &Scene,
+        settings: &Settings,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        self.run(|backend| backend.march_view(media, frame, map, progress))
+        self.run(|backend| backend.view(scene, settings, map, progress))
+    }
+
+    fn stage(&self) -> Box<dyn Stage + '_> {
+        let (gpu, cpu) = (Some(self.gpu.stage()), CpuBackend.stage());
+        Box::new(FallbackStage { fallback: self, gpu, cpu })
+    }
+}
+
+/// Pictures of the GPU, or of the processor from the first on that the GPU cannot make.
+struct FallbackStage<'a> {
+    fallback: &'a Fallback,
+    /// Until it has failed.
+    gpu: Option<Box<dyn Stage + 'a>>,
+    cpu: Box<dyn Stage>,
+}
+
+impl Stage for FallbackStage<'_> {
+    fn render(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        if let Some(stage) = &mut self.gpu {
+            if !self.fallback.has_failed() {
+                match stage.render(scene, settings, progress) {
+                    Err(error) if is_of_gpu(&error) => self.fallback.fail(&error),
+                    done => return done,
+                }
+            }
+            self.gpu = None;
+        }
+        self.cpu.render(scene, settings, progress)
     }
 }
 
@@ -119,8 +128,8 @@ mod tests {
 
     use super::*;
     use crate::progress::Silent;
+    use crate::scene::SceneFile;
     use crate::scene::automatic::{Surroundings, complete};
-    use crate::scene::{Scene, SceneFile};
     use crate::volume::Axis;
     use crate::volume::presets::Preset;
 
@@ -134,36 +143,19 @@ mod tests {
         fn default_map(&self) -> MapKind {
             MapKind::Fragments
         }
-        fn trace_threshold(
-            &self,
-            media: &Media,
-            frame: &Frame,
-            progress: &dyn Progress,
-        ) -> Result<Vec<[f32; 4]>> {
-            CpuBackend.trace_threshold(media, frame, progress)
+        fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+            CpuBackend.map(scene, settings, progress)
         }
-        fn trace_slices(
-            &self,
-            media: &Media,
-            frame: &Frame,
-            memory: u64,
-            progress: &dyn Progress,
-        ) -> Result<Runs> {
-            CpuBackend.trace_slices(media, frame, memory, progress)
+        fn view(&self, _: &Scene, _: &Settings, _: &Map, _: &dyn Progress) -> Result<Image> {
+            Err((self.0)())
         }
-        fn raster_slices(
-            &self,
-            media: &Media,
-            frame: &Frame,
-            memory: u64,
-            progress: &dyn Progress,
-        ) -> Result<Runs> {
-            CpuBackend.raster_slices(media, frame, memory, progress)
+        fn stage(&self) -> Box<dyn Stage + '_> {
+            Box::new(Small(self.0))
         }
-        fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
-            CpuBackend.link_neighbors(runs, size)
-        }
-        fn march_view(&self, _: &Media, _: &Frame, _: &Map, _: &dyn Progress) -> Result<Image> {
+    }
+
+    impl Stage for Small {
+        fn render(&mut self, _: &Scene, _: &Settings, _: &dyn Progress) -> Result<Image> {
             Err((self.0)())
         }
     }
@@ -188,10 +180,11 @@ mod tests {
         let backend = Fallback::new(Box::new(Small(limit)), say);
         let (scene, settings) = scene();
         assert_eq!(backend.description(), "a small GPU");
-        let expected = CpuBackend.render(&scene, &settings, &Silent).unwrap().0;
+        let expected = CpuBackend.render(&scene, &settings, &Silent).unwrap();
+        let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();
         for _ in 0..2 {
-            let (image, _) = backend.render(&scene, &settings, &Silent).unwrap();
-            assert_eq!(image, expected);
+            assert_eq!(backend.render(&scene, &settings, &Silent).unwrap(), expected);
+            assert_eq!(backend.view(&scene, &settings, &map, &Silent).unwrap(), expected);
         }
         assert_eq!(backend.description(), CpuBackend.description());
         let said = SAID.lock().unwrap();

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::backend::{self, BackendChoice};
+use super::backend::{BackendChoice, Opening};
 use super::progress::Bars;
 use super::say;
 use super::sheet::Sheet;
 use crate::backend::Backend;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::io::output::{Inputs, MadeFolder, PendingFile};
@@ -44,7 +44,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let progress: Box<dyn Progress> =
         if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
     let tell: fn(&str) = if arguments.quiet { |_| () } else { say };
-    let painter = Painter { backend: backend::open(arguments.backend, None, tell)?, progress };
+    let painter =
+        Painter { backend: Opening::begin(arguments.backend).finish(None, tell)?, progress };
     let [cube, bucky, rods, clouds] = Preset::ALL.map(|preset| preset_scene(preset, true));
     let (cube, bucky, rods, clouds) = (cube?, bucky?, rods?, clouds?);
     let floating_cube = preset_scene(Preset::Box, false)?;
@@ -159,18 +160,18 @@ impl Painter {
 
     /// The paper's map.
     fn map(&self, preset: &PresetScene) -> Result<ThresholdMap> {
-        let (view, frame) = preset.frame()?;
-        let texels = self.backend.trace_threshold(&preset.scene.media, &frame, &*self.progress)?;
-        Ok(ThresholdMap::new(texels, &preset.settings, view, &frame))
+        match self.backend.map(&preset.scene, &preset.settings, &*self.progress)? {
+            Map::Threshold(map) => Ok(map),
+            _ => Err(Error::value("map", "figures show threshold maps")),
+        }
     }
 
     fn picture(&self, scene: &Scene, settings: &Settings) -> Result<Image> {
-        Ok(self.backend.render(scene, settings, &*self.progress)?.0)
+        self.backend.render(scene, settings, &*self.progress)
     }
 
     fn picture_through(&self, scene: &Scene, settings: &Settings, map: &Map) -> Result<Image> {
-        let frame = Frame::with_light_view(scene, settings, map.view())?;
-        self.backend.march_view(&scene.media, &frame, map, &*self.progress)
+        self.backend.view(scene, settings, map, &*self.progress)
     }
 }
 

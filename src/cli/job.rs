@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use super::arguments::{PictureArguments, SceneArguments, SourceArguments};
-use super::backend::BackendChoice;
+use super::backend::{BackendChoice, Opening};
 use super::progress::Bars;
-use super::{backend, say};
+use super::say;
 use crate::backend::Backend;
 use crate::error::{Error, ErrorKind, Result};
 use crate::io::dense::DEFAULT_MAX_BYTES;
@@ -72,6 +72,7 @@ impl<'a> Request<'a> {
     /// Loads what is asked for, chooses what is left open, and says so.
     pub(super) fn load(self) -> Result<Job> {
         let Self { source, choice, file, surroundings, .. } = self;
+        let opening = Opening::begin(choice);
         // A scene file's absolute parameters speak of stored values.
         let scan = surroundings == Surroundings::Studio;
         let (mut ingredients, mut notes) = (Vec::new(), Vec::new());
@@ -94,7 +95,7 @@ impl<'a> Request<'a> {
             scene.background = None;
         }
         let tell: fn(&str) = if source.quiet { |_| () } else { say };
-        let backend = backend::open(choice, settings.map, tell)?;
+        let backend = opening.finish(settings.map, tell)?;
         let progress: Box<dyn Progress> =
             if source.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
         let job = Job { scene, settings, backend, progress, quiet: source.quiet };

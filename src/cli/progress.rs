@@ -1,4 +1,4 @@
-//! Progress bars on stderr, for work over a second, on a terminal only.
+//! Progress bars on stderr, for work over a second, on a terminal only; and how long work takes.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -47,5 +47,44 @@ impl Progress for Bars {
         if current.bar.length() == Some(current.bar.position()) {
             current.bar.finish_and_clear();
         }
+    }
+}
+
+/// Passes progress on, and measures how long work of each name takes: from where it begins to where other work
+/// does, or to where it is asked.
+pub(super) struct Stopwatch<'a> {
+    shown: &'a dyn Progress,
+    begun: Mutex<Vec<(String, Instant)>>,
+}
+
+impl<'a> Stopwatch<'a> {
+    pub(super) fn new(shown: &'a dyn Progress) -> Self {
+        Self { shown, begun: Mutex::default() }
+    }
+
+    /// All work called `what` so far.
+    pub(super) fn time(&self, what: &str) -> Duration {
+        let now = Instant::now();
+        let Ok(begun) = self.begun.lock() else { return Duration::ZERO };
+        let ends = begun.iter().skip(1).map(|(_, next)| *next).chain([now]);
+        begun
+            .iter()
+            .zip(ends)
+            .filter(|((name, _), _)| name == what)
+            .map(|((_, at), end)| end - *at)
+            .sum()
+    }
+}
+
+impl Progress for Stopwatch<'_> {
+    fn begin(&self, what: &str, total: u64) {
+        if let Ok(mut begun) = self.begun.lock() {
+            begun.push((what.to_owned(), Instant::now()));
+        }
+        self.shown.begin(what, total);
+    }
+
+    fn advance(&self, parts: u64) {
+        self.shown.advance(parts);
     }
 }

@@ -1,19 +1,20 @@
 //! `render`: a picture of a volume with its shadows.
 
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use clap::Args;
 
 use super::arguments::{OutputArguments, PictureArguments, SceneArguments};
 use super::certify::{Certified, LimitArguments, choose};
-use super::job::{Request, default_output};
+use super::job::{Job, Request, default_output};
+use super::progress::Stopwatch;
 use crate::cpu::DeepView;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::io::deep_exr::{self, Channel, DeepHeader};
 use crate::io::{PendingFile, exr, png};
+use crate::progress::Progress;
 use crate::settings::Shading;
 
 #[derive(Debug, Args)]
@@ -72,41 +73,17 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         return Err(Error::contents(path, why));
     }
     job.backend.check_room(&job.settings)?;
-    let mut lit = Lit::new(job.settings.image_size);
-    let mut deep = None;
-    for beam in &beams {
-        let begun = Instant::now();
-        let (map, settings) = match choose(&job, &beam.scene, &scene, &limits, |_| true)? {
-            Some(Certified { map, settings, certificate }) => {
-                lit.certificates.push(match beam.label(&beams) {
-                    Some(label) => format!("{label}: {certificate}"),
-                    None => certificate,
-                });
-                (map, settings)
-            }
-            None => {
-                let map = job.backend.map(&beam.scene, &job.settings, &*job.progress)?;
-                (map, job.settings.clone())
-            }
-        };
-        lit.map_time += begun.elapsed();
-        let begun = Instant::now();
-        let frame = Frame::with_light_view(&beam.scene, &settings, map.view())?;
-        if format == Format::Deep {
-            let certificate = lit.certificates.first().map(String::as_str);
-            let view = DeepView::new(&beam.scene.media, &frame, &map);
-            deep = Some(encode_deep(&view, settings.image_size, certificate)?);
-        } else {
-            let media = &beam.scene.media;
-            let picture = job.backend.march_view(media, &frame, &map, &*job.progress)?;
-            beam.add_finite(&picture, &mut lit.image)?;
-        }
-        lit.view_time += begun.elapsed();
-        lit.map_size = settings.map_size;
-    }
+    let watch = Stopwatch::new(&*job.progress);
+    let lit = if format == Format::Deep || limits.any() {
+        beam_by_beam(&job, &scene, &limits, format, &watch)?
+    } else {
+        let image = job.backend.render(&job.scene, &job.settings, &watch)?;
+        Lit { image, deep: None, map_size: job.settings.map_size, certificates: Vec::new() }
+    };
+    let [map_time, view_time] = ["shadow map", "picture"].map(|work| watch.time(work));
     let exposure = job.settings.exposure as f32;
     let certificate = (!lit.certificates.is_empty()).then(|| lit.certificates.join("\n"));
-    let contents = match (format, deep) {
+    let contents = match (format, lit.deep) {
         (Format::Deep, Some(contents)) => contents,
         (Format::Png, _) => png::encode(&lit.image, exposure)?,
         (Format::Exr | Format::Deep, _) => exr::encode_image(&lit.image, certificate.as_deref())?,
@@ -118,8 +95,8 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         "wrote {}: {width}x{height}, {maps} {1}x{1} in {2:.2} s, view in {3:.2} s, {4}",
         path.display(),
         lit.map_size,
-        lit.map_time.as_secs_f64(),
-        lit.view_time.as_secs_f64(),
+        map_time.as_secs_f64(),
+        view_time.as_secs_f64(),
         job.backend.description(),
     ));
     for certificate in &lit.certificates {
@@ -128,27 +105,55 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     Ok(())
 }
 
-/// A picture beam by beam, and what it took.
+/// What was made.
 struct Lit {
     image: Image,
-    map_time: Duration,
-    view_time: Duration,
+    /// The bytes of a deep image.
+    deep: Option<Vec<u8>>,
     /// Of the last map.
     map_size: u32,
     /// Of every map that keeps a limit.
     certificates: Vec<String>,
 }
 
-impl Lit {
-    fn new([width, height]: [u32; 2]) -> Self {
-        Self {
-            image: Image::filled(width, height, [0.0; 4]),
-            map_time: Duration::ZERO,
-            view_time: Duration::ZERO,
-            map_size: 0,
-            certificates: Vec::new(),
+/// A picture through maps that the host holds, because they are to keep limits or are marched into a deep image.
+fn beam_by_beam(
+    job: &Job,
+    arguments: &SceneArguments,
+    limits: &LimitArguments,
+    format: Format,
+    watch: &Stopwatch<'_>,
+) -> Result<Lit> {
+    let beams = job.scene.beams();
+    let [width, height] = job.settings.image_size;
+    let image = Image::filled(width, height, [0.0; 4]);
+    let mut lit = Lit { image, deep: None, map_size: 0, certificates: Vec::new() };
+    for beam in &beams {
+        watch.begin("shadow map", 1);
+        let (map, settings) = match choose(job, &beam.scene, arguments, limits, |_| true)? {
+            Some(Certified { map, settings, certificate }) => {
+                lit.certificates.push(match beam.label(&beams) {
+                    Some(label) => format!("{label}: {certificate}"),
+                    None => certificate,
+                });
+                (map, settings)
+            }
+            None => (job.backend.map(&beam.scene, &job.settings, watch)?, job.settings.clone()),
+        };
+        watch.begin("picture", 1);
+        if format == Format::Deep {
+            let frame = Frame::with_light_view(&beam.scene, &settings, map.view())?;
+            let certificate = lit.certificates.first().map(String::as_str);
+            let view = DeepView::new(&beam.scene.media, &frame, &map);
+            lit.deep = Some(encode_deep(&view, settings.image_size, certificate)?);
+        } else {
+            let picture = job.backend.view(&beam.scene, &settings, &map, watch)?;
+            beam.add(&picture, &mut lit.image);
         }
+        lit.map_size = settings.map_size;
     }
+    job.scene.check_radiance(&lit.image)?;
+    Ok(lit)
 }
 
 /// What a deep image is made of: a ray a pixel, and single scattering.

@@ -63,7 +63,7 @@ fn counted<T: Send>(work: impl FnOnce() -> T + Send) -> (T, u64) {
 }
 
 fn render(scene: &Scene, settings: &Settings) -> (Result<Image>, u64) {
-    counted(|| CpuBackend.render(scene, settings, &Silent).map(|(image, _)| image))
+    counted(|| CpuBackend.render(scene, settings, &Silent))
 }
 
 /// A cube with edges of `edge` around `center`, of `voxels` along each.

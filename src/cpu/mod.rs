@@ -17,13 +17,13 @@ mod trace_slices;
 mod trace_threshold;
 mod trace_visibility;
 
-use crate::backend::Backend;
+use crate::backend::{Backend, HostStage, Passes, Stage, build_map, view_through};
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::Media;
-use crate::settings::MapKind;
+use crate::scene::{Media, Scene};
+use crate::settings::{MapKind, Settings};
 use crate::shadow::{Codec, Links, Map, Runs, ShadowMap, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
 
@@ -58,6 +58,26 @@ impl Backend for CpuBackend {
         true
     }
 
+    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        build_map(self, scene, settings, progress)
+    }
+
+    fn view(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        map: &Map,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        view_through(self, scene, settings, map, progress)
+    }
+
+    fn stage(&self) -> Box<dyn Stage + '_> {
+        Box::new(HostStage::new(self))
+    }
+}
+
+impl Passes for CpuBackend {
     fn trace_threshold(
         &self,
         media: &Media,

@@ -1,14 +1,13 @@
-//! What shaders bind, and compute pipelines over it. Binding numbers mean the same in every pass.
+//! What shaders bind. Binding numbers mean the same in every pass.
 
 use wgpu::{
     BindGroupEntry, BindGroupLayoutEntry, BindingResource, BindingType, BufferBindingType,
     ShaderStages,
 };
 
-use super::link::{self, MediaKind};
+use super::link::MediaKind;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, MOST_FIELDS};
-use crate::settings::MapKind;
 
 /// Maps and pictures: four f32.
 pub(super) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -35,37 +34,9 @@ pub(super) mod at {
     pub(crate) const PIECE_ENDS: u32 = 23;
     pub(crate) const CUBICS: u32 = 24;
     pub(crate) const BLOCKS: u32 = 25;
-}
-
-/// The shaders' constant that leaves all but the usual settings out.
-const USUAL: &str = "USUAL";
-
-/// A compute pipeline for a pass, its shader's name and source, for all settings.
-pub(super) fn pipeline(
-    device: &wgpu::Device,
-    (name, source): (&str, &str),
-    kinds: (MapKind, MediaKind),
-    entries: &[BindGroupLayoutEntry],
-) -> Result<wgpu::ComputePipeline> {
-    checked(device, || {
-        let (module, layout) = shader(device, (name, source), kinds, entries)?;
-        Ok(compute(device, name, &module, &layout, &[]))
-    })
-}
-
-/// Two compute pipelines for a pass: for the usual settings alone ([`USUAL`]), and for all.
-pub(super) fn usual_and_general(
-    device: &wgpu::Device,
-    (name, source): (&str, &str),
-    kinds: (MapKind, MediaKind),
-    entries: &[BindGroupLayoutEntry],
-) -> Result<[wgpu::ComputePipeline; 2]> {
-    let (module, layout) = checked(device, || shader(device, (name, source), kinds, entries))?;
-    let compiled = |constants: &[(&str, f64)]| {
-        checked(device, || Ok(compute(device, name, &module, &layout, constants)))
-    };
-    let (usual, general) = rayon::join(|| compiled(&[(USUAL, 1.0)]), || compiled(&[]));
-    Ok([usual?, general?])
+    pub(crate) const SUM: u32 = 26;
+    pub(crate) const BEAM: u32 = 27;
+    pub(crate) const WEIGHTS: u32 = 28;
 }
 
 /// What `make` makes, unless the device finds something wrong with it: scopes of errors belong to a thread.
@@ -76,44 +47,6 @@ pub(super) fn checked<T>(device: &wgpu::Device, make: impl FnOnce() -> Result<T>
         Some(error) => Err(Error::gpu(error.to_string())),
         None => made,
     }
-}
-
-fn compute(
-    device: &wgpu::Device,
-    name: &str,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
-    constants: &[(&str, f64)],
-) -> wgpu::ComputePipeline {
-    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(name),
-        layout: Some(layout),
-        module,
-        entry_point: Some(name),
-        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-        cache: None,
-    })
-}
-
-/// A pass's shader and the layout of what it binds.
-pub(super) fn shader(
-    device: &wgpu::Device,
-    (name, source): (&str, &str),
-    kinds: (MapKind, MediaKind),
-    entries: &[BindGroupLayoutEntry],
-) -> Result<(wgpu::ShaderModule, wgpu::PipelineLayout)> {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(name),
-        source: wgpu::ShaderSource::Wgsl(link::linked(source, kinds.0, kinds.1)?.into()),
-    });
-    let bindings = device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(name),
-        bind_group_layouts: &[Some(&bindings)],
-        immediate_size: 0,
-    });
-    Ok((module, layout))
 }
 
 pub(super) fn entry(binding: u32, resource: BindingResource<'_>) -> BindGroupEntry<'_> {
@@ -134,7 +67,7 @@ pub(super) fn frame() -> BindGroupLayoutEntry {
 }
 
 pub(super) fn tile() -> BindGroupLayoutEntry {
-    buffer(at::TILE, BufferBindingType::Uniform, size_of::<super::fragments::Tile>())
+    buffer(at::TILE, BufferBindingType::Uniform, size_of::<super::tile::Tile>())
 }
 
 pub(super) fn read(binding: u32) -> BindGroupLayoutEntry {
@@ -184,9 +117,19 @@ fn texture(
     layout_entry(binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
-/// The curves of a threshold map, bound by `access` ([`read`] or [`read_write`]).
-pub(super) fn curves(access: fn(u32) -> BindGroupLayoutEntry) -> [BindGroupLayoutEntry; 2] {
-    [at::PIECE_ENDS, at::CUBICS].map(access)
+/// The pictures of the beams so far.
+pub(super) fn sum() -> BindGroupLayoutEntry {
+    texture(at::SUM, wgpu::TextureViewDimension::D2, false)
+}
+
+/// The picture of one more.
+pub(super) fn beam() -> BindGroupLayoutEntry {
+    texture(at::BEAM, wgpu::TextureViewDimension::D2, false)
+}
+
+/// The share of it in each channel.
+pub(super) fn weights() -> BindGroupLayoutEntry {
+    buffer(at::WEIGHTS, BufferBindingType::Uniform, size_of::<glam::Vec4>())
 }
 
 pub(super) fn output() -> BindGroupLayoutEntry {

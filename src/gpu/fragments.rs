@@ -1,50 +1,16 @@
 //! Fragment maps on a device: passes `trace_slices` and `link_neighbors`, and the way to the host and
 //! back.
 
-use bytemuck::{Pod, Zeroable};
 use wgpu::BindGroupEntry;
 
 use super::bindings::{at, entry};
+use super::link::MediaKind;
 use super::media::GpuMedia;
+use super::passes::Pass;
 use super::renderer::{GpuFrame, Renderer};
+use super::tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 use crate::error::{ErrorKind, Result};
 use crate::shadow::{Node, Runs};
-
-/// Texels of a block whose nodes lie side by side, which is how far apart a texel's are.
-pub const INTERLEAVED_STRIDE: u32 = 64;
-/// In the count of a run: its nodes are interleaved with those of a block.
-pub const INTERLEAVED: u32 = 0x8000_0000;
-
-/// The part of a map that a pass works on (`shaders/kernel/tile.wgsl`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Tile {
-    /// Its first texel in the map.
-    pub origin: [u32; 2],
-    /// Its texels.
-    pub extent: [u32; 2],
-    /// What its buffers hold: nodes a texel (`trace_slices`), elements (`raster_slices`).
-    pub capacity: u32,
-    unused: [u32; 3],
-}
-
-impl Tile {
-    /// Rows `first` to `first + rows` of a map.
-    pub fn rows(size: u32, first: u32, rows: u32, capacity: u32) -> Self {
-        Self { origin: [0, first], extent: [size, rows], capacity, unused: [0; 3] }
-    }
-
-    /// Texels.
-    pub fn texels(&self) -> u64 {
-        u64::from(self.extent[0]) * u64::from(self.extent[1])
-    }
-
-    /// Texels of the blocks that cover it.
-    pub(super) fn block_texels(&self) -> u64 {
-        let blocks = self.extent.map(|n| u64::from(n.div_ceil(8)));
-        blocks[0] * blocks[1] * u64::from(INTERLEAVED_STRIDE)
-    }
-}
 
 /// A tile of a fragment map on a device; a map for lookups is a tile of all texels.
 #[derive(Clone, Debug)]
@@ -142,32 +108,39 @@ impl Renderer {
     }
 
     /// Records pass `trace_slices`: fills `fragments` for the light of `frame`.
+    ///
+    /// # Errors
+    /// If the device refuses the shader.
     pub fn trace_slices(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         media: &GpuMedia,
         frame: &GpuFrame,
         fragments: &GpuFragments,
-    ) {
-        self.prepare_slices(media, frame, fragments).record(encoder, frame);
+    ) -> Result<()> {
+        self.prepare_slices(media, frame, fragments).record(encoder)
     }
 
     /// Records pass `link_neighbors`, and gives the map with its links.
+    ///
+    /// # Errors
+    /// If the device refuses the shader.
     pub fn link_neighbors(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         fragments: GpuFragments,
-    ) -> GpuFragments {
+    ) -> Result<GpuFragments> {
         let links = self.storage("links", fragments.nodes.size() / 2);
-        let entries = [
+        let entries = vec![
             entry(at::RUNS, fragments.runs.as_entire_binding()),
             entry(at::NODES, fragments.nodes.as_entire_binding()),
             entry(at::LINKS, links.as_entire_binding()),
             entry(at::TILE, fragments.tile_buffer.as_entire_binding()),
         ];
-        let pipeline = &self.map_passes.link_neighbors;
-        self.prepare(pipeline, &entries, fragments.tile.extent).record_for(encoder, false);
-        GpuFragments { links, linked: true, ..fragments }
+        let extent = fragments.tile.extent;
+        self.prepare(Pass::LinkNeighbors, MediaKind::Plain, None, entries, extent)
+            .record(encoder)?;
+        Ok(GpuFragments { links, linked: true, ..fragments })
     }
 
     /// Waits for a map's `trace_slices` and says how many nodes a texel has at most, if more than there

@@ -1,17 +1,17 @@
 //! Passes `raster_slices` and `sort_fragments`: planes drawn into linked lists, which become nodes.
 
-use super::bindings::{self, at, entry};
-use super::fragments::{GpuFragments, Tile};
+use super::bindings::{at, entry};
+use super::fragments::GpuFragments;
 use super::link::MediaKind;
 use super::media::GpuMedia;
+use super::passes::Pass;
+use super::programs::RasterProgram;
 use super::renderer::{GpuFrame, Renderer};
+use super::tile::Tile;
 use crate::error::{Error, Result};
-use crate::settings::MapKind;
 
 /// Bytes of an element: front, back, optical depth, next.
 pub(super) const ELEMENT_BYTES: u64 = 16;
-/// What nothing is drawn to: a render pass wants a target.
-const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 /// Linked lists of a tile on a device.
 #[derive(Clone, Debug)]
@@ -22,44 +22,6 @@ pub struct GpuLists {
     elements: wgpu::Buffer,
     counters: wgpu::Buffer,
     target: wgpu::TextureView,
-}
-
-/// The render pipeline of `raster_slices`.
-pub(super) fn raster_pipeline(
-    device: &wgpu::Device,
-    pass: (&str, &str),
-    media: MediaKind,
-    mut entries: Vec<wgpu::BindGroupLayoutEntry>,
-) -> Result<wgpu::RenderPipeline> {
-    for entry in &mut entries {
-        entry.visibility = wgpu::ShaderStages::FRAGMENT;
-    }
-    let (module, layout) = bindings::shader(device, pass, (MapKind::Fragments, media), &entries)?;
-    Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(pass.0),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("plane"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(pass.0),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(wgpu::ColorTargetState {
-                format: TARGET,
-                blend: None,
-                write_mask: wgpu::ColorWrites::empty(),
-            })],
-        }),
-        multiview_mask: None,
-        cache: None,
-    }))
 }
 
 impl Renderer {
@@ -75,7 +37,7 @@ impl Renderer {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: TARGET,
+            format: RasterProgram::TARGET,
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
@@ -90,6 +52,9 @@ impl Renderer {
     }
 
     /// Records pass `raster_slices`: draws `planes` planes through the volume onto empty lists.
+    ///
+    /// # Errors
+    /// If the device refuses the shader.
     pub fn raster_slices(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -97,8 +62,8 @@ impl Renderer {
         frame: &GpuFrame,
         planes: u32,
         lists: &GpuLists,
-    ) {
-        let pipeline = &self.passes(media).raster_slices;
+    ) -> Result<()> {
+        let program = self.programs.raster(media.kind())?;
         let mut entries = self.media_entries(media);
         entries.extend([
             entry(at::FRAME, frame.buffer().as_entire_binding()),
@@ -109,7 +74,7 @@ impl Renderer {
         ]);
         let bind_group = self.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("raster_slices"),
-            layout: &pipeline.get_bind_group_layout(0),
+            layout: &program.layout,
             entries: &entries,
         });
         encoder.clear_buffer(&lists.heads, 0, None);
@@ -127,9 +92,10 @@ impl Renderer {
             })],
             ..Default::default()
         });
-        pass.set_pipeline(pipeline);
+        pass.set_pipeline(&program.pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
         pass.draw(0..3, 0..planes);
+        Ok(())
     }
 
     /// Waits for the lists' pass and says how many fragments were drawn; those beyond
@@ -145,7 +111,7 @@ impl Renderer {
     /// Records pass `sort_fragments`: the nodes of `drawn` fragments, which change their order.
     ///
     /// # Errors
-    /// If the nodes are more than the device binds at once.
+    /// If the nodes are more than the device binds at once, or if it refuses the shader.
     pub fn sort_fragments(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -155,8 +121,7 @@ impl Renderer {
     ) -> Result<GpuFragments> {
         // A fragment is two nodes at most.
         let fragments = self.fragments_with(lists.tile, 2 * u64::from(drawn))?;
-        let entries = [
-            entry(at::FRAME, frame.buffer().as_entire_binding()),
+        let entries = vec![
             entry(at::RUNS, fragments.runs().as_entire_binding()),
             entry(at::NODES, fragments.nodes().as_entire_binding()),
             entry(at::TILE, lists.tile_buffer.as_entire_binding()),
@@ -164,8 +129,9 @@ impl Renderer {
             entry(at::ELEMENTS, lists.elements.as_entire_binding()),
             entry(at::COUNTERS, lists.counters.as_entire_binding()),
         ];
-        let pipeline = &self.map_passes.sort_fragments;
-        self.prepare(pipeline, &entries, lists.tile.extent).record(encoder, frame);
+        let extent = lists.tile.extent;
+        self.prepare(Pass::SortFragments, MediaKind::Plain, Some(frame), entries, extent)
+            .record(encoder)?;
         Ok(fragments)
     }
 

@@ -10,6 +10,7 @@
 //! A program that draws many frames prepares its passes once ([`Renderer::prepare_threshold`],
 //! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]), then for each frame updates the parameters
 //! ([`Renderer::update`]) and records ([`Prepared::record`]) the map's pass if the light has moved and the view's.
+//! [`crate::backend::Backend::stage`] does so for whole scenes.
 
 mod adapter;
 mod bindings;
@@ -21,57 +22,46 @@ mod lists;
 mod media;
 mod passes;
 mod prepared;
+mod programs;
 mod readback;
 mod renderer;
+mod shadow;
+mod stage;
+mod tile;
 mod tiles;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use crate::backend::{Backend, check_host};
+use crate::backend::{Backend, Passes, Stage, build_map, check_host, view_through};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::Media;
+use crate::scene::{Media, Scene};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{FragmentMap, Links, Map, Runs, ShadowMap};
-use crate::volume::Volume;
 use adapter::Watch;
 pub use adapter::{AdapterChoice, adapters};
 pub use blocks::NO_BLOCK;
-pub use fragments::{GpuFragments, INTERLEAVED, INTERLEAVED_STRIDE, Tile};
+pub use fragments::GpuFragments;
 pub use link::{MediaKind, linked, shadow_wgsl};
 pub use lists::GpuLists;
 pub use media::GpuMedia;
+pub use passes::{PassSource, pass_sources};
 pub use prepared::Prepared;
-pub use renderer::{GpuFrame, GpuImage, GpuMap, GpuShadow, Renderer};
+pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
+pub use shadow::GpuShadow;
+pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 
-/// Shader roots, one a pass: its name, which is the entry point's, and its source with imports.
-pub const PASSES: [(&str, &str); 7] = [
-    ("trace_threshold", include_str!("../../shaders/trace_threshold.wgsl")),
-    ("fit_curves", include_str!("../../shaders/fit_curves.wgsl")),
-    ("trace_slices", include_str!("../../shaders/trace_slices.wgsl")),
-    ("raster_slices", include_str!("../../shaders/raster_slices.wgsl")),
-    ("sort_fragments", include_str!("../../shaders/sort_fragments.wgsl")),
-    ("link_neighbors", include_str!("../../shaders/link_neighbors.wgsl")),
-    ("march_view", include_str!("../../shaders/march_view.wgsl")),
-];
-
-/// A pass by its name.
-fn pass(name: &str) -> Result<(&'static str, &'static str)> {
-    let found = PASSES.into_iter().find(|(pass, _)| *pass == name);
-    found.ok_or_else(|| Error::value("shader", format!("no pass '{name}'")))
-}
-
-/// Renders on a graphics adapter, from and to memory of the host.
+/// Renders on a graphics adapter.
 ///
-/// The volume of the last plain media stays on the device, and alive, for the passes that follow.
+/// The media of the last pass stay on the device, and their volumes alive, for the passes that follow.
 #[derive(Debug)]
 pub struct GpuBackend {
     renderer: Renderer,
     description: String,
     watch: Watch,
-    uploaded: Mutex<Option<(Arc<Volume>, GpuMedia)>>,
+    uploaded: Mutex<Option<(Media, GpuMedia)>>,
 }
 
 impl GpuBackend {
@@ -81,25 +71,24 @@ impl GpuBackend {
     /// If there is no such adapter or it refuses.
     pub fn open(choice: AdapterChoice) -> Result<Self> {
         let (device, queue, description, watch) = adapter::open(choice)?;
-        let renderer = watch.over(|| Renderer::new(&device, &queue))?;
+        let renderer = watch.over(|| Ok(Renderer::new(&device, &queue)))?;
         Ok(Self { renderer, description, watch, uploaded: Mutex::new(None) })
     }
 
-    /// Media on the device: those of the last pass, if they are the same volume.
+    /// Media on the device: those of the last pass, if they are the same.
     fn upload(&self, media: &Media) -> Result<GpuMedia> {
-        let volume = media.plain().map(|_| &media.first().volume);
         // What a thread that panicked left is whole, or not there. Nothing is uploaded while it is locked, since
         // uploading lets a thread of a pool take up other work, which may come here too.
         let known = || self.uploaded.lock().unwrap_or_else(PoisonError::into_inner);
-        if let (Some((held, uploaded)), Some(volume)) = (&*known(), volume)
-            && Arc::ptr_eq(held, volume)
+        if let Some((held, uploaded)) = &*known()
+            && held.same(media)
         {
             return Ok(uploaded.clone());
         }
         // Rather not two at once.
         *known() = None;
         let held = self.renderer.upload(media)?;
-        *known() = volume.map(|volume| (volume.clone(), held.clone()));
+        *known() = Some((media.clone(), held.clone()));
         Ok(held)
     }
 
@@ -117,9 +106,9 @@ impl GpuBackend {
         let march = |shadow: GpuShadow<'_>| {
             gpu.submit(|encoder| {
                 if let GpuShadow::Threshold(map) = shadow {
-                    gpu.fit_curves(encoder, &frame_buffer, map);
+                    gpu.fit_curves(encoder, &frame_buffer, map)?;
                 }
-                gpu.march_view(encoder, &gpu_media, &frame_buffer, shadow, &image);
+                gpu.march_view(encoder, &gpu_media, &frame_buffer, shadow, &image)
             })
         };
         match map {
@@ -164,6 +153,26 @@ impl Backend for GpuBackend {
         })
     }
 
+    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        build_map(self, scene, settings, progress)
+    }
+
+    fn view(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        map: &Map,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        view_through(self, scene, settings, map, progress)
+    }
+
+    fn stage(&self) -> Box<dyn Stage + '_> {
+        Box::new(stage::GpuStage::new(self))
+    }
+}
+
+impl Passes for GpuBackend {
     fn trace_threshold(
         &self,
         media: &Media,
@@ -214,7 +223,10 @@ impl Backend for GpuBackend {
         let mut links: Vec<[u16; 2]> = self.watch.over(|| {
             let fragments = gpu.upload_fragments(runs, size)?;
             let mut linked = None;
-            gpu.submit(|encoder| linked = Some(gpu.link_neighbors(encoder, fragments)))?;
+            gpu.submit(|encoder| {
+                linked = Some(gpu.link_neighbors(encoder, fragments)?);
+                Ok(())
+            })?;
             let linked = linked.ok_or_else(|| Error::gpu("nothing was recorded"))?;
             gpu.read_buffer(linked.links(), linked.links().size())
         })?;

@@ -1,98 +1,151 @@
-//! The passes' pipelines, named as the passes.
+//! The passes: what each is called, where its shader is and what it binds.
 
-use super::bindings::{self, at, pipeline, read, read_write};
-use super::link::MediaKind;
-use super::{lists, pass};
-use crate::error::Result;
+use wgpu::BindGroupLayoutEntry;
+
+use super::bindings::{self, at, read, read_write};
 use crate::settings::MapKind;
 
-/// Those that sample media, compiled for one kind of them.
-#[derive(Debug)]
-pub(super) struct MediaPasses {
-    pub(super) trace_threshold: wgpu::ComputePipeline,
-    pub(super) trace_slices: wgpu::ComputePipeline,
-    pub(super) raster_slices: wgpu::RenderPipeline,
-    /// For the usual settings and for all.
-    pub(super) march_view: [wgpu::ComputePipeline; 2],
-    pub(super) march_view_fragments: [wgpu::ComputePipeline; 2],
+/// What the GPU does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Pass {
+    TraceThreshold,
+    FitCurves,
+    TraceSlices,
+    RasterSlices,
+    SortFragments,
+    LinkNeighbors,
+    /// `march_view` through threshold maps.
+    MarchThreshold,
+    /// `march_view` through fragment maps.
+    MarchFragments,
+    AddBeam,
 }
 
-impl MediaPasses {
-    /// Compiles them side by side: drivers take up to a second for each.
-    pub(super) fn new(device: &wgpu::Device, media: MediaKind) -> Result<Self> {
-        let sampled = |more: &[_]| {
-            let mut entries = bindings::media(media);
-            entries.push(bindings::frame());
-            entries.extend_from_slice(more);
-            entries
-        };
-        let compute = |name, map, entries: &[_]| {
-            pipeline(device, pass(name)?, (map, media), &sampled(entries))
-        };
-        let march = |map, entries: &[_]| {
-            let pass = pass("march_view")?;
-            bindings::usual_and_general(device, pass, (map, media), &sampled(entries))
-        };
-        let (tile, output) = (bindings::tile(), bindings::output());
+/// A pass as it is compiled and recorded.
+pub(super) struct Declaration {
+    /// The shader's and its entry point's.
+    pub(super) name: &'static str,
+    pub(super) source: &'static str,
+    /// The kind of map that it reads or makes.
+    pub(super) map: MapKind,
+    /// Whether it samples media.
+    pub(super) media: bool,
+    /// What it binds beside them.
+    pub(super) bindings: Vec<BindGroupLayoutEntry>,
+    /// Threads of a workgroup along x and y, as in the shader.
+    pub(super) workgroup: [u32; 2],
+    /// Whether the shader has a shorter form for the usual settings.
+    pub(super) usual: bool,
+}
+
+macro_rules! source {
+    ($name:literal) => {
+        ($name, include_str!(concat!("../../shaders/", $name, ".wgsl")))
+    };
+}
+
+impl Pass {
+    /// All of them.
+    pub(super) const ALL: [Self; 9] = [
+        Self::TraceThreshold,
+        Self::FitCurves,
+        Self::TraceSlices,
+        Self::RasterSlices,
+        Self::SortFragments,
+        Self::LinkNeighbors,
+        Self::MarchThreshold,
+        Self::MarchFragments,
+        Self::AddBeam,
+    ];
+
+    pub(super) fn declaration(self) -> Declaration {
+        let (frame, tile, output) = (bindings::frame(), bindings::tile(), bindings::output());
         let [runs, nodes, heads, elements, counters] =
             [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
-        let lists = [read(at::RUNS), read(at::NODES), read(at::LINKS)];
-        let [kept_ends, kept_cubics] = bindings::curves(read_write);
-        let [ends, cubics] = bindings::curves(read);
-        let map = bindings::threshold_map();
-        let drawn = sampled(&[tile, heads, elements, counters]);
-        let threshold =
-            || compute("trace_threshold", MapKind::Threshold, &[output, kept_ends, kept_cubics]);
-        let slices = || compute("trace_slices", MapKind::Fragments, &[runs, nodes, tile, counters]);
-        let raster = || {
-            bindings::checked(device, || {
-                lists::raster_pipeline(device, pass("raster_slices")?, media, drawn)
-            })
+        let kept_curves = [at::PIECE_ENDS, at::CUBICS].map(read_write);
+        let [ends, cubics] = [at::PIECE_ENDS, at::CUBICS].map(read);
+        let threshold_map = bindings::threshold_map();
+        let (map, media, bindings, (name, source)) = match self {
+            Self::TraceThreshold => (
+                MapKind::Threshold,
+                true,
+                [&[frame, output], &kept_curves[..]].concat(),
+                source!("trace_threshold"),
+            ),
+            Self::FitCurves => (
+                MapKind::Threshold,
+                false,
+                [&[frame, threshold_map], &kept_curves[..]].concat(),
+                source!("fit_curves"),
+            ),
+            Self::TraceSlices => (
+                MapKind::Fragments,
+                true,
+                vec![frame, runs, nodes, tile, counters],
+                source!("trace_slices"),
+            ),
+            Self::RasterSlices => (
+                MapKind::Fragments,
+                true,
+                vec![frame, tile, heads, elements, counters],
+                source!("raster_slices"),
+            ),
+            Self::SortFragments => (
+                MapKind::Fragments,
+                false,
+                vec![frame, runs, nodes, tile, heads, elements, counters],
+                source!("sort_fragments"),
+            ),
+            Self::LinkNeighbors => (
+                MapKind::Fragments,
+                false,
+                vec![read(at::RUNS), read(at::NODES), read_write(at::LINKS), tile],
+                source!("link_neighbors"),
+            ),
+            Self::MarchThreshold => (
+                MapKind::Threshold,
+                true,
+                vec![frame, threshold_map, output, ends, cubics],
+                source!("march_view"),
+            ),
+            Self::MarchFragments => (
+                MapKind::Fragments,
+                true,
+                vec![frame, output, read(at::RUNS), read(at::NODES), read(at::LINKS)],
+                source!("march_view"),
+            ),
+            Self::AddBeam => (
+                MapKind::Fragments,
+                false,
+                vec![bindings::sum(), bindings::beam(), bindings::weights(), output],
+                source!("add_beam"),
+            ),
         };
-        let view = || march(MapKind::Threshold, &[map, output, ends, cubics]);
-        let lists = || march(MapKind::Fragments, &[output, lists[0], lists[1], lists[2]]);
-        let ((threshold, (slices, raster)), (view, lists)) = rayon::join(
-            || rayon::join(threshold, || rayon::join(slices, raster)),
-            || rayon::join(view, lists),
-        );
-        Ok(Self {
-            trace_threshold: threshold?,
-            trace_slices: slices?,
-            raster_slices: raster?,
-            march_view: view?,
-            march_view_fragments: lists?,
-        })
+        // The threads of `trace_slices` differ most in how long they take.
+        let workgroup = if self == Self::TraceSlices { [8, 4] } else { [8, 8] };
+        let usual = name == "march_view";
+        Declaration { name, source, map, media, bindings, workgroup, usual }
     }
 }
 
-/// Those that work on maps alone.
-#[derive(Debug)]
-pub(super) struct MapPasses {
-    pub(super) fit_curves: wgpu::ComputePipeline,
-    pub(super) sort_fragments: wgpu::ComputePipeline,
-    pub(super) link_neighbors: wgpu::ComputePipeline,
+/// The root of a pass's shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PassSource {
+    /// The pass's and its entry point's.
+    pub name: &'static str,
+    /// With imports.
+    pub source: &'static str,
+    /// Threads of a workgroup along x and y.
+    pub workgroup: [u32; 2],
 }
 
-impl MapPasses {
-    pub(super) fn new(device: &wgpu::Device) -> Result<Self> {
-        let compute = |name, entries: &[_]| {
-            pipeline(device, pass(name)?, (MapKind::Fragments, MediaKind::Plain), entries)
-        };
-        let (frame, tile) = (bindings::frame(), bindings::tile());
-        let [runs, nodes, heads, elements, counters] =
-            [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
-        let links = read_write(at::LINKS);
-        let [ends, cubics] = bindings::curves(read_write);
-        Ok(Self {
-            fit_curves: compute("fit_curves", &[frame, bindings::threshold_map(), ends, cubics])?,
-            sort_fragments: compute(
-                "sort_fragments",
-                &[frame, runs, nodes, tile, heads, elements, counters],
-            )?,
-            link_neighbors: compute(
-                "link_neighbors",
-                &[read(at::RUNS), read(at::NODES), links, tile],
-            )?,
-        })
-    }
+/// The roots of all passes' shaders.
+pub fn pass_sources() -> Vec<PassSource> {
+    let of = |pass: Pass| {
+        let Declaration { name, source, workgroup, .. } = pass.declaration();
+        PassSource { name, source, workgroup }
+    };
+    let mut sources = Pass::ALL.map(of).to_vec();
+    sources.dedup();
+    sources
 }

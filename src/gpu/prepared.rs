@@ -1,23 +1,26 @@
 //! Passes with all that they bind: made once, recorded frame after frame. The parameters of a frame may change in
 //! between ([`Renderer::update`]), so that a light or a camera moves without anything being made anew.
 
+use std::sync::Arc;
+
 use wgpu::{BindGroupEntry, BindingResource};
 
 use super::bindings::{at, entry};
 use super::fragments::GpuFragments;
+use super::link::MediaKind;
 use super::media::GpuMedia;
-use super::renderer::{GpuFrame, GpuImage, GpuMap, GpuShadow, Renderer};
+use super::passes::Pass;
+use super::programs::Program;
+use super::renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
+use super::shadow::GpuShadow;
+use crate::error::Result;
 
-/// Threads of a workgroup along x and y, as in the shaders.
-const WORKGROUP: [u32; 2] = [8, 8];
-/// Those of `trace_slices`, whose threads differ most in how long they take.
-const SMALL_WORKGROUP: [u32; 2] = [8, 4];
-
-/// A pass and all that it binds.
+/// A pass and all that it binds, the parameters of its frame among it.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// For the usual settings, and for all.
-    pipelines: [wgpu::ComputePipeline; 2],
+    program: Arc<Program>,
+    /// Whose parameters it reads, if any.
+    frame: Option<GpuFrame>,
     bindings: wgpu::BindGroup,
     workgroups: [u32; 2],
     /// What has to be 0 before it.
@@ -25,28 +28,22 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Records the pass. `frame` is what it was prepared with, as it is or updated since.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, frame: &GpuFrame) {
-        self.record_for(encoder, frame.usual());
-    }
-
-    /// The same in workgroups of so many threads.
-    fn in_groups(self, size: [u32; 2], threads: [u32; 2]) -> Self {
-        let workgroups = std::array::from_fn(|axis| size[axis].div_ceil(threads[axis]));
-        Self { workgroups, ..self }
-    }
-
-    /// Records the pass for the usual settings or for all.
-    pub(super) fn record_for(&self, encoder: &mut wgpu::CommandEncoder, usual: bool) {
+    /// Records the pass, for the parameters that its frame holds when it is submitted. The first time that the usual
+    /// settings, or others, are met, drivers compile the pass for them.
+    ///
+    /// # Errors
+    /// If the device refuses the shader.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
+        let pipeline = self.program.pipeline(self.frame.as_ref().is_some_and(GpuFrame::usual))?;
         if let Some(buffer) = &self.cleared {
             encoder.clear_buffer(buffer, 0, None);
         }
-        let [for_usual, general] = &self.pipelines;
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(if usual { for_usual } else { general });
+        pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &self.bindings, &[]);
         let [x, y] = self.workgroups;
         pass.dispatch_workgroups(x, y, 1);
+        Ok(())
     }
 }
 
@@ -54,11 +51,10 @@ impl Renderer {
     /// Pass `trace_threshold`, which fills `map` for the light of `frame`.
     pub fn prepare_threshold(&self, media: &GpuMedia, frame: &GpuFrame, map: &GpuMap) -> Prepared {
         let mut entries = self.media_entries(media);
-        entries.push(entry(at::FRAME, frame.buffer().as_entire_binding()));
         entries.push(entry(at::OUTPUT, BindingResource::TextureView(map.view())));
         entries.extend(map.curve_entries());
         let size = map.texture().width();
-        self.prepare(&self.passes(media).trace_threshold, &entries, [size, size])
+        self.prepare(Pass::TraceThreshold, media.kind(), Some(frame), entries, [size, size])
     }
 
     /// Pass `trace_slices`, which fills `fragments` for the light of `frame`.
@@ -69,11 +65,9 @@ impl Renderer {
         fragments: &GpuFragments,
     ) -> Prepared {
         let mut entries = self.media_entries(media);
-        entries.push(entry(at::FRAME, frame.buffer().as_entire_binding()));
         entries.extend(fragments.slices_entries());
-        let pipeline = &self.passes(media).trace_slices;
         let extent = fragments.tile.extent;
-        let prepared = self.prepare(pipeline, &entries, extent).in_groups(extent, SMALL_WORKGROUP);
+        let prepared = self.prepare(Pass::TraceSlices, media.kind(), Some(frame), entries, extent);
         Prepared { cleared: Some(fragments.counters.clone()), ..prepared }
     }
 
@@ -86,40 +80,58 @@ impl Renderer {
         image: &GpuImage,
     ) -> Prepared {
         let mut entries = self.media_entries(media);
-        entries.push(entry(at::FRAME, frame.buffer().as_entire_binding()));
         entries.push(entry(at::OUTPUT, BindingResource::TextureView(image.view())));
-        let [usual, general] = match shadow {
+        match shadow {
             GpuShadow::Threshold(map) => {
                 entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(map.view())));
                 entries.extend(map.curve_entries());
-                &self.passes(media).march_view
             }
             GpuShadow::Fragments(map) => {
                 entries.push(entry(at::RUNS, map.runs().as_entire_binding()));
                 entries.push(entry(at::NODES, map.nodes().as_entire_binding()));
                 entries.push(entry(at::LINKS, map.links().as_entire_binding()));
-                &self.passes(media).march_view_fragments
             }
-        };
-        let size = [image.texture().width(), image.texture().height()];
-        let prepared = self.prepare(usual, &entries, size);
-        Prepared { pipelines: [usual.clone(), general.clone()], ..prepared }
+        }
+        self.prepare(shadow.march(), media.kind(), Some(frame), entries, image.size())
+    }
+
+    /// Pass `add_beam`, which puts `beam`, a share of it for each channel, on top of `sum` and both into `output`.
+    pub(super) fn prepare_sum(
+        &self,
+        [sum, beam, output]: [&GpuImage; 3],
+        weights: glam::Vec4,
+    ) -> Prepared {
+        let weights =
+            self.buffer("weights", bytemuck::bytes_of(&weights), wgpu::BufferUsages::UNIFORM);
+        let entries = vec![
+            entry(at::SUM, BindingResource::TextureView(sum.view())),
+            entry(at::BEAM, BindingResource::TextureView(beam.view())),
+            entry(at::WEIGHTS, weights.as_entire_binding()),
+            entry(at::OUTPUT, BindingResource::TextureView(output.view())),
+        ];
+        self.prepare(Pass::AddBeam, MediaKind::Plain, None, entries, output.size())
     }
 
     /// A pass over so many texels or pixels.
-    pub(super) fn prepare(
+    pub(super) fn prepare<'a>(
         &self,
-        pipeline: &wgpu::ComputePipeline,
-        entries: &[BindGroupEntry<'_>],
+        pass: Pass,
+        media: MediaKind,
+        frame: Option<&'a GpuFrame>,
+        mut entries: Vec<BindGroupEntry<'a>>,
         size: [u32; 2],
     ) -> Prepared {
+        let program = self.programs.compute(pass, media);
+        if let Some(frame) = frame {
+            entries.push(entry(at::FRAME, frame.buffer().as_entire_binding()));
+        }
         let bindings = self.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
-            layout: &pipeline.get_bind_group_layout(0),
-            entries,
+            layout: &program.layout,
+            entries: &entries,
         });
-        let pipelines = [pipeline.clone(), pipeline.clone()];
-        Prepared { pipelines, bindings, workgroups: [0; 2], cleared: None }
-            .in_groups(size, WORKGROUP)
+        let threads = program.workgroup();
+        let workgroups = std::array::from_fn(|axis| size[axis].div_ceil(threads[axis]));
+        Prepared { program, frame: frame.cloned(), bindings, workgroups, cleared: None }
     }
 }

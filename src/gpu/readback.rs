@@ -11,17 +11,22 @@ use crate::error::{Error, Result};
 /// Bytes that are brought to the host at once, so that no buffer is larger than devices allow; a multiple of
 /// every item's size.
 const BYTES_AT_ONCE: u64 = 64 << 20;
+/// Bytes of a counter of a pass.
+const COUNTER_BYTES: u64 = 8;
 
 impl Renderer {
     /// Records with `record`, submits, and waits for the device to finish.
     ///
     /// # Errors
-    /// What the device finds wrong with the work, or that it was lost.
-    pub fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Result<()> {
+    /// Those of `record`, what the device finds wrong with the work, or that it was lost.
+    pub fn submit(
+        &self,
+        record: impl FnOnce(&mut wgpu::CommandEncoder) -> Result<()>,
+    ) -> Result<()> {
         let done = self.scoped(|| {
             let mut encoder =
                 self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            record(&mut encoder);
+            record(&mut encoder)?;
             self.queue().submit([encoder.finish()]);
             self.wait()
         });
@@ -43,13 +48,29 @@ impl Renderer {
     /// # Errors
     /// If the device fails, or if there is no memory for it.
     pub fn read(&self, texture: &wgpu::Texture) -> Result<Vec<[f32; 4]>> {
+        Ok(self.read_with(texture, &[])?.0)
+    }
+
+    /// The same, and with it, at one go, the first number of each counter.
+    ///
+    /// # Errors
+    /// As [`Renderer::read`].
+    pub(super) fn read_with(
+        &self,
+        texture: &wgpu::Texture,
+        counters: &[wgpu::Buffer],
+    ) -> Result<(Vec<[f32; 4]>, Vec<u32>)> {
+        self.count_readback();
         let size = texture.size();
         let row = size.width * TEXEL_BYTES;
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let rows = (BYTES_AT_ONCE / u64::from(padded)).clamp(1, size.height.into()) as u32;
         let texels = size.width as usize * size.height as usize;
         let mut all = memory::room(texels, "what the GPU made")?;
-        let buffer = self.readback(u64::from(padded) * u64::from(rows));
+        let mut counts = Vec::new();
+        // Counters lie behind the rows.
+        let behind = u64::from(padded) * u64::from(rows);
+        let buffer = self.readback(behind + counters.len() as u64 * COUNTER_BYTES);
         for first in (0..size.height).step_by(rows as usize) {
             let count = rows.min(size.height - first);
             let layout = wgpu::TexelCopyBufferLayout {
@@ -63,16 +84,25 @@ impl Renderer {
                 let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
                 let part = wgpu::Extent3d { height: count, ..size };
                 encoder.copy_texture_to_buffer(from, target, part);
+                for (i, counter) in (0..).zip(counters) {
+                    let to = behind + i * COUNTER_BYTES;
+                    encoder.copy_buffer_to_buffer(counter, 0, &buffer, to, COUNTER_BYTES);
+                }
+                Ok(())
             })?;
             let bytes = self.mapped(&buffer)?;
             for padded_row in bytes.chunks_exact(padded as usize).take(count as usize) {
                 let texels = padded_row[..row as usize].chunks_exact(TEXEL_BYTES as usize);
                 all.extend(texels.map(bytemuck::pod_read_unaligned::<[f32; 4]>));
             }
+            counts = bytes[behind as usize..]
+                .chunks_exact(COUNTER_BYTES as usize)
+                .map(|counter| bytemuck::pod_read_unaligned(&counter[..4]))
+                .collect();
             drop(bytes);
             buffer.unmap();
         }
-        Ok(all)
+        Ok((all, counts))
     }
 
     /// Copies the first `bytes` of a storage buffer to the host.
@@ -80,11 +110,15 @@ impl Renderer {
     /// # Errors
     /// If the device fails, or if there is no memory for them.
     pub(super) fn read_buffer<T: Pod>(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<T>> {
+        self.count_readback();
         let mut all = memory::room(bytes as usize / size_of::<T>(), "what the GPU made")?;
         let buffer = self.readback(bytes.min(BYTES_AT_ONCE));
         for first in (0..bytes).step_by(BYTES_AT_ONCE as usize) {
             let count = BYTES_AT_ONCE.min(bytes - first);
-            self.submit(|encoder| encoder.copy_buffer_to_buffer(source, first, &buffer, 0, count))?;
+            self.submit(|encoder| {
+                encoder.copy_buffer_to_buffer(source, first, &buffer, 0, count);
+                Ok(())
+            })?;
             let mapped = self.mapped(&buffer)?;
             let items = mapped[..count as usize].chunks_exact(size_of::<T>());
             all.extend(items.map(bytemuck::pod_read_unaligned::<T>));

@@ -1,16 +1,18 @@
 //! The passes on a device: pipelines, textures, submission and readback. Works on any device and
 //! queue, the caller's own included; nothing is submitted or waited for unless asked.
 
-use std::sync::OnceLock;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use bytemuck::bytes_of;
 use wgpu::{BindGroupEntry, BindingResource};
 
 use super::bindings::{FORMAT, at, entry};
-use super::fragments::GpuFragments;
 use super::link::MediaKind;
 use super::media::GpuMedia;
-use super::passes::{MapPasses, MediaPasses};
+use super::passes::Pass;
+use super::programs::Programs;
+use super::shadow::GpuShadow;
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::scene::Media;
@@ -23,7 +25,7 @@ pub(super) const TEXEL_BYTES: u32 = 16;
 pub struct GpuFrame {
     buffer: wgpu::Buffer,
     /// Whether the camera march needs nothing but the usual settings.
-    usual: bool,
+    usual: Arc<AtomicBool>,
 }
 
 impl GpuFrame {
@@ -33,7 +35,7 @@ impl GpuFrame {
     }
 
     pub(super) fn usual(&self) -> bool {
-        self.usual
+        self.usual.load(Ordering::Relaxed)
     }
 }
 
@@ -81,38 +83,30 @@ impl GpuMap {
     }
 }
 
+impl GpuImage {
+    /// Pixels along x and y.
+    pub fn size(&self) -> [u32; 2] {
+        [self.texture.width(), self.texture.height()]
+    }
+}
+
 texture!(GpuMap);
 texture!(GpuImage);
 
-/// The map that a picture is lit through.
-#[derive(Clone, Copy, Debug)]
-pub enum GpuShadow<'a> {
-    /// Four numbers a texel.
-    Threshold(&'a GpuMap),
-    /// Lists of fragments, of all texels.
-    Fragments(&'a GpuFragments),
-}
-
-/// The passes, compiled for a device.
+/// The passes on a device, each compiled when it is first recorded.
 #[derive(Debug)]
 pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
     sampler: wgpu::Sampler,
-    plain: MediaPasses,
-    /// Compiled when the first of their kind are uploaded.
-    blocks: OnceLock<MediaPasses>,
-    mixed: OnceLock<MediaPasses>,
-    pub(super) map_passes: MapPasses,
+    pub(super) programs: Programs,
+    readbacks: AtomicU64,
 }
 
 impl Renderer {
-    /// Compiles the passes for a device.
-    ///
-    /// # Errors
-    /// If the device refuses a shader.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self> {
-        Ok(Self {
+    /// The passes on a device and its queue.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        Self {
             device: device.clone(),
             queue: queue.clone(),
             sampler: device.create_sampler(&wgpu::SamplerDescriptor {
@@ -121,11 +115,18 @@ impl Renderer {
                 min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
             }),
-            plain: MediaPasses::new(device, MediaKind::Plain)?,
-            blocks: OnceLock::new(),
-            mixed: OnceLock::new(),
-            map_passes: MapPasses::new(device)?,
-        })
+            programs: Programs::new(device),
+            readbacks: AtomicU64::new(0),
+        }
+    }
+
+    /// How often something was brought to the host so far.
+    pub fn readbacks(&self) -> u64 {
+        self.readbacks.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn count_readback(&self) {
+        self.readbacks.fetch_add(1, Ordering::Relaxed);
     }
 
     /// The device that it works on.
@@ -189,37 +190,13 @@ impl Renderer {
         media.entries(&self.sampler)
     }
 
-    /// The passes that know such media.
-    pub(super) fn passes(&self, media: &GpuMedia) -> &MediaPasses {
-        // What uploads media has compiled what they need.
-        let compiled = self.compiled_later(media.kind()).and_then(OnceLock::get);
-        compiled.unwrap_or(&self.plain)
-    }
-
-    fn compiled_later(&self, kind: MediaKind) -> Option<&OnceLock<MediaPasses>> {
-        match kind {
-            MediaKind::Plain => None,
-            MediaKind::Blocks => Some(&self.blocks),
-            MediaKind::Mixed => Some(&self.mixed),
-        }
-    }
-
     /// Puts media on the device. A volume that is sparse, or larger than one texture can be, is stored in blocks.
-    /// The first such volume and the first mixture compile passes of their own.
     ///
     /// # Errors
     /// If the blocks of a volume are more than a texture holds or along an axis more than textures are long, if a
     /// grid of a mixture is larger than textures can be or a sparse one takes more than 4 GiB as one, if there are
-    /// more volumes or grids than shaders know, or if the device refuses a shader or has no memory left.
+    /// more volumes or grids than shaders know, or if the device has no memory left.
     pub fn upload(&self, media: &Media) -> Result<GpuMedia> {
-        let kind = GpuMedia::kind_of(&self.device, media);
-        if let Some(later) = self.compiled_later(kind)
-            && later.get().is_none()
-        {
-            let passes = MediaPasses::new(&self.device, kind)?;
-            // Another thread may have been faster, with the same.
-            let _ = later.set(passes);
-        }
         self.scoped(|| GpuMedia::upload(self, media)).map_err(Error::gpu)?
     }
 
@@ -230,7 +207,7 @@ impl Renderer {
     pub fn frame(&self, frame: &Frame, media: &GpuMedia) -> Result<GpuFrame> {
         let held = self.held(frame, media)?;
         let buffer = self.buffer("frame", bytes_of(&held), wgpu::BufferUsages::UNIFORM);
-        Ok(GpuFrame { buffer, usual: frame.is_usual() })
+        Ok(GpuFrame { buffer, usual: Arc::new(AtomicBool::new(frame.is_usual())) })
     }
 
     /// Puts other parameters of a frame of `media` in the place of those that `known` holds: for what is submitted
@@ -238,10 +215,10 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::frame`]; then nothing has changed.
-    pub fn update(&self, known: &mut GpuFrame, frame: &Frame, media: &GpuMedia) -> Result<()> {
+    pub fn update(&self, known: &GpuFrame, frame: &Frame, media: &GpuMedia) -> Result<()> {
         let held = self.held(frame, media)?;
         self.queue.write_buffer(&known.buffer, 0, bytes_of(&held));
-        known.usual = frame.is_usual();
+        known.usual.store(frame.is_usual(), Ordering::Relaxed);
         Ok(())
     }
 
@@ -297,28 +274,40 @@ impl Renderer {
     }
 
     /// Records pass `trace_threshold`: fills `map` for the light of `frame`.
+    ///
+    /// # Errors
+    /// If the device refuses the shader.
     pub fn trace_threshold(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         media: &GpuMedia,
         frame: &GpuFrame,
         map: &GpuMap,
-    ) {
-        self.prepare_threshold(media, frame, map).record(encoder, frame);
+    ) -> Result<()> {
+        self.prepare_threshold(media, frame, map).record(encoder)
     }
 
     /// Records pass `fit_curves`: makes a map that was filled from the host ready to be looked up.
-    pub fn fit_curves(&self, encoder: &mut wgpu::CommandEncoder, frame: &GpuFrame, map: &GpuMap) {
-        let mut entries = vec![
-            entry(at::FRAME, frame.buffer.as_entire_binding()),
-            entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view)),
-        ];
+    ///
+    /// # Errors
+    /// If the device refuses the shader.
+    pub fn fit_curves(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &GpuFrame,
+        map: &GpuMap,
+    ) -> Result<()> {
+        let mut entries = vec![entry(at::THRESHOLD_MAP, BindingResource::TextureView(&map.view))];
         entries.extend(map.curve_entries());
         let size = map.texture.width();
-        self.prepare(&self.map_passes.fit_curves, &entries, [size, size]).record(encoder, frame);
+        self.prepare(Pass::FitCurves, MediaKind::Plain, Some(frame), entries, [size, size])
+            .record(encoder)
     }
 
     /// Records pass `march_view`: fills `image` for the camera of `frame`, lit through `shadow`.
+    ///
+    /// # Errors
+    /// If the device refuses the shader.
     pub fn march_view(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -326,8 +315,8 @@ impl Renderer {
         frame: &GpuFrame,
         shadow: GpuShadow<'_>,
         image: &GpuImage,
-    ) {
-        self.prepare_view(media, frame, shadow, image).record(encoder, frame);
+    ) -> Result<()> {
+        self.prepare_view(media, frame, shadow, image).record(encoder)
     }
 
     /// Holds a picture or a map against what the device's textures can be. No device that has textures as

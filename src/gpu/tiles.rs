@@ -1,10 +1,10 @@
 //! Fragment maps of any size: built in tiles of whole rows that fit the memory allowed and what the
 //! device binds at once, again with more room where a tile had too little. No fragment is ever lost.
 
-use super::fragments::Tile;
 use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;
 use super::renderer::Renderer;
+use super::tile::Tile;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Frame, SLABS_PER_VOXEL};
 use crate::progress::Progress;
@@ -12,7 +12,7 @@ use crate::scene::Media;
 use crate::shadow::{Node, Runs};
 
 /// Nodes a texel that fits first get room for: no preset's fit at the default tolerance takes more.
-const FITTED_NODES: u32 = 32;
+pub(super) const FITTED_NODES: u32 = 32;
 /// Fragments a texel that drawn lists first get room for.
 const DRAWN_FRAGMENTS: u64 = 64;
 /// Rows of texels in a block.
@@ -54,7 +54,7 @@ pub(super) fn trace_slices(
 
 /// Nodes of a texel's raw list at most: one more than its slabs (each gap between two stretches of
 /// slabs, which costs a node, is a slab without).
-fn most_nodes(media: &Media, frame: &Frame) -> u32 {
+pub(super) fn most_nodes(media: &Media, frame: &Frame) -> u32 {
     if frame.map.planes > 0 {
         return frame.map.planes + 1;
     }
@@ -89,9 +89,7 @@ pub(super) fn raster_slices(
         let guess = u64::from(rows) * u64::from(size) * DRAWN_FRAGMENTS;
         let tile = Tile::rows(size, first, rows, guess.max(capacity).min(most) as u32);
         let lists = gpu.lists(tile);
-        gpu.submit(|encoder| {
-            gpu.raster_slices(encoder, gpu_media, &frame_buffer, planes, &lists);
-        })?;
+        gpu.submit(|encoder| gpu.raster_slices(encoder, gpu_media, &frame_buffer, planes, &lists))?;
         let drawn = gpu.fragments_drawn(&lists)?;
         if u64::from(drawn) > most {
             if rows == 1 {
@@ -108,10 +106,11 @@ pub(super) fn raster_slices(
         }
         let mut sorted = None;
         gpu.submit(|encoder| {
-            sorted = Some(gpu.sort_fragments(encoder, &frame_buffer, &lists, drawn));
+            sorted = Some(gpu.sort_fragments(encoder, &frame_buffer, &lists, drawn)?);
+            Ok(())
         })?;
         if let Some(fragments) = sorted {
-            all.append(&gpu.read_fragments(&fragments?)?)?;
+            all.append(&gpu.read_fragments(&fragments)?)?;
         }
         first += rows;
         progress.advance(u64::from(rows));

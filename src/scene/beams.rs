@@ -73,6 +73,32 @@ impl Scene {
         lights.flat_map(|light| channels.iter().map(move |&c| self.beam(light, c))).collect()
     }
 
+    /// Makes sure that a picture of the scene holds numbers alone.
+    ///
+    /// # Errors
+    /// If a radiance does not fit f32: whose it is.
+    pub fn check_radiance(&self, picture: &Image) -> Result<()> {
+        if picture.pixels.iter().flatten().all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        let emission =
+            |body: &Body| body.medium.emission.as_ref().map_or(0.0, |emission| emission.scale);
+        let emitted = self.media.bodies().iter().map(emission).fold(0.0, f64::max);
+        let emitted = emitted * self.media.world_bounds().size().length();
+        let center = self.media.world_bounds().center();
+        let arriving = self.lights.iter().map(|light| light.irradiance_at(center).max_element());
+        let arriving = arriving.fold(0.0, f64::max);
+        let others = self.ambient.max(self.background.unwrap_or_default()).max_element();
+        let (what, radiance) = if emitted >= arriving.max(others) {
+            ("emission", emitted)
+        } else if arriving >= others {
+            ("light", arriving)
+        } else {
+            ("ambient or background", others)
+        };
+        Err(Error::value(what, format!("its radiance (about {radiance:e}) does not fit f32")))
+    }
+
     fn beam(&self, light: usize, channels: Channels) -> Beam {
         let mut scene = Self { lights: vec![self.lights[light]], ..self.clone() };
         let channel = match channels {
@@ -95,41 +121,18 @@ impl Scene {
 }
 
 impl Beam {
-    /// Adds this beam's picture to `sum`. Opacity is the same for every light; of coloured media it is
-    /// the mean over the channels.
+    /// Shares of this beam's picture in that of the scene, for each channel and for alpha: opacity is the same for
+    /// every light, and of coloured media the mean over the channels.
+    pub fn weights(&self) -> Vec4 {
+        self.channels.weights() * Vec4::new(1.0, 1.0, 1.0, f32::from(self.light == 0))
+    }
+
+    /// Adds this beam's picture to `sum`.
     pub fn add(&self, picture: &Image, sum: &mut Image) {
-        let weights =
-            self.channels.weights() * Vec4::new(1.0, 1.0, 1.0, f32::from(self.light == 0));
+        let weights = self.weights();
         for (sum, pixel) in sum.pixels.iter_mut().zip(&picture.pixels) {
             *sum = (Vec4::from(*sum) + weights * Vec4::from(*pixel)).to_array();
         }
-    }
-
-    /// [`Beam::add`], if that leaves numbers.
-    ///
-    /// # Errors
-    /// If a radiance does not fit f32: whose it is.
-    pub fn add_finite(&self, picture: &Image, sum: &mut Image) -> Result<()> {
-        self.add(picture, sum);
-        if sum.pixels.iter().flatten().all(|value| value.is_finite()) {
-            return Ok(());
-        }
-        let scene = &self.scene;
-        let emission =
-            |body: &Body| body.medium.emission.as_ref().map_or(0.0, |emission| emission.scale);
-        let emitted = scene.media.bodies().iter().map(emission).fold(0.0, f64::max);
-        let emitted = emitted * scene.media.world_bounds().size().length();
-        let center = scene.media.world_bounds().center();
-        let arriving = scene.light().irradiance_at(center).max_element();
-        let others = scene.ambient.max(scene.background.unwrap_or_default()).max_element();
-        let (what, radiance) = if emitted >= arriving.max(others) {
-            ("emission", emitted)
-        } else if arriving >= others {
-            ("light", arriving)
-        } else {
-            ("ambient or background", others)
-        };
-        Err(Error::value(what, format!("its radiance (about {radiance:e}) does not fit f32")))
     }
 
     /// What its map is called among those of a scene: nothing if there is no other.

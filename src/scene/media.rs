@@ -68,6 +68,34 @@ impl Default for Medium {
 }
 
 impl Medium {
+    /// Whether both are the same, with the same volumes where they are.
+    fn same(&self, other: &Self) -> bool {
+        let grids = |medium: &Self| {
+            let emitted = medium.emission.as_ref().and_then(|emission| emission.field.clone());
+            let color = medium.color.iter().flatten().cloned();
+            color
+                .chain(medium.modulation.clone())
+                .chain(emitted)
+                .map(|grid| Arc::as_ptr(&grid))
+                .collect::<Vec<_>>()
+        };
+        let kinds = |medium: &Self| {
+            let emission = medium.emission.as_ref();
+            let field = emission.map(|emission| emission.field.is_some());
+            (medium.color.is_some(), medium.modulation.is_some(), field)
+        };
+        let emission = |medium: &Self| {
+            medium.emission.as_ref().map(|emission| (emission.ramp.clone(), emission.scale))
+        };
+        let numbers =
+            |medium: &Self| (medium.density_scale, medium.tint, medium.albedo, medium.phase_g);
+        numbers(self) == numbers(other)
+            && kinds(self) == kinds(other)
+            && self.transfer == other.transfer
+            && emission(self) == emission(other)
+            && grids(self) == grids(other)
+    }
+
     /// Whether extinction is density times a number and nothing varies but that.
     pub fn is_plain(&self) -> bool {
         self.transfer.is_none()
@@ -124,6 +152,13 @@ impl Media {
             .min_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal))
             .ok_or_else(|| Error::value("volume", "a scene needs one"))?;
         Ok(Self { bodies, world_from_index, domain, occupancy: OnceLock::new() })
+    }
+
+    /// Whether both are the same bodies, with the same volumes where they are.
+    pub fn same(&self, other: &Self) -> bool {
+        let same =
+            |(a, b): (&Body, &Body)| Arc::ptr_eq(&a.volume, &b.volume) && a.medium.same(&b.medium);
+        self.bodies.len() == other.bodies.len() && self.bodies.iter().zip(&other.bodies).all(same)
     }
 
     /// The bodies, at least one.

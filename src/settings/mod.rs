@@ -60,6 +60,22 @@ impl Settings {
         error / (self.quality * self.quality)
     }
 
+    /// The same with what makes no difference to a shadow map as it is by default.
+    #[must_use]
+    pub fn of_map(&self) -> Self {
+        let usual = Self::default();
+        Self {
+            image_size: usual.image_size,
+            samples: usual.samples,
+            exposure: usual.exposure,
+            view_steps: usual.view_steps,
+            shading: usual.shading,
+            light_samples: usual.light_samples,
+            octaves: usual.octaves,
+            ..self.clone()
+        }
+    }
+
     /// What [`Settings::quality`] makes of a number of steps.
     pub fn more(&self, steps: u32) -> u32 {
         // Conversion saturates.

@@ -20,6 +20,13 @@ pub(in crate::cli) struct LimitArguments {
     pub max_map_bytes: Option<Budget>,
 }
 
+impl LimitArguments {
+    /// Whether there is one.
+    pub(in crate::cli) fn any(&self) -> bool {
+        self.max_error.is_some() || self.max_map_bytes.is_some()
+    }
+}
+
 /// How many bytes a map may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::cli) enum Budget {

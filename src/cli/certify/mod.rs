@@ -76,7 +76,7 @@ pub(super) fn choose(
     limits: &LimitArguments,
     wanted: fn(MapKind) -> bool,
 ) -> Result<Option<Certified>> {
-    if limits.max_error.is_none() && limits.max_map_bytes.is_none() {
+    if !limits.any() {
         return Ok(None);
     }
     check_filter(&job.settings)?;

@@ -1,0 +1,90 @@
+//! What a renderer does: maps and pictures of scenes; the passes that they are made by, one by one; and pictures
+//! one after another.
+
+mod passes;
+mod stage;
+
+use crate::error::{Result, memory};
+use crate::image::Image;
+use crate::progress::Progress;
+use crate::scene::Scene;
+use crate::settings::{MapKind, Settings};
+use crate::shadow::{Map, codec};
+pub use passes::{Passes, build_map, view_through};
+pub use stage::{Cause, HostStage, Stage};
+
+/// A renderer. What it makes on the way to a picture stays where it is made, on the host or on a device; maps cross
+/// over where they are asked for ([`Backend::map`]) or brought ([`Backend::view`]), and pictures at their end.
+pub trait Backend: Send + Sync {
+    /// What does the work, for people: the processor or the graphics adapter.
+    fn description(&self) -> String;
+
+    /// The kind of map that is built where none is asked for: the exact one where it costs little more
+    /// than the other.
+    fn default_map(&self) -> MapKind;
+
+    /// Whether maps of `kind` are built and marched through here.
+    fn builds(&self, kind: MapKind) -> bool {
+        matches!(kind, MapKind::Threshold | MapKind::Fragments)
+    }
+
+    /// Makes sure, before any work, that there is room for the picture and the map of `settings`.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`] with what they take, if there is none.
+    fn check_room(&self, settings: &Settings) -> Result<()> {
+        check_host(settings)
+    }
+
+    /// The shadow map of `scene`, a [`crate::scene::Beam`]'s, of the kind that `settings` ask for, brought to the host:
+    /// of its first light, in extinction without tints.
+    ///
+    /// # Errors
+    /// If the light cannot be fitted to the volume, if maps of the kind are not built here, or if the device fails or
+    /// runs out of memory.
+    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map>;
+
+    /// The picture of `scene`, a [`crate::scene::Beam`]'s, lit through a map that the host holds.
+    ///
+    /// # Errors
+    /// If such maps are not marched through here, or if the device fails or runs out of memory.
+    fn view(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        map: &Map,
+        progress: &dyn Progress,
+    ) -> Result<Image>;
+
+    /// What makes pictures one after another, and keeps what stays the same between them.
+    fn stage(&self) -> Box<dyn Stage + '_>;
+
+    /// A picture of `scene`: for each of its beams the map, then the camera march.
+    ///
+    /// # Errors
+    /// As [`Stage::render`].
+    fn render(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Image> {
+        self.stage().render(scene, settings, progress)
+    }
+}
+
+/// Makes sure that the host has room for the picture and the map of `settings`.
+///
+/// # Errors
+/// [`crate::ErrorKind::Limit`] with what they take, if it has none.
+pub fn check_host(settings: &Settings) -> Result<()> {
+    // The sum of all beams, that of one, and the file.
+    const COPIES: u64 = 3;
+    const PIXEL: u64 = 16;
+    let [width, height] = settings.image_size;
+    let texels = u64::from(settings.map_size) * u64::from(settings.map_size);
+    let texel = match settings.map {
+        Some(MapKind::Coded(coding)) => codec(coding).stride() as u64,
+        // Lists ask for their own.
+        Some(_) | None => PIXEL,
+    };
+    let picture = u64::from(width) * u64::from(height) * PIXEL * COPIES;
+    memory::check(picture, &format!("a picture of {width}x{height}"))?;
+    let size = settings.map_size;
+    memory::check(picture + texels * texel * COPIES, &format!("a map of {size}x{size}"))
+}

@@ -1,0 +1,206 @@
+//! The passes' pipelines, compiled when they are first recorded, since drivers take up to seconds for one.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::bindings::{self, checked};
+use super::link::{self, MediaKind};
+use super::passes::{Declaration, Pass};
+use crate::error::Result;
+
+/// The shaders' constant that leaves all but the usual settings out.
+const USUAL: &str = "USUAL";
+
+/// A compute pass for one kind of media.
+#[derive(Debug)]
+pub(super) struct Program {
+    device: wgpu::Device,
+    pass: Pass,
+    media: MediaKind,
+    pub(super) layout: wgpu::BindGroupLayout,
+    /// For all settings, and for the usual ones.
+    compiled: [Mutex<Option<wgpu::ComputePipeline>>; 2],
+}
+
+impl Program {
+    pub(super) fn new(device: &wgpu::Device, pass: Pass, media: MediaKind) -> Self {
+        let layout = layout(device, &pass.declaration(), media);
+        Self { device: device.clone(), pass, media, layout, compiled: Default::default() }
+    }
+
+    pub(super) fn workgroup(&self) -> [u32; 2] {
+        self.pass.declaration().workgroup
+    }
+
+    /// The pipeline for the usual settings or for all, compiled if it is the first time.
+    pub(super) fn pipeline(&self, usual: bool) -> Result<wgpu::ComputePipeline> {
+        let declaration = self.pass.declaration();
+        let usual = usual && declaration.usual;
+        // A thread that panicked left it empty or whole.
+        let mut compiled =
+            self.compiled[usize::from(usual)].lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = &*compiled {
+            return Ok(pipeline.clone());
+        }
+        let pipeline = checked(&self.device, || {
+            let module = module(&self.device, &declaration, self.media)?;
+            let constants = if usual { &[(USUAL, 1.0)][..] } else { &[] };
+            Ok(self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(declaration.name),
+                layout: Some(&of_one_group(&self.device, declaration.name, &self.layout)),
+                module: &module,
+                entry_point: Some(declaration.name),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    ..Default::default()
+                },
+                cache: None,
+            }))
+        })?;
+        Ok(compiled.insert(pipeline).clone())
+    }
+}
+
+/// Pass `raster_slices`, which draws; and what nothing is drawn to, since a render pass wants a target.
+#[derive(Clone, Debug)]
+pub(super) struct RasterProgram {
+    pub(super) layout: wgpu::BindGroupLayout,
+    pub(super) pipeline: wgpu::RenderPipeline,
+}
+
+impl RasterProgram {
+    /// A target of its pictures, none of which is ever written.
+    pub(super) const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+    pub(super) fn new(device: &wgpu::Device, media: MediaKind) -> Result<Self> {
+        let mut declaration = Pass::RasterSlices.declaration();
+        for entry in &mut declaration.bindings {
+            entry.visibility = wgpu::ShaderStages::FRAGMENT;
+        }
+        let layout = layout(device, &declaration, media);
+        let pipeline = checked(device, || {
+            let module = module(device, &declaration, media)?;
+            let pipeline_layout = of_one_group(device, declaration.name, &layout);
+            let target = wgpu::ColorTargetState {
+                format: Self::TARGET,
+                blend: None,
+                write_mask: wgpu::ColorWrites::empty(),
+            };
+            Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(declaration.name),
+                layout: Some(&pipeline_layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("plane"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(declaration.name),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(target)],
+                }),
+                multiview_mask: None,
+                cache: None,
+            }))
+        })?;
+        Ok(Self { layout, pipeline })
+    }
+}
+
+/// What a pass binds.
+fn layout(
+    device: &wgpu::Device,
+    declaration: &Declaration,
+    media: MediaKind,
+) -> wgpu::BindGroupLayout {
+    let mut entries = declaration.bindings.clone();
+    if declaration.media {
+        let stages = entries.first().map_or(wgpu::ShaderStages::COMPUTE, |entry| entry.visibility);
+        entries.extend(bindings::media(media).into_iter().map(|mut entry| {
+            entry.visibility = stages;
+            entry
+        }));
+    }
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some(declaration.name),
+        entries: &entries,
+    })
+}
+
+fn of_one_group(
+    device: &wgpu::Device,
+    name: &str,
+    group: &wgpu::BindGroupLayout,
+) -> wgpu::PipelineLayout {
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(name),
+        bind_group_layouts: &[Some(group)],
+        immediate_size: 0,
+    })
+}
+
+fn module(
+    device: &wgpu::Device,
+    Declaration { name, source, map, .. }: &Declaration,
+    media: MediaKind,
+) -> Result<wgpu::ShaderModule> {
+    let text = link::linked(source, *map, media)?;
+    Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(name),
+        source: wgpu::ShaderSource::Wgsl(text.into()),
+    }))
+}
+
+/// All programs of a device that were asked for, by pass and kind of media.
+#[derive(Debug)]
+pub(super) struct Programs {
+    device: wgpu::Device,
+    compute: Mutex<Vec<Arc<Program>>>,
+    raster: Mutex<Vec<(MediaKind, RasterProgram)>>,
+}
+
+impl Programs {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        Self { device: device.clone(), compute: Mutex::default(), raster: Mutex::default() }
+    }
+
+    /// A compute pass, not compiled yet if nobody has recorded it.
+    pub(super) fn compute(&self, pass: Pass, media: MediaKind) -> Arc<Program> {
+        let mut known = self.compute.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known.iter().find(|p| (p.pass, p.media) == (pass, media)) {
+            return found.clone();
+        }
+        let made = Arc::new(Program::new(&self.device, pass, media));
+        known.push(made.clone());
+        made
+    }
+
+    /// Pass `raster_slices`.
+    ///
+    /// # Errors
+    /// If the device refuses the shader.
+    pub(super) fn raster(&self, media: MediaKind) -> Result<RasterProgram> {
+        let mut known = self.raster.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, found)) = known.iter().find(|(kind, _)| *kind == media) {
+            return Ok(found.clone());
+        }
+        let made = RasterProgram::new(&self.device, media)?;
+        known.push((media, made.clone()));
+        Ok(made)
+    }
+
+    /// Compiles passes side by side, before they are needed.
+    ///
+    /// # Errors
+    /// If the device refuses a shader.
+    pub(super) fn compile(&self, passes: &[Pass], media: MediaKind, usual: bool) -> Result<()> {
+        let compile = |&pass: &Pass| self.compute(pass, media).pipeline(usual).map(drop);
+        passes.par_iter().try_for_each(compile)
+    }
+}

@@ -1,0 +1,24 @@
+//! The map that a picture is lit through.
+
+use super::fragments::GpuFragments;
+use super::passes::Pass;
+use super::renderer::GpuMap;
+
+/// The map that a picture is lit through.
+#[derive(Clone, Copy, Debug)]
+pub enum GpuShadow<'a> {
+    /// Four numbers a texel.
+    Threshold(&'a GpuMap),
+    /// Lists of fragments, of all texels.
+    Fragments(&'a GpuFragments),
+}
+
+impl GpuShadow<'_> {
+    /// The pass that pictures are made with through it.
+    pub(super) fn march(self) -> Pass {
+        match self {
+            Self::Threshold(_) => Pass::MarchThreshold,
+            Self::Fragments(_) => Pass::MarchFragments,
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Pictures one after another on a device, where media, maps and pictures of beams stay: one readback a picture.
+
+use super::fragments::GpuFragments;
+use super::media::GpuMedia;
+use super::passes::Pass;
+use super::renderer::{GpuImage, GpuMap};
+use super::shadow::GpuShadow;
+use super::tile::Tile;
+use super::tiles::{FITTED_NODES, most_nodes};
+use super::{GpuBackend, uploaded};
+use crate::backend::{Backend, Cause, Stage};
+use crate::error::{Error, Result};
+use crate::frame::Frame;
+use crate::image::Image;
+use crate::progress::Progress;
+use crate::scene::{Beam, Scene};
+use crate::settings::{MapKind, Settings, Slices};
+use crate::shadow::Map;
+
+/// Pictures of a backend.
+pub(super) struct GpuStage<'a> {
+    backend: &'a GpuBackend,
+    /// What is kept of the last picture's beams, where there is room for it.
+    lit: Vec<Option<Lit>>,
+    image: Option<GpuImage>,
+    /// Nodes a texel that fitted lists get room for.
+    capacity: u32,
+    /// Of the lists made for this picture, how many nodes a texel asked for at most, and had room for.
+    counted: Vec<(wgpu::Buffer, u32)>,
+}
+
+/// A beam on the device.
+struct Lit {
+    cause: Cause,
+    media: GpuMedia,
+    shadow: Shadow,
+}
+
+/// A map on the device.
+enum Shadow {
+    Threshold(GpuMap),
+    Fragments(GpuFragments),
+}
+
+impl Shadow {
+    fn bound(&self) -> GpuShadow<'_> {
+        match self {
+            Self::Threshold(map) => GpuShadow::Threshold(map),
+            Self::Fragments(map) => GpuShadow::Fragments(map),
+        }
+    }
+
+    /// Bytes on the device.
+    fn bytes(&self) -> u64 {
+        match self {
+            // Four numbers, and the curve that they say.
+            Self::Threshold(map) => 96 * u64::from(map.texture().width()).pow(2),
+            Self::Fragments(map) => map.nodes().size() + map.runs().size() + map.links().size(),
+        }
+    }
+
+    fn linked(&self) -> bool {
+        matches!(self, Self::Fragments(map) if map.linked())
+    }
+}
+
+impl<'a> GpuStage<'a> {
+    pub(super) fn new(backend: &'a GpuBackend) -> Self {
+        let (lit, counted) = (Vec::new(), Vec::new());
+        Self { backend, lit, image: None, capacity: FITTED_NODES, counted }
+    }
+
+    /// Makes the media, the programs and the map of a beam ready, the `index`th of its scene.
+    fn light(
+        &mut self,
+        index: usize,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<()> {
+        let backend = self.backend;
+        let gpu = &backend.renderer;
+        let kind = settings.map.unwrap_or(self.backend.default_map());
+        let cause = Cause::of(scene, settings, kind)?;
+        if let Some(Some(known)) = self.lit.get(index)
+            && known.cause.same(&cause)
+        {
+            return Ok(());
+        }
+        // Rather not two at once.
+        self.lit.truncate(index);
+        let frame = Frame::with_light_view(scene, settings, cause.view())?;
+        let media_kind = GpuMedia::kind_of(gpu.device(), &scene.media);
+        let passes = match kind {
+            MapKind::Threshold => [Pass::TraceThreshold, Pass::MarchThreshold],
+            _ => [Pass::TraceSlices, Pass::MarchFragments],
+        };
+        // Drivers take as long to compile as it takes to bring a volume over.
+        let (compiled, media) = rayon::join(
+            || gpu.programs.compile(&passes, media_kind, frame.is_usual()),
+            || backend.upload(&scene.media),
+        );
+        compiled?;
+        let media = media?;
+        let shadow = match kind {
+            MapKind::Threshold => Some(self.threshold(&media, &frame, progress)?),
+            MapKind::Fragments => self.fragments(scene, &media, &frame, settings, progress)?,
+            _ => None,
+        };
+        let shadow = match shadow {
+            Some(shadow) => shadow,
+            None => self.by_way_of_the_host(scene, settings, progress)?,
+        };
+        self.lit.push(Some(Lit { cause, media, shadow }));
+        Ok(())
+    }
+
+    fn threshold(
+        &self,
+        media: &GpuMedia,
+        frame: &Frame,
+        progress: &dyn Progress,
+    ) -> Result<Shadow> {
+        let gpu = &self.backend.renderer;
+        let map = gpu.map(frame.map.size)?;
+        let frame = gpu.frame(frame, media)?;
+        progress.begin("shadow map", 1);
+        gpu.submit(|encoder| gpu.trace_threshold(encoder, media, &frame, &map))?;
+        progress.advance(1);
+        Ok(Shadow::Threshold(map))
+    }
+
+    /// The lists, if they fit the memory allowed and what the device binds, all at once, and are marched.
+    fn fragments(
+        &mut self,
+        scene: &Scene,
+        media: &GpuMedia,
+        frame: &Frame,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Option<Shadow>> {
+        let backend = self.backend;
+        let gpu = &backend.renderer;
+        let size = frame.map.size;
+        let fitted = frame.map.tolerance > 0.0;
+        let capacity = if fitted { self.capacity } else { most_nodes(&scene.media, frame) };
+        let tile = Tile::rows(size, 0, size, capacity);
+        if settings.slices == Slices::Raster || tile.node_bytes() > settings.memory {
+            return Ok(None);
+        }
+        let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
+        let frame = gpu.frame(frame, media)?;
+        progress.begin("shadow map", 1);
+        let mut made = None;
+        gpu.submit(|encoder| {
+            gpu.trace_slices(encoder, media, &frame, &fragments)?;
+            let wide = settings.links && settings.filter.window().0 > 1;
+            made = Some(if wide { gpu.link_neighbors(encoder, fragments)? } else { fragments });
+            Ok(())
+        })?;
+        progress.advance(1);
+        if let Some(map) = &made {
+            self.counted.push((map.counters.clone(), capacity));
+        }
+        Ok(made.map(Shadow::Fragments))
+    }
+
+    /// Maps that are too large to be made at one go are put together by the host.
+    fn by_way_of_the_host(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Shadow> {
+        match self.backend.map(scene, settings, progress)? {
+            Map::Fragments(map) => Ok(Shadow::Fragments(uploaded(&self.backend.renderer, &map)?)),
+            _ => Err(Error::gpu("this kind of map is marched through on the CPU only")),
+        }
+    }
+
+    /// The picture of a beam, the `index`th of its scene.
+    fn view(
+        &mut self,
+        index: usize,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<GpuImage> {
+        self.light(index, scene, settings, progress)?;
+        let gpu = &self.backend.renderer;
+        let Some(Some(Lit { cause, media, shadow })) = self.lit.get(index) else {
+            return Err(Error::gpu("a beam has no light"));
+        };
+        progress.begin("picture", 1);
+        let mut frame = Frame::with_light_view(scene, settings, cause.view())?;
+        frame.map.follows_links = u32::from(shadow.linked());
+        let frame = gpu.frame(&frame, media)?;
+        let [width, height] = settings.image_size;
+        let image = match &self.image {
+            // Of the first beam only: others are added to it.
+            Some(image) if index == 0 && image.size() == [width, height] => image.clone(),
+            _ => gpu.image(width, height)?,
+        };
+        gpu.submit(|encoder| gpu.march_view(encoder, media, &frame, shadow.bound(), &image))?;
+        progress.advance(1);
+        let kept: u64 = self.lit.iter().flatten().map(|lit| lit.shadow.bytes()).sum();
+        if kept > settings.memory {
+            self.lit[index] = None;
+        }
+        Ok(image)
+    }
+
+    /// What beams' pictures come to.
+    fn pictures(
+        &mut self,
+        beams: &[Beam],
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<GpuImage> {
+        let backend = self.backend;
+        let gpu = &backend.renderer;
+        let [width, height] = settings.image_size;
+        let mut sum: Option<GpuImage> = None;
+        for (index, beam) in beams.iter().enumerate() {
+            let image = self.view(index, &beam.scene, settings, progress)?;
+            let weights = beam.weights();
+            if index == 0 {
+                self.image = Some(image.clone());
+            }
+            if index == 0 && weights == glam::Vec4::ONE {
+                sum = Some(image);
+                continue;
+            }
+            let before = match sum.take() {
+                Some(before) => before,
+                None => gpu.image(width, height)?,
+            };
+            let output = gpu.image(width, height)?;
+            let add = gpu.prepare_sum([&before, &image, &output], weights);
+            gpu.submit(|encoder| add.record(encoder))?;
+            sum = Some(output);
+        }
+        sum.ok_or_else(|| Error::value("light", "a scene needs one"))
+    }
+}
+
+impl Stage for GpuStage<'_> {
+    fn render(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        let beams = scene.beams();
+        let watch = &self.backend.watch;
+        loop {
+            self.counted.clear();
+            let (pixels, needed) = watch.over(|| {
+                let picture = self.pictures(&beams, settings, progress)?;
+                let (counters, room): (Vec<_>, Vec<_>) = self.counted.drain(..).unzip();
+                let (pixels, counts) =
+                    self.backend.renderer.read_with(picture.texture(), &counters)?;
+                let missing = counts.into_iter().zip(room).filter(|(count, room)| count > room);
+                Ok((pixels, missing.map(|(count, _)| count).max()))
+            })?;
+            let Some(needed) = needed else {
+                let [width, height] = settings.image_size;
+                let image = Image { width, height, pixels };
+                scene.check_radiance(&image)?;
+                return Ok(image);
+            };
+            // Some lists were cut short: all over again with room for the longest.
+            self.capacity = needed;
+            self.lit.clear();
+        }
+    }
+}

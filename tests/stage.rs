@@ -1,0 +1,120 @@
+//! Pictures one after another: what a stage keeps is what would be made anew, and a GPU brings nothing to the host
+//! but pictures.
+
+use deepshadow::backend::Backend;
+use deepshadow::progress::Silent;
+use deepshadow::scene::{Light, LightKind, Scene};
+use deepshadow::settings::{Filter, MapKind, Settings};
+use deepshadow::volume::presets::Preset;
+use glam::DVec3;
+
+use crate::support::backends::every_backend;
+use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
+
+/// Scenes and settings that follow each other: a camera goes round, a light does, a medium gets thicker, another
+/// light is lit, extinction gets a colour, and all of it goes away again.
+fn shots() -> Vec<(Scene, Settings)> {
+    let usual = Settings { map: Some(MapKind::Fragments), ..settings(24, [20, 16]) };
+    let first = anchor_scene(Preset::Bucky, 4.0, 24);
+    let mut turned = first.clone();
+    turned.camera.position = DVec3::new(1.5, 0.4, -1.2);
+    let mut relit = turned.clone();
+    relit.lights[0].kind = LightKind::Directional { direction: DVec3::new(0.2, -1.0, 0.3) };
+    let mut thicker = relit.clone();
+    thicker.media.medium_mut().density_scale *= 2.0;
+    let mut two = thicker.clone();
+    let position = DVec3::new(1.5, 1.0, 1.0);
+    two.lights.push(Light { kind: LightKind::Point { position }, ..two.lights[0] });
+    let mut tinted = two.clone();
+    tinted.media.medium_mut().tint = DVec3::new(0.5, 1.0, 1.5);
+    let threshold = Settings { map: Some(MapKind::Threshold), ..usual.clone() };
+    let wide = Settings { filter: Filter::Pcf3, ..usual.clone() };
+    let finer = Settings { map_size: 40, ..usual.clone() };
+    let larger = Settings { image_size: [24, 24], ..usual.clone() };
+    vec![
+        (first.clone(), usual.clone()),
+        (turned, usual.clone()),
+        (relit, usual.clone()),
+        (thicker, usual.clone()),
+        (two, usual.clone()),
+        (tinted.clone(), usual.clone()),
+        (tinted, threshold.clone()),
+        (first.clone(), threshold),
+        (first.clone(), wide),
+        (first.clone(), finer),
+        (first.clone(), larger),
+        (first, usual),
+    ]
+}
+
+#[test]
+fn a_stage_makes_the_pictures_that_are_made_alone() {
+    for backend in every_backend() {
+        let mut stage = backend.stage();
+        for (i, (scene, settings)) in shots().iter().enumerate() {
+            let kept = stage.render(scene, settings, &Silent).unwrap();
+            let again = stage.render(scene, settings, &Silent).unwrap();
+            let alone = backend.render(scene, settings, &Silent).unwrap();
+            assert!(kept == alone, "picture {i} on {}", backend.description());
+            assert!(again == alone, "picture {i} again on {}", backend.description());
+        }
+    }
+}
+
+/// What beams' pictures come to is what the host adds up, to rounding.
+#[test]
+fn pictures_of_beams_add_up() {
+    for backend in every_backend() {
+        for (scene, settings) in shots() {
+            let [width, height] = settings.image_size;
+            let mut sum = deepshadow::image::Image::filled(width, height, [0.0; 4]);
+            for beam in scene.beams() {
+                let map = backend.map(&beam.scene, &settings, &Silent).unwrap();
+                beam.add(&backend.view(&beam.scene, &settings, &map, &Silent).unwrap(), &mut sum);
+            }
+            let picture = backend.render(&scene, &settings, &Silent).unwrap();
+            let pairs = picture.pixels.iter().flatten().zip(sum.pixels.iter().flatten());
+            let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(worst < 2e-6, "{}: {worst}", backend.description());
+        }
+    }
+}
+
+#[cfg(feature = "gpu")]
+mod gpu {
+    use deepshadow::gpu::{AdapterChoice, GpuBackend};
+
+    use super::*;
+
+    fn device() -> Option<GpuBackend> {
+        crate::support::backends::gpu()?;
+        Some(GpuBackend::open(AdapterChoice::Any).unwrap())
+    }
+
+    #[test]
+    fn one_readback_a_picture() {
+        let Some(backend) = device() else { return };
+        let mut stage = backend.stage();
+        for (i, (scene, settings)) in shots().iter().enumerate() {
+            let before = backend.renderer().readbacks();
+            stage.render(scene, settings, &Silent).unwrap();
+            assert_eq!(backend.renderer().readbacks() - before, 1, "picture {i}");
+        }
+    }
+
+    /// Lists longer than there was room for are made again, whole.
+    #[test]
+    fn lists_of_any_length_are_whole() {
+        let Some(backend) = device() else { return };
+        let noise = |[x, y, z]: [usize; 3]| ((x * 7 + y * 13 + z * 31) % 5) as f32;
+        let scene = scene(volume([9, 11, 48], unit_cube(), noise), 1.5);
+        let settings =
+            Settings { map: Some(MapKind::Fragments), tolerance: 1e-6, ..settings(24, [20, 16]) };
+        let map = backend.map(&scene, &settings, &Silent).unwrap();
+        let runs = map.as_fragments().unwrap().runs();
+        let longest = (0..runs.texels()).map(|texel| runs.of(texel).len()).max().unwrap();
+        assert!(longest > 40, "{longest} nodes are few");
+        let expected = backend.view(&scene, &settings, &map, &Silent).unwrap();
+        assert!(backend.render(&scene, &settings, &Silent).unwrap() == expected);
+    }
+}
