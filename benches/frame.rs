@@ -16,15 +16,15 @@ fn frame(criterion: &mut Criterion) {
     group.sample_size(10);
     for preset in Preset::ALL {
         let file = descriptor(preset).unwrap();
-        let volume = load_volume(file.volume.first()).unwrap();
+        let volume = load_volume(&file.volume[0]).unwrap();
         let (scene, settings, _) =
             complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
-        let name = preset.name();
+        let (beam, name) = (scene.only_beam().unwrap(), preset.name());
         group.bench_function(format!("map {name}"), |bencher| {
-            bencher.iter(|| CpuBackend.map(&scene, &settings, &Silent).unwrap());
+            bencher.iter(|| CpuBackend.map(&beam, &settings, &Silent).unwrap());
         });
-        let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();
-        let frame = Frame::with_light_view(&scene, &settings, map.view()).unwrap();
+        let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
+        let frame = Frame::new(&beam, &settings).unwrap();
         group.bench_function(format!("view {name}"), |bencher| {
             bencher.iter(|| CpuBackend.march_view(&scene.media, &frame, &map, &Silent).unwrap());
         });

@@ -34,11 +34,11 @@ struct Bench {
 impl Bench {
     fn new(preset: Preset) -> Self {
         let file = descriptor(preset).unwrap();
-        let volume = load_volume(file.volume.first()).unwrap();
+        let volume = load_volume(&file.volume[0]).unwrap();
         let (scene, settings, _) =
             complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
         let settings = Settings { map_size: 256, ..settings };
-        let frame = Frame::new(&scene, &settings).unwrap();
+        let frame = Frame::new(&scene.only_beam().unwrap(), &settings).unwrap();
         Self { scene, settings, frame }
     }
 
@@ -50,7 +50,7 @@ impl Bench {
 
     fn map(&self, kind: MapKind) -> Map {
         let settings = Settings { map: Some(kind), ..self.settings.clone() };
-        CpuBackend.map(&self.scene, &settings, &Silent).unwrap()
+        CpuBackend.map(&self.scene.only_beam().unwrap(), &settings, &Silent).unwrap()
     }
 }
 

@@ -87,12 +87,12 @@ fn light_place(ray: Ray, lookups: Ray, at: f32) -> vec3<f32> {
     return light_coordinates(ray_at(ray, at));
 }
 
-// What arrives at a point of a ray; `anywhere` if light is parallel.
-fn arriving_at(ray: Ray, anywhere: Arriving, at: f32) -> Arriving {
-    if (USUAL || frame.light.has_position == 0u) {
+// What arrives over a piece of a ray; `anywhere` if light is parallel.
+fn arriving_at(ray: Ray, anywhere: Arriving, at: f32, reach: f32) -> Arriving {
+    if (USUAL || frame.light.spread == 0u) {
         return anywhere;
     }
-    return arriving(ray, ray_at(ray, at));
+    return arriving_over(ray, at, reach);
 }
 
 // Radiance scattered towards the camera by steps k and k + 2 of a batch. Their lookups are under way at once; a
@@ -120,8 +120,8 @@ fn lit_pair(
         f32(shared_steps(added.weights, k)),
         f32(shared_steps(added.weights, k + 2u)),
     );
-    let near = arriving_at(ray, arrives, places.x);
-    let far = arriving_at(ray, arrives, places.y);
+    let near = arriving_at(ray, arrives, places.x, reaches.x);
+    let far = arriving_at(ray, arrives, places.y, reaches.y);
     return weights.x * source_along(steps.ray, places.x, reaches.x, near, transmittances.x)
         + weights.y * source_along(steps.ray, places.y, reaches.y, far, transmittances.y);
 }

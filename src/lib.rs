@@ -9,6 +9,7 @@ pub mod accuracy;
 pub mod backend;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod compare;
 pub mod cpu;
 pub mod error;
 pub mod frame;

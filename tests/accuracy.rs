@@ -29,7 +29,7 @@ pub fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
         })
         .collect();
     let exact = Extinction::of(&scene.media);
-    points.into_par_iter().map(|p| (p, exact.light_transmittance(scene.light(), p))).collect()
+    points.into_par_iter().map(|p| (p, exact.light_transmittance(&scene.lights[0], p))).collect()
 }
 
 pub fn error(map: &Map, points: &[(DVec3, f64)]) -> f64 {
@@ -43,7 +43,7 @@ pub fn error(map: &Map, points: &[(DVec3, f64)]) -> f64 {
 fn errors(largest: f64, changed: &Settings) -> [f64; 4] {
     Preset::ALL.map(|preset| {
         let scene = anchor_scene(preset, largest, MAP);
-        let map = CpuBackend.map(&scene, changed, &Silent).unwrap();
+        let map = CpuBackend.map(&scene.only_beam().unwrap(), changed, &Silent).unwrap();
         error(&map, &points(&scene))
     })
 }

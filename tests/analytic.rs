@@ -1,10 +1,12 @@
 //! Closed forms: the reference against formulas, and the backends against the same.
 
+use deepshadow::kernel::light::face_of;
 use deepshadow::math::Aabb;
 use deepshadow::reference::{Cells, Extinction, TexelProfile, optical_depth};
 use deepshadow::scene::{Light, LightKind, LightView, Media};
 use glam::DVec3;
 
+use crate::support::Random;
 use crate::support::scenes::{unit_cube, volume};
 
 const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];
@@ -113,7 +115,7 @@ fn profiles_agree_with_single_integrals_for_every_kind_of_light() {
     ];
     for kind in kinds {
         let light = Light { kind, irradiance: DVec3::ONE };
-        let view = LightView::fit(&light, &media).unwrap();
+        let view = LightView::of(&light, &media).unwrap()[0];
         let depths: Vec<f64> = (0..50).map(|i| f64::from(i) * 0.06).collect();
         for uv in [[0.5, 0.5], [0.21, 0.64], [0.8, 0.33]] {
             let profile = TexelProfile::trace(&extinction, &view, uv, &depths);
@@ -140,7 +142,7 @@ fn light_views_fit_tightly() {
         LightKind::Directional { direction: DVec3::NEG_Y },
         LightKind::Point { position: DVec3::new(1.0, 2.0, 0.5) },
     ] {
-        let view = LightView::fit(&Light { kind, irradiance: DVec3::ONE }, &cube).unwrap();
+        let view = LightView::of(&Light { kind, irradiance: DVec3::ONE }, &cube).unwrap()[0];
         let seen = cube.world_corners().map(|c| view.coordinates(c).unwrap());
         for axis in 0..2 {
             let lo = seen.iter().map(|c| c[axis]).fold(f64::MAX, f64::min);
@@ -154,12 +156,34 @@ fn light_views_fit_tightly() {
     }
 }
 
+/// A light in the volume, or so near that no view is wide enough, sees it through the faces of a cube: every point
+/// lies in the map of the face that answers for it, and only one does. A spot has the faces that it shines through.
 #[test]
-fn a_light_in_or_too_near_the_volume_is_an_error_with_its_position() {
+fn a_light_in_or_too_near_the_volume_has_the_faces_of_a_cube() {
     let cube = Media::from(volume([4; 3], unit_cube(), |_| 1.0));
     for position in [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.0, 0.501, 0.0)] {
-        let light = Light { kind: LightKind::Point { position }, irradiance: DVec3::ONE };
-        let error = LightView::fit(&light, &cube).unwrap_err().to_string();
-        assert!(error.contains(&position.to_string()), "{error}");
+        let light = |kind| Light { kind, irradiance: DVec3::ONE };
+        let views = LightView::of(&light(LightKind::Point { position }), &cube).unwrap();
+        assert_eq!(views.len(), 6);
+        let mut random = Random(3);
+        for _ in 0..2_000 {
+            let point = 2.0 * DVec3::from_array([0; 3].map(|_| random.unit() - 0.5));
+            let own: Vec<_> = views.iter().filter(|view| view.answers_for(point)).collect();
+            assert_eq!(own.len(), 1, "{point}");
+            let there = own[0].coordinates(point).unwrap();
+            assert!(there.x.min(there.y) > 0.0 && there.x.max(there.y) < 1.0, "{point}: {there}");
+            let (origin, direction) = own[0].ray(there.x, there.y);
+            assert!((origin + there.z * direction - point).length() < 1e-9);
+            let face = face_of((point - position).as_vec3());
+            assert_eq!(Some(face), own[0].face, "{point}");
+        }
+        let spot = LightKind::Spot {
+            position,
+            direction: DVec3::new(0.1, -1.0, 0.0),
+            cone_degrees: 10.0,
+            cone_softness: 0.0,
+        };
+        let faces = LightView::of(&light(spot), &cube).unwrap();
+        assert!(faces.len() < 6 && faces.iter().any(|view| view.face == Some(3)));
     }
 }

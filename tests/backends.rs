@@ -13,7 +13,9 @@ use deepshadow::math::Aabb;
 use deepshadow::progress::{Progress, Silent};
 use deepshadow::reference::brute_force_image;
 use deepshadow::scene::transfer::preset;
-use deepshadow::scene::{Body, Emission, Ground, LightKind, Media, Medium, Projection, Scene};
+use deepshadow::scene::{
+    Beam, Body, Emission, Ground, LightKind, Media, Medium, Projection, Scene,
+};
 use deepshadow::settings::{Crossing, Filter, Lookup, MapKind, Settings, Shading, Slices};
 use deepshadow::shadow::{Links, Map, Runs, ShadowMap};
 use deepshadow::volume::presets::Preset;
@@ -71,18 +73,18 @@ impl Backend for Bent {
         CpuBackend.default_map()
     }
 
-    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        build_map(self, scene, settings, progress)
+    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        build_map(self, beam, settings, progress)
     }
 
     fn view(
         &self,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        view_through(self, scene, settings, map, progress)
+        view_through(self, beam, settings, map, progress)
     }
 
     fn stage(&self) -> Box<dyn Stage + '_> {
@@ -238,7 +240,7 @@ fn mixture() -> Media {
     let second = Arc::new(volume([5, 6, 4], bounds, |[x, y, z]| ((x + y + z) % 3) as f32 * 0.5));
     let bodies =
         vec![Body { volume: grid(5), medium: colors }, Body { volume: second, medium: tinted }];
-    Media::new(bodies).unwrap()
+    Media::new(bodies)
 }
 
 /// Differences of two maps' transmittances at random depths of random texels.
@@ -270,7 +272,8 @@ fn agrees_with_the_cpu(backend: &dyn Backend) -> Vec<String> {
     for (name, scene, settings) in scenes() {
         let image = backend.render(&scene, &settings, &Silent).unwrap();
         let cpu_image = CpuBackend.render(&scene, &settings, &Silent).unwrap();
-        let first = &scene.beams()[0].scene;
+        let beams = scene.beams().unwrap();
+        let first = &beams[0];
         let map = backend.map(first, &settings, &Silent).unwrap();
         let cpu_map = CpuBackend.map(first, &settings, &Silent).unwrap();
         let farthest = map.view().position.map_or(2.0, |_| 4.0);
@@ -384,7 +387,8 @@ fn nothing_lies_in_the_shadow_of_an_empty_volume() {
     empty.ground = Some(Ground { height: -0.55, albedo: 0.5, half_extent: None });
     for backend in every_backend() {
         let image = backend.render(&empty, &settings(16, [16, 16]), &Silent).unwrap();
-        let map = backend.map(&empty, &settings(16, [16, 16]), &Silent).unwrap();
+        let map =
+            backend.map(&empty.only_beam().unwrap(), &settings(16, [16, 16]), &Silent).unwrap();
         assert_eq!(map.texel_transmittance(8, 8, 1e3), 1.0);
         let lit =
             0.5 / std::f32::consts::PI * 4.0 * std::f32::consts::PI * 0.717_137_2 / 1.000_000_1;
@@ -405,7 +409,8 @@ fn an_opaque_volume_casts_a_full_shadow_and_nothing_beside_it() {
     let mut opaque = scene(volume([4; 3], unit_cube(), |_| 1.0), 1e4);
     opaque.lights[0].kind = LightKind::Directional { direction: DVec3::NEG_Y };
     for backend in every_backend() {
-        let map = backend.map(&opaque, &settings(32, [8, 8]), &Silent).unwrap();
+        let map =
+            backend.map(&opaque.only_beam().unwrap(), &settings(32, [8, 8]), &Silent).unwrap();
         let shadow = |p: DVec3| {
             let light = map.view().coordinates(p).unwrap().as_vec3();
             map.bilinear(light.x, light.y, light.z)

@@ -20,7 +20,7 @@ fn chosen(volume: Volume, surroundings: Surroundings) -> Scene {
 }
 
 fn scale(media: &Media) -> f64 {
-    media.first().medium.density_scale
+    media.first().unwrap().medium.density_scale
 }
 
 /// Part of an egg, off its middle.
@@ -154,7 +154,7 @@ fn hot_voxels_change_no_choice() {
         let [a, b] = [&cold, &hot].map(|scene| scale(&scene.media));
         assert!((a / b - 1.0).abs() < 0.02, "{more}: {a} and {b}");
         let [a, b] = [&cold, &hot]
-            .map(|scene| scene.media.first().medium.transfer.clone().unwrap().range()[1]);
+            .map(|scene| scene.media.first().unwrap().medium.transfer.clone().unwrap().range()[1]);
         assert!((a / b - 1.0).abs() < 0.01, "{more}: {a} and {b}");
     }
     // One bright voxel in smoke: the camera sees all of the smoke.
@@ -257,7 +257,7 @@ fn an_empty_grid_is_a_picture_without_medium() {
     let text = "[volume]\npath = \"v.vdb\"\n[image]\nwidth = 8\nheight = 8\n[shadow]\nsize = 8\n\
          [background]\nradiance = [0.25, 0.25, 0.25]\n[ground]\nenabled = false\n";
     let (scene, settings, notes) = described(text, folder.path());
-    assert!(notes.iter().any(|note| note.contains("'heat' (--grid)")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.contains("'heat' (`volume.grid`)")), "{notes:?}");
     for backend in every_backend() {
         let silent = deepshadow::progress::Silent;
         let image = backend.render(&scene, &settings, &silent).unwrap();
@@ -307,13 +307,13 @@ fn distances_without_their_class_are_said_to_be_such() {
     write_npy(&folder.path().join("u.npy"), [17; 3], |at| 40.0 * whole(at));
     for (name, said) in [("v.vdb", true), ("v.npy", true), ("u.npy", true), ("w.npy", false)] {
         let (_, _, notes) = described(&format!("[volume]\npath = \"{name}\"\n"), folder.path());
-        let found = notes.iter().any(|note| note.contains("--class level-set"));
+        let found = notes.iter().any(|note| note.contains("`volume.class = level-set`"));
         assert_eq!(found, said, "{name}: {notes:?}");
         let path = Some(folder.path().join(name));
         let class = Some("level-set".to_owned());
         let table = VolumeTable { path, class, ..VolumeTable::default() };
         let (own, notes) = load_ingredients(&table, true).unwrap();
-        assert!(!notes.iter().any(|note| note.contains("--class")), "{notes:?}");
+        assert!(!notes.iter().any(|note| note.contains("`volume.class")), "{notes:?}");
         let middle = own.volume.world_from_index().inverse().transform_point3(DVec3::splat(8.0));
         let [x, y, z] = middle.to_array().map(|c| c.round() as usize);
         assert_eq!(own.volume.values()[[z, y, x]], if name == "v.vdb" { 0.0 } else { 1.0 });

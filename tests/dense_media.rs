@@ -206,8 +206,9 @@ fn point(value: f64) -> TransferPoint {
 fn deep_images_of_dense_media_are_the_picture() {
     let scene = HardBall.scene(50.0);
     let settings = Settings { image_size: [9; 2], ..settings(MapKind::Fragments) };
-    let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();
-    let frame = Frame::with_light_view(&scene, &settings, map.view()).unwrap();
+    let beam = scene.only_beam().unwrap();
+    let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
+    let frame = Frame::new(&beam, &settings).unwrap();
     let view = DeepView::new(&scene.media, &frame, &map);
     let picture = radiance(&scene, &settings);
     for (i, exact) in picture.into_iter().enumerate() {

@@ -6,7 +6,7 @@ use deepshadow::cpu::CpuBackend;
 use deepshadow::frame::Frame;
 use deepshadow::gpu::{GpuShadow, Renderer, Tile, shadow_wgsl};
 use deepshadow::progress::Silent;
-use deepshadow::scene::{LightKind, LightView, Scene};
+use deepshadow::scene::{LightKind, Scene};
 use deepshadow::settings::{MapKind, Settings};
 use deepshadow::shadow::ShadowMap;
 use deepshadow::volume::presets::Preset;
@@ -50,7 +50,7 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
     let media = renderer.upload(&scene.media).unwrap();
     for kind in [MapKind::Threshold, MapKind::Fragments] {
         let settings = Settings { map: Some(kind), ..settings(32, [24, 16]) };
-        let of = |scene: &Scene| Frame::new(scene, &settings).unwrap();
+        let of = |scene: &Scene| Frame::new(&scene.only_beam().unwrap(), &settings).unwrap();
         let image = renderer.image(24, 16).unwrap();
         let map = renderer.map(32).unwrap();
         let lists = renderer.fragments(Tile::rows(32, 0, 32, 64)).unwrap();
@@ -119,8 +119,8 @@ fn another_program_shades_its_points_with_our_shadow() {
     // Our map, made on it.
     let scene = anchor_scene(Preset::Bucky, 4.0, 32);
     let settings = settings(64, [1, 1]);
-    let view = LightView::fit(scene.light(), &scene.media).unwrap();
-    let frame = Frame::with_light_view(&scene, &settings, &view).unwrap();
+    let beam = scene.only_beam().unwrap();
+    let frame = Frame::new(&beam, &settings).unwrap();
     let renderer = Renderer::new(&device, &queue);
     let volume = renderer.upload(&scene.media).unwrap();
     let parameters = renderer.frame(&frame, &volume).unwrap();
@@ -196,10 +196,10 @@ fn another_program_shades_its_points_with_our_shadow() {
     let found: &[f32] = bytemuck::cast_slice(&bytes);
 
     // The CPU says the same.
-    let cpu = CpuBackend.map(&scene, &settings, &Silent).unwrap();
+    let cpu = CpuBackend.map(&beam, &settings, &Silent).unwrap();
     for (point, found) in points.iter().zip(found) {
         let world = Vec3::from_slice(point);
-        let light = view.coordinates(world.as_dvec3()).unwrap().as_vec3();
+        let light = beam.view.coordinates(world.as_dvec3()).unwrap().as_vec3();
         let expected = cpu.bilinear(light.x, light.y, light.z);
         assert!((found - expected).abs() < 0.02, "at {world}: {found}, not {expected}");
     }

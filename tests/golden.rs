@@ -9,7 +9,6 @@ use deepshadow::accuracy::{Place, Points};
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
 use deepshadow::progress::Silent;
-use deepshadow::scene::LightView;
 use deepshadow::settings::{Crossing, Lookup, MapKind, Settings};
 use deepshadow::volume::presets::Preset;
 
@@ -48,10 +47,10 @@ fn measured() -> BTreeMap<(String, String), [f64; 4]> {
     let mut found = BTreeMap::new();
     for preset in Preset::ALL {
         let scene = anchor_scene(preset, DEPTH, MAP);
-        let view = LightView::fit(scene.light(), &scene.media).unwrap();
-        let points = Points::draw(&scene, &view, MAP, &Place::ALL, POINTS, &Silent);
+        let beam = scene.only_beam().unwrap();
+        let points = Points::draw(&beam, MAP, &Place::ALL, POINTS, &Silent);
         for (label, settings) in methods() {
-            let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();
+            let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
             let errors = Place::ALL.map(|place| points.errors(place, &map, 0).rms);
             found.insert((preset.name().to_owned(), label), errors);
         }

@@ -5,7 +5,7 @@ use deepshadow::backend::{Backend, Passes};
 use deepshadow::cpu::CpuBackend;
 use deepshadow::frame::Frame;
 use deepshadow::progress::Silent;
-use deepshadow::scene::{LightKind, LightView, Scene};
+use deepshadow::scene::{LightKind, Scene};
 use deepshadow::settings::{MapKind, Settings, Slices};
 use deepshadow::shadow::Runs;
 use deepshadow::volume::presets::Preset;
@@ -26,8 +26,7 @@ fn frame(scene: &Scene, slices: Slices, size: u32, steps: u32, tolerance: f64) -
         truncation: 0.0,
         ..all_settings(size, [8, 8])
     };
-    let view = LightView::fit(scene.light(), &scene.media).unwrap();
-    Frame::with_light_view(scene, &settings, &view).unwrap()
+    Frame::new(&scene.only_beam().unwrap(), &settings).unwrap()
 }
 
 /// Marched or drawn by a backend.

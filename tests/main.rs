@@ -5,6 +5,7 @@ mod accuracy;
 mod analytic;
 mod architecture;
 mod backends;
+mod casters;
 mod certify;
 mod choices;
 mod cli;

@@ -5,7 +5,7 @@ use deepshadow::accuracy::{
 };
 use deepshadow::image::Image;
 use deepshadow::progress::Silent;
-use deepshadow::scene::{LightKind, LightView, Scene};
+use deepshadow::scene::{Beam, LightKind, Scene};
 use deepshadow::shadow::ShadowMap;
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
@@ -15,10 +15,10 @@ use crate::support::scenes::{anchor_scene, scene, unit_cube, volume};
 const MAP: u32 = 32;
 const COUNT: u64 = 3_000;
 
-fn points(scene: &Scene, seed: u64) -> (LightView, Points) {
-    let view = LightView::fit(scene.light(), &scene.media).unwrap();
-    let points = Points::draw(scene, &view, MAP, &Place::ALL, [COUNT, seed], &Silent);
-    (view, points)
+fn points(scene: &Scene, seed: u64) -> (Beam, Points) {
+    let beam = scene.only_beam().unwrap();
+    let points = Points::draw(&beam, MAP, &Place::ALL, [COUNT, seed], &Silent);
+    (beam, points)
 }
 
 /// Another map's answers, off by a constant.
@@ -58,10 +58,10 @@ fn the_exact_map_is_measured_as_exact() {
         cone_degrees: 40.0,
         cone_softness: 0.1,
     };
-    for kind in [scene.light().kind, LightKind::Point { position }, spot] {
+    for kind in [scene.lights[0].kind, LightKind::Point { position }, spot] {
         scene.lights[0].kind = kind;
-        let (view, points) = points(&scene, 5);
-        let exact = ExactPoints(ExactTexels::new(&scene, &view, MAP));
+        let (beam, points) = points(&scene, 5);
+        let exact = ExactPoints(ExactTexels::new(&beam, MAP));
         for place in Place::ALL {
             assert_eq!(points.of(place).len() as u64, COUNT, "{}", place.name());
             let errors = points.errors(place, &exact, 0);
@@ -74,8 +74,8 @@ fn the_exact_map_is_measured_as_exact() {
 #[test]
 fn a_known_error_is_measured_as_such() {
     let scene = anchor_scene(Preset::Rods, 4.0, MAP);
-    let (view, points) = points(&scene, 5);
-    let off = Off(ExactPoints(ExactTexels::new(&scene, &view, MAP)), -0.01);
+    let (beam, points) = points(&scene, 5);
+    let off = Off(ExactPoints(ExactTexels::new(&beam, MAP)), -0.01);
     for place in Place::ALL {
         let found = points.errors(place, &off, 0);
         for (what, value) in [("rms", found.rms), ("p999", found.p999), ("max", found.max)] {
@@ -90,12 +90,12 @@ fn a_known_error_is_measured_as_such() {
 #[test]
 fn the_floor_errs_between_texels_only() {
     let scene = anchor_scene(Preset::Bucky, 4.0, MAP);
-    let (view, points) = points(&scene, 5);
+    let (beam, points) = points(&scene, 5);
     let floor = |size| {
-        let exact = ExactTexels::new(&scene, &view, size);
+        let exact = ExactTexels::new(&beam, size);
         points.errors(Place::Volume, &exact, 0).rms
     };
-    let texels = ExactTexels::new(&scene, &view, MAP);
+    let texels = ExactTexels::new(&beam, MAP);
     assert!(points.errors(Place::Rays, &texels, 0).max < 2e-6);
     assert!(points.worst(&texels).is_some());
     let (coarse, fine) = (floor(MAP), floor(4 * MAP));
@@ -116,27 +116,27 @@ fn points_are_the_seeds_alone() {
 fn medium_points_lie_in_voxels_that_hold_some() {
     let one = volume([5, 4, 3], unit_cube(), |index| f32::from(u8::from(index == [3, 1, 2])));
     let scene = scene(one, 2.0);
-    let (view, points) = points(&scene, 3);
+    let (beam, points) = points(&scene, 3);
     let (low, high) = (DVec3::new(0.6, 0.25, 2.0 / 3.0) - 0.5, DVec3::new(0.8, 0.5, 1.0) - 0.5);
     for sample in points.of(Place::Medium) {
         let [u, v, depth] = sample.place.map(f64::from);
-        let (origin, direction) = view.ray(u, v);
+        let (origin, direction) = beam.view.ray(u, v);
         let point = origin + depth * direction;
         assert!((point - low).min_element() > -1e-6 && (high - point).min_element() > -1e-6);
     }
     let empty = crate::support::scenes::scene(volume([2; 3], unit_cube(), |_| 0.0), 1.0);
-    let (view, points) = self::points(&empty, 3);
+    let (beam, points) = self::points(&empty, 3);
     assert!(points.of(Place::Medium).is_empty());
-    let exact = ExactTexels::new(&empty, &view, MAP);
+    let exact = ExactTexels::new(&beam, MAP);
     assert_eq!(points.errors(Place::Medium, &exact, 0), Errors::default());
-    assert_eq!(largest_optical_depth(&empty, &view, MAP), 0.0);
+    assert_eq!(largest_optical_depth(&beam, MAP), 0.0);
 }
 
 #[test]
 fn anchor_scenes_are_as_deep_as_they_say() {
     let scene = anchor_scene(Preset::Clouds, 16.0, MAP);
-    let view = LightView::fit(scene.light(), &scene.media).unwrap();
-    assert!((largest_optical_depth(&scene, &view, MAP) - 16.0).abs() < 1e-9);
+    let beam = scene.only_beam().unwrap();
+    assert!((largest_optical_depth(&beam, MAP) - 16.0).abs() < 1e-9);
 }
 
 /// Pixels of 8 bits a channel as an image that is encoded to them.

@@ -65,7 +65,7 @@ fn all_slabs() -> Settings {
 /// A map of `case` of the same slabs that `raw` holds all of.
 fn map_of(case: &Case, scene: &Scene, raw: &FragmentMap) -> Map {
     let settings = all_slabs();
-    let frame = Frame::with_light_view(scene, &settings, raw.view()).unwrap();
+    let frame = Frame::new(&scene.only_beam().unwrap(), &settings).unwrap();
     let view = *raw.view();
     let texel = |i: usize| raw.nodes(i as u32 % MAP, i as u32 / MAP);
     match case.kind.parse().unwrap() {
@@ -88,7 +88,9 @@ fn map_of(case: &Case, scene: &Scene, raw: &FragmentMap) -> Map {
             }
             Map::Visibility(VisibilityMap::new(runs, case.tolerance, view, &frame))
         }
-        kind => CpuBackend.map(scene, &Settings { map: Some(kind), ..settings }, &Silent).unwrap(),
+        kind => CpuBackend
+            .map(&scene.only_beam().unwrap(), &Settings { map: Some(kind), ..settings }, &Silent)
+            .unwrap(),
     }
 }
 
@@ -99,7 +101,7 @@ fn every_representation_errs_as_published() {
         for (p, preset) in Preset::ALL.into_iter().enumerate() {
             let scene = anchor_scene(preset, largest, MAP);
             let points = points(&scene);
-            let raw = CpuBackend.map(&scene, &all_slabs(), &Silent).unwrap();
+            let raw = CpuBackend.map(&scene.only_beam().unwrap(), &all_slabs(), &Silent).unwrap();
             let raw = raw.as_fragments().unwrap();
             for (case, (errors, bytes)) in CASES.iter().zip(&mut found) {
                 let map = map_of(case, &scene, raw);
@@ -172,7 +174,7 @@ fn a_map_of_fixed_bytes_is_coded_from_every_slab() {
     let build = |kind: MapKind, tolerance: f64| {
         let settings =
             Settings { map: Some(kind), tolerance, truncation: 0.0, ..settings(32, [1, 1]) };
-        CpuBackend.map(&scene, &settings, &Silent).unwrap()
+        CpuBackend.map(&scene.only_beam().unwrap(), &settings, &Silent).unwrap()
     };
     let all = build(MapKind::Fragments, 0.0);
     let slices = build("slices-float:1024".parse().unwrap(), 0.5);

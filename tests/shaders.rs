@@ -8,7 +8,7 @@ use deepshadow::frame::{
     self, Field, Frame, FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching, Part,
 };
 use deepshadow::gpu::{MediaKind, PassSource, linked, pass_sources, shadow_wgsl};
-use deepshadow::kernel::{fitting, fragments, medium, occupancy, threshold, view};
+use deepshadow::kernel::{fitting, fragments, light, medium, occupancy, threshold};
 use deepshadow::scene::{EMPTY, ROUGHEST};
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{MOST_WALKED, NO_LINK};
@@ -89,14 +89,14 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
     same!(FrameMedia: index_from_frame, domain_min, extinction, domain_max, largest, voxel_share,
         most_voxels, brick_scale, stored_one, brick_offset, emits, albedo, phase_g);
     same!(FrameLight: origin, origin_u, origin_v, direction, direction_u, direction_v, from_frame,
-        position, has_position, axis, cone_inner, irradiance, cone_outer);
+        position, spread, axis, cone_inner, irradiance, cone_outer);
     same!(Marching: per_voxel, rough, longest, limit, least, most, hiding, samples);
     same!(FrameGround: height, albedo, half_extent, exists);
     same!(FrameView: origin, origin_x, origin_y, direction, direction_x, direction_y, world_origin,
         per_world, ambient, octaves, background, ground, width, height, samples, shading,
         light_samples, opaque, shared_weight, shared_length, march);
     same!(FrameMap: rays, slabs, thresholds, sharpness, threshold_depths, surface_reach, size,
-        crossing, lookup, window, near, far, tolerance, truncation, planes, follows_links, unused);
+        crossing, lookup, window, near, far, tolerance, truncation, planes, follows_links, bias, unused);
 }
 
 /// The same for what mixtures are made of.
@@ -174,6 +174,8 @@ fn kept_node(k: u32) -> vec2<f32> { return vec2<f32>(f32(k)); }
 fn constants_are_the_same_on_both_sides() {
     let one = |value: f32| vec![f64::from(value)];
     let common = [
+        ("ANGLE", one(light::ANGLE)),
+        ("MOST_ANGLES", vec![f64::from(light::MOST_ANGLES)]),
         ("FOUR_PI", one(medium::FOUR_PI)),
         ("SMALLEST_WEIGHT", one(medium::SMALLEST_WEIGHT)),
         ("EMPTY", vec![f64::from(EMPTY)]),
@@ -186,7 +188,6 @@ fn constants_are_the_same_on_both_sides() {
         ("CUT_SHARE", one(occupancy::CUT_SHARE)),
         ("CUT_LIMIT", one(occupancy::CUT_LIMIT)),
         ("HIDING", one(occupancy::HIDING)),
-        ("FAR", one(view::FAR)),
         ("POINT_SPACING", one(fitting::POINT_SPACING)),
         ("FIT_SHARE", one(fitting::FIT_SHARE)),
         ("LEAST_ROOM", one(fitting::LEAST_ROOM)),

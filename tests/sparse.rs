@@ -117,7 +117,7 @@ fn empty_blocks_take_no_memory() {
 }
 
 fn pictured(scene: &Scene, volume: Volume) -> Scene {
-    let medium = scene.media.first().medium.clone();
+    let medium = scene.media.first().unwrap().medium.clone();
     Scene { media: Media::of(Arc::new(volume), medium), ..scene.clone() }
 }
 
@@ -126,13 +126,13 @@ fn every_backend_sees_the_same_through_blocks() {
     let rods = anchor_scene(Preset::Rods, 8.0, 32);
     let floats = scene(ball([40, 33, 52]), 9.0);
     for (name, dense) in [("rods", rods), ("ball", floats)] {
-        let volume = Volume::clone(&dense.media.first().volume).sparse();
+        let volume = Volume::clone(&dense.media.first().unwrap().volume).sparse();
         let sparse = pictured(&dense, volume);
         for kind in [MapKind::Threshold, MapKind::Fragments] {
             let settings = Settings { map: Some(kind), ..settings(48, [40, 32]) };
             for backend in every_backend() {
                 let of = |scene: &Scene| {
-                    let map = backend.map(scene, &settings, &Silent).unwrap();
+                    let map = backend.map(&scene.only_beam().unwrap(), &settings, &Silent).unwrap();
                     let image = backend.render(scene, &settings, &Silent).unwrap();
                     (map, image)
                 };

@@ -68,9 +68,9 @@ fn pictures_of_beams_add_up() {
         for (scene, settings) in shots() {
             let [width, height] = settings.image_size;
             let mut sum = deepshadow::image::Image::filled(width, height, [0.0; 4]);
-            for beam in scene.beams() {
-                let map = backend.map(&beam.scene, &settings, &Silent).unwrap();
-                beam.add(&backend.view(&beam.scene, &settings, &map, &Silent).unwrap(), &mut sum);
+            for beam in scene.beams().unwrap() {
+                let map = backend.map(&beam, &settings, &Silent).unwrap();
+                beam.add(&backend.view(&beam, &settings, &map, &Silent).unwrap(), &mut sum);
             }
             let picture = backend.render(&scene, &settings, &Silent).unwrap();
             let pairs = picture.pixels.iter().flatten().zip(sum.pixels.iter().flatten());
@@ -110,11 +110,12 @@ mod gpu {
         let scene = scene(volume([9, 11, 48], unit_cube(), noise), 1.5);
         let settings =
             Settings { map: Some(MapKind::Fragments), tolerance: 1e-6, ..settings(24, [20, 16]) };
-        let map = backend.map(&scene, &settings, &Silent).unwrap();
+        let beam = scene.only_beam().unwrap();
+        let map = backend.map(&beam, &settings, &Silent).unwrap();
         let runs = map.as_fragments().unwrap().runs();
         let longest = (0..runs.texels()).map(|texel| runs.of(texel).len()).max().unwrap();
         assert!(longest > 40, "{longest} nodes are few");
-        let expected = backend.view(&scene, &settings, &map, &Silent).unwrap();
+        let expected = backend.view(&beam, &settings, &map, &Silent).unwrap();
         assert!(backend.render(&scene, &settings, &Silent).unwrap() == expected);
     }
 }

@@ -82,7 +82,7 @@ fn emission_speaks_of_densities_whatever_is_held() {
     let text = "[volume]\npath = \"v.npy\"\nwindow = [-400.0, -200.0]\ndensity_scale = 0.0\n\
          emission = { colors = \"grey\", scale = 2.0, range = [0.0, 1.0] }\n";
     let (scene, _, _) = described(text, folder.path());
-    let body = scene.media.first();
+    let body = scene.media.first().unwrap();
     let emission = body.medium.emission.as_ref().unwrap();
     let held = f64::from(body.volume.values()[[1, 1, 1]]);
     assert!((emission.ramp.at(held).1 - 0.5).abs() < 1e-6, "{:?}", emission.ramp);
@@ -138,8 +138,8 @@ fn ranges_that_do_not_meet_the_data_are_spread_over_it() {
     let range = |more: &str| {
         let text = format!("[volume]\npath = \"v.npy\"\n[volume.transfer]\n{more}\n");
         let (scene, _, notes) = described(&text, folder.path());
-        let function = scene.media.first().medium.transfer.clone().unwrap();
-        (function.range(), notes.iter().any(|note| note.contains("--transfer-range")))
+        let function = scene.media.first().unwrap().medium.transfer.clone().unwrap();
+        (function.range(), notes.iter().any(|note| note.contains("`volume.transfer.range`")))
     };
     assert_eq!(range("file = \"n.json\""), ([0.0, 2997.0], true));
     assert_eq!(range("file = \"n.json\"\nrange = [0.0, 1.0]"), ([0.0, 1.0], false));

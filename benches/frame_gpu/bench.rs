@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use deepshadow::frame::Frame;
 use deepshadow::gpu::{GpuFragments, GpuFrame, GpuImage, GpuMedia, GpuShadow, Renderer, Tile};
-use deepshadow::scene::{LightView, Scene};
+use deepshadow::scene::{Beam, Scene};
 use deepshadow::settings::{MapKind, Settings};
 
 /// Steps of a picture that counts as converged.
@@ -15,7 +15,7 @@ pub struct Bench<'a> {
     pub gpu: &'a Renderer,
     pub name: String,
     pub scene: Scene,
-    pub view: LightView,
+    pub beam: Beam,
     pub volume: GpuMedia,
     pub settings: Settings,
     pub image: GpuImage,
@@ -31,14 +31,14 @@ impl<'a> Bench<'a> {
             image_size: [size; 2],
             ..settings.clone()
         };
-        let view = LightView::fit(scene.light(), &scene.media).unwrap();
+        let beam = scene.only_beam().unwrap();
         let volume = gpu.upload(&scene.media).unwrap();
         let image = gpu.image(size, size).unwrap();
-        Self { gpu, name, scene, view, volume, settings, image }
+        Self { gpu, name, scene, beam, volume, settings, image }
     }
 
     pub fn frame(&self, settings: &Settings, change: impl FnOnce(&mut Frame)) -> GpuFrame {
-        let mut frame = Frame::with_light_view(&self.scene, settings, &self.view).unwrap();
+        let mut frame = Frame::new(&self.beam, settings).unwrap();
         frame.map.follows_links = 0;
         change(&mut frame);
         self.gpu.frame(&frame, &self.volume).unwrap()

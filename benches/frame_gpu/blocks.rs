@@ -20,7 +20,7 @@ pub fn table(gpu: &Gpu) {
     println!("|---|---|---|---|---|");
     for make in close() {
         let whole = make(&gpu.renderer);
-        let body = whole.scene.media.first();
+        let body = whole.scene.media.first().unwrap();
         let mut scene = whole.scene.clone();
         let volume = Volume::clone(&body.volume).sparse();
         scene.media = Media::of(Arc::new(volume), body.medium.clone());

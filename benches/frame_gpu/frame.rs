@@ -97,7 +97,7 @@ fn cells(numbers: &[f64], digits: usize) -> String {
 fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
     let (renderer, side) = (bench.gpu, bench.settings.map_size);
     let volume = bench.scene.media.plain().unwrap();
-    let shipped = Frame::with_light_view(&bench.scene, &bench.settings, &bench.view).unwrap();
+    let shipped = Frame::new(&bench.beam, &bench.settings).unwrap();
     let rays = 2 * side;
     let brute_force = BruteForce::new(gpu, volume, &shipped, rays);
 
@@ -135,7 +135,7 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
     Row {
         name: bench.name.clone(),
         texture: format!("{dims} {:?}", brute_force.format),
-        covered: [map_rays(&bench.scene, &bench.view, side), picture_rays(&bench.scene, side)],
+        covered: [map_rays(&bench.scene, &bench.beam.view, side), picture_rays(&bench.scene, side)],
         frames: [brute, a, b],
         views: [c, d],
         fetch_rate: f64::from(rays * rays) * f64::from(FETCHES) / fetches,

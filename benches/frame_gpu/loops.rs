@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use deepshadow::frame::Frame;
 use deepshadow::gpu::GpuShadow;
-use deepshadow::scene::{LightKind, LightView, Scene};
+use deepshadow::scene::{LightKind, Scene};
 use glam::DQuat;
 
 use crate::bench::Bench;
@@ -50,18 +50,14 @@ fn rate(gpu: &Gpu, bench: &Bench<'_>, light: bool, prepared: bool) -> f64 {
     let mut under_way = VecDeque::new();
     let begun = Instant::now();
     for _ in 0..frames {
-        let fitted;
-        let lit_from = if light {
+        if light {
             turn_light(&mut scene);
-            fitted = LightView::fit(scene.light(), &scene.media).unwrap();
-            &fitted
         } else {
             let turned =
                 DQuat::from_rotation_y(TURN) * (scene.camera.position - scene.camera.target);
             scene.camera.position = scene.camera.target + turned;
-            &bench.view
-        };
-        let frame = Frame::with_light_view(&scene, &bench.settings, lit_from).unwrap();
+        }
+        let frame = Frame::new(&scene.only_beam().unwrap(), &bench.settings).unwrap();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         if prepared {
             renderer.update(&held, &frame, &bench.volume).unwrap();

@@ -62,13 +62,13 @@ pub fn picture_rays(scene: &Scene, size: u32) -> u32 {
 
 fn shipped(preset: Preset) -> (Scene, Settings) {
     let file = descriptor(preset).unwrap();
-    let volume = load_volume(file.volume.first()).unwrap();
+    let volume = load_volume(&file.volume[0]).unwrap();
     completed(&file, volume)
 }
 
 fn completed(file: &SceneFile, volume: Volume) -> (Scene, Settings) {
     let (scene, settings, _) = complete(file, vec![volume.into()], Surroundings::Studio).unwrap();
-    assert!(matches!(scene.light().kind, LightKind::Directional { .. }));
+    assert!(matches!(scene.lights[0].kind, LightKind::Directional { .. }));
     (scene, settings)
 }
 

@@ -26,7 +26,7 @@ struct FrameLight {
     direction_v: vec4<f32>,
     from_frame: array<vec4<f32>, 4>,
     position: vec3<f32>,
-    has_position: u32,
+    spread: u32,
     axis: vec3<f32>,
     cone_inner: f32,
     irradiance: vec3<f32>,
@@ -92,7 +92,8 @@ struct FrameMap {
     truncation: f32,
     planes: u32,
     follows_links: u32,
-    unused: vec2<u32>,
+    bias: f32,
+    unused: u32,
 }
 
 struct Frame {

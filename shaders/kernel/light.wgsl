@@ -21,7 +21,7 @@ fn light_coordinates(point: vec3<f32>) -> vec3<f32> {
     let v = dot(frame.light.from_frame[1], p);
     let depth = dot(frame.light.from_frame[2], p);
     let w = dot(frame.light.from_frame[3], p);
-    if (frame.light.has_position == 0u) {
+    if (frame.light.spread == 0u) {
         return vec3<f32>(u, v, depth);
     }
     if (w <= 0.0) {
@@ -32,7 +32,7 @@ fn light_coordinates(point: vec3<f32>) -> vec3<f32> {
 
 // The way light travels at a point, unit length.
 fn light_direction_at(point: vec3<f32>) -> vec3<f32> {
-    if (frame.light.has_position == 0u) {
+    if (frame.light.spread == 0u) {
         return frame.light.direction.xyz;
     }
     let from_light = point - frame.light.position;
@@ -45,14 +45,68 @@ fn light_direction_at(point: vec3<f32>) -> vec3<f32> {
 
 // Unshadowed irradiance at a point on a plane that faces the light, per channel.
 fn irradiance_at(point: vec3<f32>) -> vec3<f32> {
-    if (frame.light.has_position == 0u) {
+    if (frame.light.spread == 0u) {
         return frame.light.irradiance;
     }
     let from_light = point - frame.light.position;
+    if (frame.light.spread > 1u && face_of(from_light) != frame.light.spread - 2u) {
+        return vec3<f32>(0.0);
+    }
     let squared = max(dot(from_light, from_light), 1e-30);
-    let cosine = dot(light_direction_at(point), frame.light.axis);
+    return frame.light.irradiance * (cone_share(light_direction_at(point)) / squared);
+}
+
+// Share of a spot's light that goes in a direction; 1 for a point light.
+fn cone_share(direction: vec3<f32>) -> f32 {
     let inner = frame.light.cone_inner;
     let outer = frame.light.cone_outer;
+    let cosine = dot(direction, frame.light.axis);
     let x = clamp((cosine - outer) / max(inner - outer, 1e-6), 0.0, 1.0);
-    return frame.light.irradiance * (x * x * (3.0 - 2.0 * x) / squared);
+    return x * x * (3.0 - 2.0 * x);
+}
+
+// Angle over which a cone's share is taken at one place, in radians, and how many such places a piece has at most.
+const ANGLE: f32 = 0.05;
+const MOST_ANGLES: u32 = 64u;
+
+// Unshadowed irradiance on the average over a piece of a ray, from its begin over its middle to its end, of a light
+// among the media, close to which it changes by much. The integral of one over the squared distance is the angle
+// that the piece takes up as the light sees it, over the light's distance from the ray; a cone's share is a mean over
+// that angle.
+fn irradiance_over(begin: vec3<f32>, middle: vec3<f32>, end: vec3<f32>) -> vec3<f32> {
+    let a = begin - frame.light.position;
+    let m = middle - frame.light.position;
+    let b = end - frame.light.position;
+    if (face_of(m) != frame.light.spread - 2u) {
+        return vec3<f32>(0.0);
+    }
+    let area = length(cross(a, b));
+    let lengths = sqrt(dot(a, a) * dot(b, b));
+    if (area <= 1e-3 * lengths) {
+        let share = cone_share(light_direction_at(middle));
+        return frame.light.irradiance * (share / max(lengths, 1e-30));
+    }
+    let angle = atan2(area, dot(a, b));
+    let along = normalize(a);
+    let across = normalize(b - a * (dot(a, b) / dot(a, a)));
+    let parts = clamp(u32(ceil(angle / ANGLE)), 1u, MOST_ANGLES);
+    var share = 0.0;
+    for (var i = 0u; i < parts; i++) {
+        let turned = angle * (f32(i) + 0.5) / f32(parts);
+        share += cone_share(cos(turned) * along + sin(turned) * across);
+    }
+    return frame.light.irradiance * (share / f32(parts) * angle / area);
+}
+
+// The face of a cube that a direction from its middle goes through, whose edges belong to one face each: +x, -x, +y,
+// -y, +z, -z are 0 to 5.
+fn face_of(direction: vec3<f32>) -> u32 {
+    let far = abs(direction);
+    if (far.x >= far.y && far.x >= far.z) {
+        return select(0u, 1u, direction.x < 0.0);
+    }
+    if (far.y >= far.z) {
+        return select(2u, 3u, direction.y < 0.0);
+    }
+    return select(4u, 5u, direction.z < 0.0);
 }

@@ -72,19 +72,9 @@ fn shadow_lookup(light: vec3<f32>) -> f32 {
     return mix(rows.x, rows.y, f.y);
 }
 
-// Deeper than every volume.
-const FAR: f32 = 1e12;
-
-// The depth at which to look up the shadow of a point that need not lie in the volume.
+// The depth at which to look up the shadow of a surface's point, (u, v, depth) in the map.
 fn surface_depth(light: vec3<f32>) -> f32 {
-    let inside = light_extent(light.x, light.y);
-    if (light.z >= inside.y) {
-        return FAR;
-    }
-    if (light.z <= inside.x) {
-        return -FAR;
-    }
-    return light.z;
+    return light.z - frame.map.bias;
 }
 
 // Transmittance from the light to any world position, in the volume, in front of it or behind it.

@@ -1,7 +1,7 @@
 //! The exact integral in the place of a shadow map: what the others are measured against.
 
 use crate::reference::Extinction;
-use crate::scene::{LightView, Scene};
+use crate::scene::{Beam, LightView};
 use crate::shadow::ShadowMap;
 
 /// Exact transmittance of every texel's central ray. Filtered like any other map it shows what the
@@ -14,9 +14,9 @@ pub struct ExactTexels<'a> {
 }
 
 impl<'a> ExactTexels<'a> {
-    /// The rays of a map of `size` squared texels through `scene`, seen from `view`.
-    pub fn new(scene: &'a Scene, view: &LightView, size: u32) -> Self {
-        Self { extinction: Extinction::of(&scene.media), view: *view, size }
+    /// The rays of a map of `beam` with `size` squared texels.
+    pub fn new(beam: &'a Beam, size: u32) -> Self {
+        Self { extinction: Extinction::of(&beam.media), view: beam.view, size }
     }
 
     /// Exact transmittance from the light to `depth` (world length) along the ray through (u, v).

@@ -16,7 +16,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::reference::Extinction;
-use crate::scene::{LightView, Scene};
+use crate::scene::Beam;
 use crate::shadow::ShadowMap;
 pub use errors::{Errors, VISIBLE};
 pub use exact::{ExactPoints, ExactTexels};
@@ -27,14 +27,14 @@ pub use points::{Place, Points, Sample};
 const TIMED_LOOKUPS: usize = 8_192;
 const TIMED_RUNS: usize = 16;
 
-/// The largest optical depth along the central rays of a map of `map_size` squared texels seen from
-/// `view`, exact to rounding.
-pub fn largest_optical_depth(scene: &Scene, view: &LightView, map_size: u32) -> f64 {
-    let extinction = Extinction::of(&scene.media);
+/// The largest optical depth along the central rays of a map of `beam` with `map_size` squared texels, exact to
+/// rounding.
+pub fn largest_optical_depth(beam: &Beam, map_size: u32) -> f64 {
+    let extinction = Extinction::of(&beam.media);
     let n = map_size as usize;
     let depth = |texel: usize| {
         let at = |i: usize| (i as f64 + 0.5) / n as f64;
-        let (origin, direction) = view.ray(at(texel % n), at(texel / n));
+        let (origin, direction) = beam.view.ray(at(texel % n), at(texel / n));
         extinction.optical_depth(origin, direction, [0.0, f64::INFINITY])
     };
     (0..n * n).into_par_iter().map(depth).reduce(|| 0.0, f64::max)

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::random::Random;
 use super::{Errors, ExactTexels};
 use crate::progress::Progress;
-use crate::scene::{Body, LightView, Media, Scene};
+use crate::scene::{Beam, Body, LightView, Media};
 use crate::shadow::ShadowMap;
 
 /// A place of a map, and what an exact map says there.
@@ -58,32 +58,30 @@ pub struct Points {
 }
 
 impl Points {
-    /// `count` samples of each of `places` in `scene` for maps of `map_size` squared texels seen from
-    /// `view`, the same for the same `seed`. A place that does not exist (medium in an empty volume)
+    /// `count` samples of each of `places` in `beam` for its maps of `map_size` squared texels, the same for the same `seed`. A place that does not exist (medium in an empty volume)
     /// has none.
     pub fn draw(
-        scene: &Scene,
-        view: &LightView,
+        beam: &Beam,
         map_size: u32,
         places: &[Place],
         [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Self {
-        let exact = ExactTexels::new(scene, view, map_size);
+        let exact = ExactTexels::new(beam, map_size);
         let mut sets = [const { Vec::new() }; 4];
         for &place in places {
             let mut random = Random::new(seed, place as u64);
             let count = count as usize;
             let drawn = match place {
-                Place::Volume => in_volume(scene, count, &mut random),
-                Place::Medium => in_medium(scene, count, &mut random),
-                Place::Rays => on_rays(scene, view, map_size, count, &mut random),
-                Place::Behind => behind(scene, view, count, &mut random),
+                Place::Volume => in_volume(&beam.media, count, &mut random),
+                Place::Medium => in_medium(&beam.media, count, &mut random),
+                Place::Rays => on_rays(beam, map_size, count, &mut random),
+                Place::Behind => behind(beam, count, &mut random),
             };
             progress.begin("truth", drawn.len() as u64);
             let samples = drawn.into_par_iter().filter_map(|drawn| {
                 progress.advance(1);
-                sample(drawn, scene, view, &exact)
+                sample(drawn, beam, &exact)
             });
             sets[place as usize] = samples.collect();
         }
@@ -125,17 +123,14 @@ enum Drawn {
     Light([f64; 3]),
 }
 
-fn sample(
-    drawn: Drawn,
-    scene: &Scene,
-    view: &LightView,
-    exact: &ExactTexels<'_>,
-) -> Option<Sample> {
+fn sample(drawn: Drawn, beam: &Beam, exact: &ExactTexels<'_>) -> Option<Sample> {
+    let view = &beam.view;
     match drawn {
+        Drawn::World(point) if !view.answers_for(point) => None,
         Drawn::World(point) => {
             let place = view.coordinates(point)? / DVec3::new(1.0, 1.0, view.unit);
             let place = place.as_vec3().to_array();
-            let truth = exact.extinction().light_transmittance(scene.light(), point);
+            let truth = exact.extinction().light_transmittance(&beam.light, point);
             Some(Sample { place, truth })
         }
         Drawn::Light([u, v, depth]) => {
@@ -147,15 +142,14 @@ fn sample(
     }
 }
 
-fn in_volume(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
-    let media = &scene.media;
+fn in_volume(media: &Media, count: usize, random: &mut Random) -> Vec<Drawn> {
     let domain = media.domain();
     let world = |index: DVec3| Drawn::World(media.world_from_index().transform_point3(index));
     (0..count).map(|_| world(domain.min + random.cube() * domain.size())).collect()
 }
 
-fn in_medium(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
-    let bodies = scene.media.bodies();
+fn in_medium(media: &Media, count: usize, random: &mut Random) -> Vec<Drawn> {
+    let bodies = media.bodies();
     let mut filled = 0;
     for body in bodies {
         body.volume.voxels().for_each_held(|held, _| filled += held.voxels() as u64);
@@ -185,27 +179,21 @@ fn in_medium(scene: &Scene, count: usize, random: &mut Random) -> Vec<Drawn> {
     drawn
 }
 
-fn on_rays(
-    scene: &Scene,
-    view: &LightView,
-    map_size: u32,
-    count: usize,
-    random: &mut Random,
-) -> Vec<Drawn> {
+fn on_rays(beam: &Beam, map_size: u32, count: usize, random: &mut Random) -> Vec<Drawn> {
     let n = u64::from(map_size);
     drawn_through(count, || {
         let texel = random.below(n * n);
         let [u, v] = [texel % n, texel / n].map(|i| (i as f64 + 0.5) / n as f64);
-        let [enter, exit] = extent(&scene.media, view, u, v)?;
+        let [enter, exit] = extent(&beam.media, &beam.view, u, v)?;
         Some([u, v, enter + random.unit() * (exit - enter)])
     })
 }
 
-fn behind(scene: &Scene, view: &LightView, count: usize, random: &mut Random) -> Vec<Drawn> {
-    let [near, far] = view.axial_extent(&scene.media);
+fn behind(beam: &Beam, count: usize, random: &mut Random) -> Vec<Drawn> {
+    let [near, far] = beam.view.axial_extent(&beam.media);
     drawn_through(count, || {
         let (u, v) = (random.unit(), random.unit());
-        let [_, exit] = extent(&scene.media, view, u, v)?;
+        let [_, exit] = extent(&beam.media, &beam.view, u, v)?;
         Some([u, v, exit + random.unit() * (far - near)])
     })
 }

@@ -7,7 +7,7 @@ mod stage;
 use crate::error::{Result, memory};
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::Scene;
+use crate::scene::{Beam, Scene};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Map, codec};
 pub use passes::{Passes, build_map, view_through};
@@ -36,21 +36,19 @@ pub trait Backend: Send + Sync {
         check_host(settings)
     }
 
-    /// The shadow map of `scene`, a [`crate::scene::Beam`]'s, of the kind that `settings` ask for, brought to the host:
-    /// of its first light, in extinction without tints.
+    /// The shadow map of `beam`, of the kind that `settings` ask for, brought to the host.
     ///
     /// # Errors
-    /// If the light cannot be fitted to the volume, if maps of the kind are not built here, or if the device fails or
-    /// runs out of memory.
-    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map>;
+    /// If maps of the kind are not built here, or if the device fails or runs out of memory.
+    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map>;
 
-    /// The picture of `scene`, a [`crate::scene::Beam`]'s, lit through a map that the host holds.
+    /// The picture of `beam`, lit through a map that the host holds.
     ///
     /// # Errors
     /// If such maps are not marched through here, or if the device fails or runs out of memory.
     fn view(
         &self,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         map: &Map,
         progress: &dyn Progress,

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{LightView, Media, Scene};
+use crate::scene::{Beam, Media};
 use crate::settings::{MapKind, Settings, Slices};
 use crate::shadow::{
     Codec, CodedMap, FragmentMap, GridMap, Links, Map, Runs, ThresholdMap, VisibilityMap,
@@ -13,7 +13,7 @@ use crate::shadow::{
 };
 
 /// The passes of a renderer, by the names that they have in every backend and in `shaders/`, for who looks at what
-/// each of them makes. All work on one of a scene's beams ([`crate::scene::Beam`]): one light and grey media.
+/// each of them makes. All work on one of a scene's beams ([`Beam`]).
 pub trait Passes: Backend {
     /// Pass `trace_threshold`: marches from the light through every texel of a map. Texels are
     /// `size * size`, row 0 at v = 0.
@@ -120,19 +120,18 @@ pub trait Passes: Backend {
     ) -> Result<Image>;
 }
 
-/// The shadow map of `scene`, a [`crate::scene::Beam`]'s, of the kind that `settings` ask for, by the passes.
+/// The shadow map of `beam`, of the kind that `settings` ask for, by the passes.
 ///
 /// # Errors
 /// As [`Backend::map`].
 pub fn build_map(
     passes: &dyn Passes,
-    scene: &Scene,
+    beam: &Beam,
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Map> {
-    let view = LightView::fit(scene.light(), &scene.media)?;
-    let frame = Frame::with_light_view(scene, settings, &view)?;
-    let media = &scene.media;
+    let frame = Frame::new(beam, settings)?;
+    let (media, view) = (&beam.media, beam.view);
     match settings.map.unwrap_or(passes.default_map()) {
         MapKind::Threshold => {
             let texels = passes.trace_threshold(media, &frame, progress)?;
@@ -187,19 +186,19 @@ fn runs(
     }
 }
 
-/// The picture of `scene`, a [`crate::scene::Beam`]'s, lit through `map`, by pass `march_view`.
+/// The picture of `beam`, lit through `map`, by pass `march_view`.
 ///
 /// # Errors
 /// As [`Backend::view`].
 pub fn view_through(
     passes: &dyn Passes,
-    scene: &Scene,
+    beam: &Beam,
     settings: &Settings,
     map: &Map,
     progress: &dyn Progress,
 ) -> Result<Image> {
-    let frame = Frame::with_light_view(scene, settings, map.view())?;
-    passes.march_view(&scene.media, &frame, map, progress)
+    let frame = Frame::new(beam, settings)?;
+    passes.march_view(&beam.media, &frame, map, progress)
 }
 
 fn unbuilt(backend: &str) -> Error {

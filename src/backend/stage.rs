@@ -4,7 +4,7 @@ use super::Passes;
 use crate::error::Result;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{LightView, Media, Scene};
+use crate::scene::{Beam, LightView, Media, Scene};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::Map;
 
@@ -35,20 +35,11 @@ pub struct Cause {
 }
 
 impl Cause {
-    /// Of the map of `scene`, a [`crate::scene::Beam`]'s; `kind` is built where `settings` ask for none.
-    ///
-    /// # Errors
-    /// If the light cannot be fitted to the volume.
-    pub fn of(scene: &Scene, settings: &Settings, kind: MapKind) -> Result<Self> {
-        let view = LightView::fit(scene.light(), &scene.media)?;
+    /// Of the map of `beam`; `kind` is built where `settings` ask for none.
+    pub fn of(beam: &Beam, settings: &Settings, kind: MapKind) -> Self {
         let map = settings.map.or(Some(kind));
         let settings = Settings { map, ..settings.of_map() };
-        Ok(Self { media: scene.media.clone(), view, settings })
-    }
-
-    /// How the light sees the media.
-    pub fn view(&self) -> &LightView {
-        &self.view
+        Self { media: beam.media.clone(), view: beam.view, settings }
     }
 
     /// Whether the same map follows from `other`.
@@ -74,15 +65,15 @@ impl<'a> HostStage<'a> {
     fn map(
         &mut self,
         index: usize,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<&Map> {
-        let cause = Cause::of(scene, settings, self.passes.default_map())?;
+        let cause = Cause::of(beam, settings, self.passes.default_map());
         if !self.maps.get(index).is_some_and(|(known, _)| known.same(&cause)) {
             // Rather not two at once.
             self.maps.truncate(index);
-            let map = self.passes.map(scene, settings, progress)?;
+            let map = self.passes.map(beam, settings, progress)?;
             self.maps.push((cause, map));
         }
         Ok(&self.maps[index].1)
@@ -98,10 +89,10 @@ impl Stage for HostStage<'_> {
     ) -> Result<Image> {
         let [width, height] = settings.image_size;
         let mut image = Image::filled(width, height, [0.0; 4]);
-        for (index, beam) in scene.beams().into_iter().enumerate() {
+        for (index, beam) in scene.beams()?.iter().enumerate() {
             let passes = self.passes;
-            let map = self.map(index, &beam.scene, settings, progress)?;
-            beam.add(&passes.view(&beam.scene, settings, map, progress)?, &mut image);
+            let map = self.map(index, beam, settings, progress)?;
+            beam.add(&passes.view(beam, settings, map, progress)?, &mut image);
         }
         scene.check_radiance(&image)?;
         Ok(image)

@@ -190,7 +190,7 @@ impl SourceArguments {
             self.file.overlay(volume);
         }
         if let Some(Numbers(direction)) = self.light {
-            let light = file.light.first_mut();
+            let light = file.light.one_mut();
             light.direction = Some(direction);
             light.kind = Some("directional".to_owned());
         }

@@ -8,7 +8,7 @@ use crate::cpu::CpuBackend;
 use crate::error::{Error, ErrorKind, Result};
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::Scene;
+use crate::scene::{Beam, Scene};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::Map;
 
@@ -72,18 +72,18 @@ impl Backend for Fallback {
         self.run(|backend| backend.check_room(settings))
     }
 
-    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        self.run(|backend| backend.map(scene, settings, progress))
+    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        self.run(|backend| backend.map(beam, settings, progress))
     }
 
     fn view(
         &self,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        self.run(|backend| backend.view(scene, settings, map, progress))
+        self.run(|backend| backend.view(beam, settings, map, progress))
     }
 
     fn stage(&self) -> Box<dyn Stage + '_> {
@@ -128,8 +128,8 @@ mod tests {
 
     use super::*;
     use crate::progress::Silent;
-    use crate::scene::SceneFile;
     use crate::scene::automatic::{Surroundings, complete};
+    use crate::scene::{Scene, SceneFile};
     use crate::volume::Axis;
     use crate::volume::presets::Preset;
 
@@ -143,10 +143,10 @@ mod tests {
         fn default_map(&self) -> MapKind {
             MapKind::Fragments
         }
-        fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-            CpuBackend.map(scene, settings, progress)
+        fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+            CpuBackend.map(beam, settings, progress)
         }
-        fn view(&self, _: &Scene, _: &Settings, _: &Map, _: &dyn Progress) -> Result<Image> {
+        fn view(&self, _: &Beam, _: &Settings, _: &Map, _: &dyn Progress) -> Result<Image> {
             Err((self.0)())
         }
         fn stage(&self) -> Box<dyn Stage + '_> {
@@ -181,10 +181,11 @@ mod tests {
         let (scene, settings) = scene();
         assert_eq!(backend.description(), "a small GPU");
         let expected = CpuBackend.render(&scene, &settings, &Silent).unwrap();
-        let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();
+        let beam = scene.only_beam().unwrap();
+        let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
         for _ in 0..2 {
             assert_eq!(backend.render(&scene, &settings, &Silent).unwrap(), expected);
-            assert_eq!(backend.view(&scene, &settings, &map, &Silent).unwrap(), expected);
+            assert_eq!(backend.view(&beam, &settings, &map, &Silent).unwrap(), expected);
         }
         assert_eq!(backend.description(), CpuBackend.description());
         let said = SAID.lock().unwrap();

@@ -16,7 +16,7 @@ use crate::io::output::{Inputs, MadeFolder, PendingFile};
 use crate::io::{load_volume, png};
 use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Surroundings, complete};
-use crate::scene::{LightView, Scene, descriptor};
+use crate::scene::{Scene, descriptor};
 use crate::settings::{Crossing, Lookup, MapKind, Settings, Shading};
 use crate::shadow::{Map, ShadowMap, ThresholdMap};
 use crate::volume::presets::Preset;
@@ -80,7 +80,7 @@ fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
     file.ground.enabled = Some(ground);
     file.image.width = Some(CELL);
     file.image.height = Some(CELL);
-    let volume = load_volume(file.volume.first())?;
+    let volume = load_volume(&file.volume[0])?;
     let (scene, settings, _) = complete(&file, vec![volume.into()], Surroundings::Void)?;
     let settings = Settings {
         map: Some(MapKind::Threshold),
@@ -93,10 +93,12 @@ fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
 }
 
 impl PresetScene {
-    fn frame(&self) -> Result<(LightView, Frame)> {
-        let view = LightView::fit(self.scene.light(), &self.scene.media)?;
-        let frame = Frame::with_light_view(&self.scene, &self.settings, &view)?;
-        Ok((view, frame))
+    /// A map that shadows nothing, as of a medium without extinction.
+    fn clear_map(&self) -> Result<Map> {
+        let beam = self.scene.only_beam()?;
+        let frame = Frame::new(&beam, &self.settings)?;
+        let empty = vec![[0.0; 4]; self.settings.map_size.pow(2) as usize];
+        Ok(Map::Threshold(ThresholdMap::new(empty, &self.settings, beam.view, &frame)))
     }
 }
 
@@ -129,13 +131,7 @@ impl Painter {
     fn shading(&self, preset: &PresetScene) -> Result<Sheet> {
         let scene = &preset.scene;
         let shadowed = self.picture(scene, &preset.settings)?;
-        // A map of a medium without extinction shadows nothing.
-        let (view, frame) = preset.frame()?;
-        let map = self.map(preset)?;
-        let empty = vec![[0.0; 4]; map.texels().len()];
-        let clear = ThresholdMap::new(empty, &preset.settings, view, &frame);
-        let clear = Map::Threshold(clear);
-        let unshadowed = self.picture_through(scene, &preset.settings, &clear)?;
+        let unshadowed = self.picture_through(scene, &preset.settings, &preset.clear_map()?)?;
         let mut opacity = unshadowed.clone();
         for (pixel, dark) in opacity.pixels.iter_mut().zip(&shadowed.pixels) {
             let average = if pixel[0] > 0.0 { 1.0 - dark[0] / pixel[0] } else { 0.0 };
@@ -160,7 +156,7 @@ impl Painter {
 
     /// The paper's map.
     fn map(&self, preset: &PresetScene) -> Result<ThresholdMap> {
-        match self.backend.map(&preset.scene, &preset.settings, &*self.progress)? {
+        match self.backend.map(&preset.scene.only_beam()?, &preset.settings, &*self.progress)? {
             Map::Threshold(map) => Ok(map),
             _ => Err(Error::value("map", "figures show threshold maps")),
         }
@@ -171,7 +167,7 @@ impl Painter {
     }
 
     fn picture_through(&self, scene: &Scene, settings: &Settings, map: &Map) -> Result<Image> {
-        self.backend.view(scene, settings, map, &*self.progress)
+        self.backend.view(&scene.only_beam()?, settings, map, &*self.progress)
     }
 }
 

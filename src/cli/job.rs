@@ -149,7 +149,7 @@ fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
         return Err(Error::contents(path, why));
     }
     let mut file = SceneFile::default();
-    file.volume.first_mut().path = Some(path.to_owned());
+    file.volume.one_mut().path = Some(path.to_owned());
     Ok((file, Surroundings::Studio))
 }
 

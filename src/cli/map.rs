@@ -6,8 +6,9 @@ use std::time::Instant;
 use clap::Args;
 
 use super::arguments::{OutputArguments, SceneArguments};
-use super::certify::{Certified, LimitArguments, choose};
 use super::job::{Request, default_output};
+use super::limits::LimitArguments;
+use crate::compare::Certified;
 use crate::error::{Error, Result};
 use crate::io::coded_map::encode_coded_map;
 use crate::io::exr;
@@ -53,13 +54,13 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     }
     let no_picture = Settings { image_size: [1; 2], ..job.settings.clone() };
     job.backend.check_room(&no_picture)?;
-    let beams = job.scene.beams();
+    let beams = job.scene.beams()?;
     let mut built = Vec::new();
     let begun = Instant::now();
     for beam in &beams {
-        let (map, certificate) = match choose(&job, &beam.scene, &scene, &limits, written)? {
+        let (map, certificate) = match limits.choose(&job, beam, &scene, written, &*job.progress)? {
             Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
-            None => (job.backend.map(&beam.scene, &job.settings, &*job.progress)?, None),
+            None => (job.backend.map(beam, &job.settings, &*job.progress)?, None),
         };
         built.push(Built { label: beam.label(&beams), map, certificate });
     }

@@ -3,19 +3,20 @@
 mod adapters;
 mod arguments;
 mod backend;
-mod certify;
 mod compare;
 mod convert;
 mod fallback;
 mod figures;
 mod info;
 mod job;
+mod limits;
 mod map;
 mod progress;
 mod render;
 mod sheet;
 #[cfg(unix)]
 mod signals;
+mod spelling;
 mod workers;
 
 use std::ffi::OsString;
@@ -136,6 +137,7 @@ fn print_json(text: &str) -> Result<()> {
 
 /// Puts one line on stderr, for people; whatever it quotes, it steers no terminal.
 fn say(line: &str) {
+    let line = spelling::with_options(line);
     let line = quote::one_line(&format!("deepshadow: {line}"), LONGEST_LINE);
     // A closed stderr leaves nobody to tell; the work goes on.
     let _ = writeln!(std::io::stderr(), "{line}");

@@ -5,9 +5,10 @@ use std::path::Path;
 use clap::Args;
 
 use super::arguments::{OutputArguments, PictureArguments, SceneArguments};
-use super::certify::{Certified, LimitArguments, choose};
 use super::job::{Job, Request, default_output};
+use super::limits::LimitArguments;
 use super::progress::Stopwatch;
+use crate::compare::Certified;
 use crate::cpu::DeepView;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
@@ -67,7 +68,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         let why = "a deep image takes one sample a pixel and physical shading";
         return Err(Error::contents(path, why));
     }
-    let beams = job.scene.beams();
+    let beams = job.scene.beams()?;
     if format == Format::Deep && beams.len() > 1 {
         let why = "a deep image takes one light and grey extinction";
         return Err(Error::contents(path, why));
@@ -124,13 +125,13 @@ fn beam_by_beam(
     format: Format,
     watch: &Stopwatch<'_>,
 ) -> Result<Lit> {
-    let beams = job.scene.beams();
+    let beams = job.scene.beams()?;
     let [width, height] = job.settings.image_size;
     let image = Image::filled(width, height, [0.0; 4]);
     let mut lit = Lit { image, deep: None, map_size: 0, certificates: Vec::new() };
     for beam in &beams {
         watch.begin("shadow map", 1);
-        let (map, settings) = match choose(job, &beam.scene, arguments, limits, |_| true)? {
+        let (map, settings) = match limits.choose(job, beam, arguments, |_| true, &*job.progress)? {
             Some(Certified { map, settings, certificate }) => {
                 lit.certificates.push(match beam.label(&beams) {
                     Some(label) => format!("{label}: {certificate}"),
@@ -138,16 +139,16 @@ fn beam_by_beam(
                 });
                 (map, settings)
             }
-            None => (job.backend.map(&beam.scene, &job.settings, watch)?, job.settings.clone()),
+            None => (job.backend.map(beam, &job.settings, watch)?, job.settings.clone()),
         };
         watch.begin("picture", 1);
         if format == Format::Deep {
-            let frame = Frame::with_light_view(&beam.scene, &settings, map.view())?;
+            let frame = Frame::new(beam, &settings)?;
             let certificate = lit.certificates.first().map(String::as_str);
-            let view = DeepView::new(&beam.scene.media, &frame, &map);
+            let view = DeepView::new(&beam.media, &frame, &map);
             lit.deep = Some(encode_deep(&view, settings.image_size, certificate)?);
         } else {
-            let picture = job.backend.view(&beam.scene, &settings, &map, watch)?;
+            let picture = job.backend.view(beam, &settings, &map, watch)?;
             beam.add(&picture, &mut lit.image);
         }
         lit.map_size = settings.map_size;

@@ -104,7 +104,7 @@ fn bodies_of_any_scale_take_as_many_samples_as_their_voxels_ask_for() {
                 volume: cube(16, center, edge),
                 medium: Medium { density_scale: 3.0, ..Medium::default() },
             });
-            let scene = seen(Media::new(bodies.into()).unwrap(), 1.0);
+            let scene = seen(Media::new(bodies.into()), 1.0);
             let (image, samples) = render(&scene, &settings(kind, 8));
             image.unwrap();
             samples
@@ -162,7 +162,7 @@ fn any_scene(random: &mut Random) -> Scene {
         }
         Body { volume: Arc::new(Volume::new("any", values, placement).unwrap()), medium }
     });
-    let media = Media::new(bodies.collect()).unwrap();
+    let media = Media::new(bodies.collect());
     let size = media.world_bounds().size().length();
     let mut scene = seen(media, if random.chance(0.8) { size } else { random.magnitude() });
     scene.lights[0].irradiance = DVec3::splat(random.magnitude());

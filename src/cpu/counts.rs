@@ -39,13 +39,14 @@ fn passes_take_no_more_samples_than_they_did() {
     let mut same = true;
     for (preset, expected) in EXPECTED {
         let file = descriptor(preset).unwrap();
-        let up: Option<&str> = file.volume.first().up.as_deref();
+        let up: Option<&str> = file.volume[0].up.as_deref();
         let volume = preset.volume(up.map_or(Axis::default(), |up| up.parse().unwrap())).unwrap();
         let (scene, settings, _) =
             complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
         let settings = Settings { map_size: 64, image_size: [64, 64], ..settings };
-        let (media, frame) = (&scene.media, Frame::new(&scene, &settings).unwrap());
-        let map = CpuBackend.map(&scene, &settings, &Silent).unwrap();
+        let (media, frame) =
+            (&scene.media, Frame::new(&scene.only_beam().unwrap(), &settings).unwrap());
+        let map = CpuBackend.map(&scene.only_beam().unwrap(), &settings, &Silent).unwrap();
         let counts = [
             samples(|| drop(trace_threshold::trace_threshold(media, &frame, &Silent))),
             samples(|| drop(trace_slices::trace_slices(media, &frame, &Silent))),

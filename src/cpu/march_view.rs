@@ -10,7 +10,8 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
 use crate::kernel::media::{
-    Arriving, Piece, Sampler, arriving, density_along, emission_along, four_along, source_along,
+    Arriving, Piece, Sampler, arriving, arriving_over, density_along, emission_along, four_along,
+    source_along,
 };
 use crate::kernel::medium::{mean_transmittance, scattered, step_opacity};
 use crate::kernel::occupancy::{BATCH, CUT_LIMIT, CUT_SHARE, Walk};
@@ -262,8 +263,8 @@ impl View<'_> {
         [at, half]: [f32; 2],
     ) -> Vec3 {
         let point = ray.at(at);
-        let parallel = self.frame.light.has_position == 0;
-        let light = if parallel { *light } else { arriving(self.frame, ray, point) };
+        let parallel = self.frame.light.spread == 0;
+        let light = if parallel { *light } else { arriving_over(self.frame, ray, [at, half]) };
         let transmittance = self.transmittance(point);
         let piece = Piece { ray: index_ray, at, half };
         source_along(&self.sampler, self.frame, &piece, &light, transmittance)

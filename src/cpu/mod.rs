@@ -22,7 +22,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{Media, Scene};
+use crate::scene::{Beam, Media};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Codec, Links, Map, Runs, ShadowMap, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
@@ -58,18 +58,18 @@ impl Backend for CpuBackend {
         true
     }
 
-    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        build_map(self, scene, settings, progress)
+    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        build_map(self, beam, settings, progress)
     }
 
     fn view(
         &self,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        view_through(self, scene, settings, map, progress)
+        view_through(self, beam, settings, map, progress)
     }
 
     fn stage(&self) -> Box<dyn Stage + '_> {

@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3, DVec4, Vec3, Vec4};
 
 use super::steps::{bricks, planes, reach, shared_length, shared_weight};
 use super::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching};
-use crate::scene::{Light, LightKind, LightView, Media, Scene};
+use crate::scene::{Beam, Light, LightKind, LightView, Media, Medium};
 use crate::settings::{Crossing, Lookup, Settings, Shading};
 
 /// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
@@ -41,7 +41,8 @@ impl Space {
     }
 
     pub(super) fn media(self, media: &Media) -> FrameMedia {
-        let medium = &media.first().medium;
+        let none = Medium::default();
+        let medium = media.first().map_or(&none, |body| &body.medium);
         let index_from_frame = media.world_from_index().inverse() * self.world_from_frame();
         let [brick_scale, brick_offset] = bricks(media);
         FrameMedia {
@@ -64,8 +65,7 @@ impl Space {
         }
     }
 
-    pub(super) fn light(self, scene: &Scene, light: &LightView) -> FrameLight {
-        let sun = scene.light();
+    pub(super) fn light(self, sun: &Light, light: &LightView) -> FrameLight {
         let (light_from_frame, irradiance) =
             placed(light, sun, &self.world_from_frame(), self.unit);
         let [cone_inner, cone_outer] = sun.cone_cosines().map(|c| c as f32);
@@ -82,7 +82,11 @@ impl Space {
             direction_v: along(light.direction_v),
             from_frame: [0, 1, 2, 3].map(|i| light_from_frame.row(i).as_vec4()),
             position: light.position.map_or(Vec3::ZERO, |p| self.point(p)),
-            has_position: u32::from(light.position.is_some()),
+            spread: match (light.position, light.face) {
+                (None, _) => 0,
+                (Some(_), None) => 1,
+                (Some(_), Some(face)) => 2 + face,
+            },
             axis: axis.as_vec3(),
             cone_inner,
             irradiance: irradiance.as_vec3(),
@@ -90,7 +94,7 @@ impl Space {
         }
     }
 
-    pub(super) fn view(self, scene: &Scene, settings: &Settings, march: Marching) -> FrameView {
+    pub(super) fn view(self, scene: &Beam, settings: &Settings, march: Marching) -> FrameView {
         let [width, height] = settings.image_size;
         let rays = scene.camera.rays(f64::from(width) / f64::from(height));
         FrameView {
@@ -118,7 +122,7 @@ impl Space {
         }
     }
 
-    fn ground(self, scene: &Scene) -> FrameGround {
+    fn ground(self, scene: &Beam) -> FrameGround {
         scene.ground.map_or(FrameGround::default(), |ground| {
             let extent = ground.half_extent.map_or(f32::INFINITY, |e| (e / self.unit) as f32);
             FrameGround {
@@ -166,7 +170,8 @@ impl Space {
             truncation: settings.finer(settings.truncation) as f32,
             planes: planes(settings, light, media),
             follows_links: u32::from(settings.links),
-            unused: [0; 2],
+            bias: (settings.bias / self.unit) as f32,
+            unused: 0,
         }
     }
 }

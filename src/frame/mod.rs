@@ -14,7 +14,7 @@ mod steps;
 use bytemuck::{Pod, Zeroable};
 
 use crate::error::{Error, Result};
-use crate::scene::{LightView, Media, Scene};
+use crate::scene::{Beam, Media};
 use crate::settings::Settings;
 use fill::{Space, tolerance};
 pub use mixture::{
@@ -55,31 +55,22 @@ impl Frame {
             && map.sharpness == 0.0
             && view.octaves == 0
             && map.surface_reach == 0.0
-            && self.light.has_position == 0
+            && self.light.spread == 0
     }
 
-    /// The frame of `scene`, one [`crate::scene::Beam`]'s, under `settings`.
-    ///
-    /// # Errors
-    /// If the light cannot be fitted to the volume ([`LightView::fit`]).
-    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self> {
-        let view = LightView::fit(scene.light(), &scene.media)?;
-        Self::with_light_view(scene, settings, &view)
-    }
-
-    /// The frame of `scene` under `settings`, with a given view of the light.
+    /// The frame of `beam` under `settings`.
     ///
     /// # Errors
     /// If a scene is too large or too far away for f32.
-    pub fn with_light_view(scene: &Scene, settings: &Settings, light: &LightView) -> Result<Self> {
-        let media = &scene.media;
+    pub fn new(beam: &Beam, settings: &Settings) -> Result<Self> {
+        let media = &beam.media;
         let space = Space { center: media.world_bounds().center(), unit: media.unit() };
         let [rays, slabs, march] = marching(media, settings, tolerance(settings));
         let frame = Self {
             media: space.media(media),
-            light: space.light(scene, light),
-            view: space.view(scene, settings, march),
-            map: space.map(media, settings, light, [rays, slabs]),
+            light: space.light(&beam.light, &beam.view),
+            view: space.view(beam, settings, march),
+            map: space.map(media, settings, &beam.view, [rays, slabs]),
         };
         frame.checked(media)
     }

@@ -56,8 +56,9 @@ pub struct FrameLight {
     pub from_frame: [Vec4; 4],
     /// Position of a point or spot light.
     pub position: Vec3,
-    /// 1 for those, 0 for a directional light.
-    pub has_position: u32,
+    /// Where light goes: 0 all one way (a directional light), 1 everywhere from its position, 2 to 7 through a face
+    /// of a cube around it ([`crate::scene::LightView::face`]).
+    pub spread: u32,
     /// Axis of a spot light.
     pub axis: Vec3,
     /// Cosine where its cone begins to fade.
@@ -190,6 +191,8 @@ pub struct FrameMap {
     pub planes: u32,
     /// 1 if wide filters follow links between texels' lists, else 0.
     pub follows_links: u32,
+    /// How much nearer to the light than they are surfaces are looked up.
+    pub bias: f32,
     /// Nothing.
-    pub unused: [u32; 2],
+    pub unused: u32,
 }

@@ -108,7 +108,7 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [M
         return marching;
     }
     let voxel = smallest_voxel(media) / media.unit();
-    let roughness = media.occupancy().roughness() * media.unit();
+    let roughness = media.roughness() * media.unit();
     for (i, (_, bend, samples)) in passes.into_iter().enumerate() {
         let length = if roughness > 0.0 {
             samples * (8.0 * bend * voxel / roughness).sqrt()
@@ -172,7 +172,7 @@ pub(super) fn shared_length(media: &Media, settings: &Settings) -> f32 {
     let densest = media.densest() * media.unit();
     let known = settings.shading != Shading::Paper
         && media.plain().is_some()
-        && media.occupancy().roughness() > 0.0
+        && media.roughness() > 0.0
         && densest > 0.0;
     if known { (LOOKUP_DEPTH / densest / settings.quality) as f32 } else { 0.0 }
 }

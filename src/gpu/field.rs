@@ -24,6 +24,12 @@ impl GpuField {
         Self { view, scale: encoding.scale }
     }
 
+    /// What stands where there is no grid and shaders want one.
+    pub(super) fn nothing(device: &wgpu::Device) -> Self {
+        let texture = texture(device, "nothing", [1; 3], TextureFormat::R8Unorm);
+        Self { view: texture.create_view(&wgpu::TextureViewDescriptor::default()), scale: 1.0 }
+    }
+
     pub(super) fn upload(
         device: &wgpu::Device,
         queue: &wgpu::Queue,

@@ -160,6 +160,9 @@ fn mixed(gpu: &Renderer, media: &Media) -> Result<Content> {
         field.domain_min.w = own.scale;
         uploaded.push(own);
     }
+    if uploaded.is_empty() {
+        uploaded.push(GpuField::nothing(gpu.device()));
+    }
     let mut uniform =
         MixtureUniform { counts: [parts.len() as u32, 0, 0, 0], ..Default::default() };
     uniform.parts[..parts.len()].copy_from_slice(&parts);

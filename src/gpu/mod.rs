@@ -37,7 +37,7 @@ use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{Media, Scene};
+use crate::scene::{Beam, Media};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{FragmentMap, Links, Map, Runs, ShadowMap};
 use adapter::Watch;
@@ -153,18 +153,18 @@ impl Backend for GpuBackend {
         })
     }
 
-    fn map(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        build_map(self, scene, settings, progress)
+    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        build_map(self, beam, settings, progress)
     }
 
     fn view(
         &self,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        view_through(self, scene, settings, map, progress)
+        view_through(self, beam, settings, map, progress)
     }
 
     fn stage(&self) -> Box<dyn Stage + '_> {

@@ -74,14 +74,14 @@ impl<'a> GpuStage<'a> {
     fn light(
         &mut self,
         index: usize,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<()> {
         let backend = self.backend;
         let gpu = &backend.renderer;
         let kind = settings.map.unwrap_or(self.backend.default_map());
-        let cause = Cause::of(scene, settings, kind)?;
+        let cause = Cause::of(beam, settings, kind);
         if let Some(Some(known)) = self.lit.get(index)
             && known.cause.same(&cause)
         {
@@ -89,8 +89,8 @@ impl<'a> GpuStage<'a> {
         }
         // Rather not two at once.
         self.lit.truncate(index);
-        let frame = Frame::with_light_view(scene, settings, cause.view())?;
-        let media_kind = GpuMedia::kind_of(gpu.device(), &scene.media);
+        let frame = Frame::new(beam, settings)?;
+        let media_kind = GpuMedia::kind_of(gpu.device(), &beam.media);
         let passes = match kind {
             MapKind::Threshold => [Pass::TraceThreshold, Pass::MarchThreshold],
             _ => [Pass::TraceSlices, Pass::MarchFragments],
@@ -98,18 +98,18 @@ impl<'a> GpuStage<'a> {
         // Drivers take as long to compile as it takes to bring a volume over.
         let (compiled, media) = rayon::join(
             || gpu.programs.compile(&passes, media_kind, frame.is_usual()),
-            || backend.upload(&scene.media),
+            || backend.upload(&beam.media),
         );
         compiled?;
         let media = media?;
         let shadow = match kind {
             MapKind::Threshold => Some(self.threshold(&media, &frame, progress)?),
-            MapKind::Fragments => self.fragments(scene, &media, &frame, settings, progress)?,
+            MapKind::Fragments => self.fragments(beam, &media, &frame, settings, progress)?,
             _ => None,
         };
         let shadow = match shadow {
             Some(shadow) => shadow,
-            None => self.by_way_of_the_host(scene, settings, progress)?,
+            None => self.by_way_of_the_host(beam, settings, progress)?,
         };
         self.lit.push(Some(Lit { cause, media, shadow }));
         Ok(())
@@ -133,7 +133,7 @@ impl<'a> GpuStage<'a> {
     /// The lists, if they fit the memory allowed and what the device binds, all at once, and are marched.
     fn fragments(
         &mut self,
-        scene: &Scene,
+        beam: &Beam,
         media: &GpuMedia,
         frame: &Frame,
         settings: &Settings,
@@ -143,7 +143,7 @@ impl<'a> GpuStage<'a> {
         let gpu = &backend.renderer;
         let size = frame.map.size;
         let fitted = frame.map.tolerance > 0.0;
-        let capacity = if fitted { self.capacity } else { most_nodes(&scene.media, frame) };
+        let capacity = if fitted { self.capacity } else { most_nodes(&beam.media, frame) };
         let tile = Tile::rows(size, 0, size, capacity);
         if settings.slices == Slices::Raster || tile.node_bytes() > settings.memory {
             return Ok(None);
@@ -168,11 +168,11 @@ impl<'a> GpuStage<'a> {
     /// Maps that are too large to be made at one go are put together by the host.
     fn by_way_of_the_host(
         &self,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Shadow> {
-        match self.backend.map(scene, settings, progress)? {
+        match self.backend.map(beam, settings, progress)? {
             Map::Fragments(map) => Ok(Shadow::Fragments(uploaded(&self.backend.renderer, &map)?)),
             _ => Err(Error::gpu("this kind of map is marched through on the CPU only")),
         }
@@ -182,17 +182,17 @@ impl<'a> GpuStage<'a> {
     fn view(
         &mut self,
         index: usize,
-        scene: &Scene,
+        beam: &Beam,
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<GpuImage> {
-        self.light(index, scene, settings, progress)?;
+        self.light(index, beam, settings, progress)?;
         let gpu = &self.backend.renderer;
-        let Some(Some(Lit { cause, media, shadow })) = self.lit.get(index) else {
+        let Some(Some(Lit { media, shadow, .. })) = self.lit.get(index) else {
             return Err(Error::gpu("a beam has no light"));
         };
         progress.begin("picture", 1);
-        let mut frame = Frame::with_light_view(scene, settings, cause.view())?;
+        let mut frame = Frame::new(beam, settings)?;
         frame.map.follows_links = u32::from(shadow.linked());
         let frame = gpu.frame(&frame, media)?;
         let [width, height] = settings.image_size;
@@ -222,8 +222,8 @@ impl<'a> GpuStage<'a> {
         let [width, height] = settings.image_size;
         let mut sum: Option<GpuImage> = None;
         for (index, beam) in beams.iter().enumerate() {
-            let image = self.view(index, &beam.scene, settings, progress)?;
-            let weights = beam.weights();
+            let image = self.view(index, beam, settings, progress)?;
+            let weights = beam.weights;
             if index == 0 {
                 self.image = Some(image.clone());
             }
@@ -251,7 +251,7 @@ impl Stage for GpuStage<'_> {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        let beams = scene.beams();
+        let beams = scene.beams()?;
         let watch = &self.backend.watch;
         loop {
             self.counted.clear();

@@ -47,7 +47,7 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
         && let Some([low, high]) = window(&volume)
     {
         densities = Densities::of_window([low, high], 0.0);
-        notes.push(format!("window {low},{high} (chosen; --window sets it)"));
+        notes.push(format!("window {low},{high} (chosen; `volume.window` sets it)"));
     }
     if function.is_none() {
         function = match choice {
@@ -156,7 +156,8 @@ fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Re
         (_, Some(Resolved { hounsfield: Some(function), .. })) => {
             let volume = load(Levels::Moved(HOUNSFIELD))?;
             if is_hounsfield(&volume, facts.of_ct) {
-                let note = "its values are Hounsfield units (--transfer-range spreads over others)";
+                let note =
+                    "its values are Hounsfield units (`volume.transfer.range` spreads over others)";
                 facts.notes.push(note.to_owned());
                 return Ok(Loaded::stored(volume, Some(function.clone())));
             }

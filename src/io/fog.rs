@@ -43,8 +43,7 @@ impl std::str::FromStr for Class {
 }
 
 /// What is said of numbers that look like distances and are taken for densities.
-pub(super) const DISTANCES: &str =
-    "looks like signed distances and is drawn as densities, inside out (--class level-set)";
+pub(super) const DISTANCES: &str = "looks like signed distances and is drawn as densities, inside out (`volume.class = level-set`)";
 
 /// The density of a level set: 1 inside, 0 outside, a linear edge of one voxel across the surface.
 pub(super) fn fog(distance: f32, voxel: f32) -> f32 {
@@ -109,7 +108,9 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
     let Some(bounds) = bounds else {
         if !others.is_empty() {
             let others = others.join(", ");
-            notes.push(format!("grid '{name}' is empty, the file also has {others} (--grid)"));
+            notes.push(format!(
+                "grid '{name}' is empty, the file also has {others} (`volume.grid`)"
+            ));
         }
         let nothing = Voxels::Dense(Array3::zeros((1, 1, 1)));
         return placed(&name, nothing, IVec3::ZERO, &world_from_index, wanted.levels);

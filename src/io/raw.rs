@@ -22,11 +22,11 @@ pub fn describe(path: &Path, size: u64, table: &VolumeTable) -> Result<DenseHead
     let in_sidecar = |error: Error| Error::contents(&sidecar_path, error.to_string());
 
     let dims = table.dims.or(sidecar.dims);
-    let dims = dims.ok_or_else(|| undescribed(path, "--dims and --type"))?;
+    let dims = dims.ok_or_else(|| undescribed(path, "`volume.dims` and `volume.type`"))?;
     let value_type = match (&table.value_type, &sidecar.value_type) {
         (Some(given), _) => given.parse::<ValueType>()?,
         (None, Some(given)) => given.parse().map_err(in_sidecar)?,
-        (None, None) => return Err(undescribed(path, "--type")),
+        (None, None) => return Err(undescribed(path, "`volume.type`")),
     };
     let mut header = DenseHeader::new(dims, value_type);
     header.endian = match (&table.endian, &sidecar.endian) {

@@ -26,7 +26,7 @@ pub fn light_extent(frame: &Frame, u: f32, v: f32) -> (f32, f32) {
 pub fn light_coordinates(frame: &Frame, point: Vec3) -> Vec3 {
     let p = point.extend(1.0);
     let [u, v, depth, w] = frame.light.from_frame.map(|row| row.dot(p));
-    if frame.light.has_position == 0 {
+    if frame.light.spread == 0 {
         return Vec3::new(u, v, depth);
     }
     if w <= 0.0 {
@@ -37,7 +37,7 @@ pub fn light_coordinates(frame: &Frame, point: Vec3) -> Vec3 {
 
 /// The way light travels at a point, unit length.
 pub fn light_direction_at(frame: &Frame, point: Vec3) -> Vec3 {
-    if frame.light.has_position == 0 {
+    if frame.light.spread == 0 {
         return frame.light.direction.truncate();
     }
     (point - frame.light.position).normalize_or_zero()
@@ -45,13 +45,64 @@ pub fn light_direction_at(frame: &Frame, point: Vec3) -> Vec3 {
 
 /// Unshadowed irradiance at a point on a plane that faces the light, per channel.
 pub fn irradiance_at(frame: &Frame, point: Vec3) -> Vec3 {
-    let irradiance = frame.light.irradiance;
-    if frame.light.has_position == 0 {
-        return irradiance;
+    if frame.light.spread == 0 {
+        return frame.light.irradiance;
     }
-    let squared = (point - frame.light.position).length_squared().max(1e-30);
-    let cosine = light_direction_at(frame, point).dot(frame.light.axis);
+    let from_light = point - frame.light.position;
+    if frame.light.spread > 1 && face_of(from_light) != frame.light.spread - 2 {
+        return Vec3::ZERO;
+    }
+    let squared = from_light.length_squared().max(1e-30);
+    frame.light.irradiance * (cone_share(frame, light_direction_at(frame, point)) / squared)
+}
+
+/// Share of a spot's light that goes in a direction; 1 for a point light.
+fn cone_share(frame: &Frame, direction: Vec3) -> f32 {
     let (inner, outer) = (frame.light.cone_inner, frame.light.cone_outer);
+    let cosine = direction.dot(frame.light.axis);
     let x = ((cosine - outer) / (inner - outer).max(1e-6)).clamp(0.0, 1.0);
-    irradiance * (x * x * (3.0 - 2.0 * x) / squared)
+    x * x * (3.0 - 2.0 * x)
+}
+
+/// Unshadowed irradiance on the average over a piece of a ray, from its begin over its middle to its end, of a light
+/// among the media, close to which it changes by much. The integral of one over the squared distance is the angle
+/// that the piece takes up as the light sees it, over the light's distance from the ray; a cone's share is a mean over
+/// that angle.
+pub fn irradiance_over(frame: &Frame, [begin, middle, end]: [Vec3; 3]) -> Vec3 {
+    let [a, m, b] = [begin, middle, end].map(|point| point - frame.light.position);
+    if face_of(m) != frame.light.spread - 2 {
+        return Vec3::ZERO;
+    }
+    let (area, lengths) = (a.cross(b).length(), (a.length_squared() * b.length_squared()).sqrt());
+    if area <= 1e-3 * lengths {
+        let share = cone_share(frame, m.normalize_or_zero());
+        return frame.light.irradiance * (share / lengths.max(1e-30));
+    }
+    let angle = area.atan2(a.dot(b));
+    let (along, across) = (a.normalize(), (b - a * (a.dot(b) / a.length_squared())).normalize());
+    let parts = ((angle / ANGLE).ceil() as u32).clamp(1, MOST_ANGLES);
+    let mut share = 0.0;
+    for i in 0..parts {
+        let turned = angle * (i as f32 + 0.5) / parts as f32;
+        share += cone_share(frame, turned.cos() * along + turned.sin() * across);
+    }
+    frame.light.irradiance * (share / parts as f32 * angle / area)
+}
+
+/// Angle over which a cone's share is taken at one place, in radians, and how many such places a piece has at most.
+pub const ANGLE: f32 = 0.05;
+/// See [`ANGLE`].
+pub const MOST_ANGLES: u32 = 64;
+
+/// The face of a cube that a direction from its middle goes through, whose edges belong to one face each: +x, -x, +y,
+/// -y, +z, -z are 0 to 5.
+pub fn face_of(direction: Vec3) -> u32 {
+    let far = direction.abs();
+    if far.x >= far.y && far.x >= far.z {
+        u32::from(direction.x < 0.0)
+    } else if far.y >= far.z {
+        2 + u32::from(direction.y < 0.0)
+    } else {
+        4 + u32::from(direction.z < 0.0)
+    }
 }

@@ -6,7 +6,7 @@ use std::cell::Cell;
 use glam::{Vec3, Vec4};
 
 use super::density::{Density, four_densities, sample_density};
-use super::light::{irradiance_at, light_direction_at};
+use super::light::{irradiance_at, irradiance_over, light_direction_at};
 use super::medium::{octaves, phase};
 use super::mixture::{
     Met, MixedMedia, four_classified, mixture_density, mixture_emission, mixture_source,
@@ -151,6 +151,17 @@ pub struct Arriving {
 pub fn arriving(frame: &Frame, ray: &Ray, point: Vec3) -> Arriving {
     let cosine = -ray.direction.dot(light_direction_at(frame, point));
     let irradiance = irradiance_at(frame, point);
+    Arriving { irradiance, cosine, scattered: irradiance * phase(frame.media.phase_g, cosine) }
+}
+
+/// Light that arrives over a piece of a camera ray, around a place and of half a length: that of its middle, but of a
+/// light that stands among the media, whose square of the distance may change by much over a piece.
+pub fn arriving_over(frame: &Frame, ray: &Ray, [at, half]: [f32; 2]) -> Arriving {
+    if frame.light.spread < 2 {
+        return arriving(frame, ray, ray.at(at));
+    }
+    let cosine = -ray.direction.dot(light_direction_at(frame, ray.at(at)));
+    let irradiance = irradiance_over(frame, [at - half, at, at + half].map(|t| ray.at(t)));
     Arriving { irradiance, cosine, scattered: irradiance * phase(frame.media.phase_g, cosine) }
 }
 

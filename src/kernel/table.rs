@@ -185,7 +185,7 @@ mod tests {
         let transfer = Some(Arc::new(TransferFunction::new(points.to_vec()).unwrap()));
         let volume = Volume::new("one", Array3::ones((2, 2, 2)), DMat4::IDENTITY).unwrap();
         let medium = Medium { transfer, ..Medium::default() };
-        let media = Media::new(vec![Body { volume: Arc::new(volume), medium }]).unwrap();
+        let media = Media::new(vec![Body { volume: Arc::new(volume), medium }]);
         let mixture = Mixture::of(&media);
         (mixture.tables.clone(), mixture.parts[0].transfer, 0.75 * 0.0043)
     }

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::light::{irradiance_at, light_direction_at, light_extent};
+use super::light::{irradiance_at, light_direction_at};
 use super::ray::Ray;
 use crate::frame::Frame;
 
@@ -46,19 +46,7 @@ pub fn ground_radiance(frame: &Frame, point: Vec3, transmittance: f32) -> Vec3 {
     frame.view.ground.albedo * (direct + frame.view.ambient)
 }
 
-/// The depth at which to look up the shadow of a point that need not lie in the volume: far in front
-/// or far behind where the point's light ray has not met or has left the medium, so that the ground
-/// gets all of the shadow and nothing in front of the volume gets any.
+/// The depth at which to look up the shadow of a surface's point, (u, v, depth) in the map.
 pub fn surface_depth(frame: &Frame, light: Vec3) -> f32 {
-    let (enter, exit) = light_extent(frame, light.x, light.y);
-    if light.z >= exit {
-        FAR
-    } else if light.z <= enter {
-        -FAR
-    } else {
-        light.z
-    }
+    light.z - frame.map.bias
 }
-
-/// Deeper than every volume.
-pub const FAR: f32 = 1e12;

@@ -14,7 +14,7 @@ use super::extinction::Extinction;
 use super::integral::{Cells, Stretch};
 use crate::error::{Error, Result};
 use crate::image::Image;
-use crate::scene::Scene;
+use crate::scene::{Light, LightKind, Medium, Scene};
 
 /// Nodes and weights of four-point Gauss-Legendre quadrature on 0..1.
 const GAUSS: [[f64; 2]; 4] = [
@@ -28,10 +28,13 @@ const GAUSS: [[f64; 2]; 4] = [
 const MOST_DEPTH: f64 = 0.5;
 /// Light behind as much less is not looked for: a billionth of a pixel's.
 const DARK: f64 = 1e-9;
+/// Length of a part at most, as a share of its distance to a light with a place: from a point, and within the edge of
+/// a cone.
+const NEAR_SHARES: [f64; 2] = [0.5, 0.04];
 /// Halvings of a part at most: where a shadow's edge runs through a part, its light never is smooth.
 const MOST_HALVINGS: u32 = 24;
 
-/// Single scattering of `scene` at `width` x `height` pixels, one ray through each pixel's centre.
+/// Single scattering of all lights of `scene` at `width` x `height` pixels, one ray through each pixel's centre.
 /// Each cell that a camera ray crosses is cut into `cuts` equal parts, and those in halves while they are
 /// optically thick, with four Gauss points each; transmittance to the camera and from the light is exact
 /// at every point.
@@ -41,7 +44,9 @@ const MOST_HALVINGS: u32 = 24;
 pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) -> Result<Image> {
     let volume = scene.media.plain();
     let volume = volume.ok_or_else(|| Error::value("scene", "its media are not plain"))?;
-    let truth = Truth { scene, cells: Cells::of(volume), extinction: Extinction::of(&scene.media) };
+    let medium = scene.media.first().map(|body| body.medium.clone()).unwrap_or_default();
+    let (cells, extinction) = (Cells::of(volume), Extinction::of(&scene.media));
+    let truth = Truth { scene, medium, cells, extinction };
     let rays = scene.camera.rays(f64::from(width) / f64::from(height));
     let mut image = Image::filled(width, height, [0.0; 4]);
     image.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
@@ -57,8 +62,29 @@ pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) ->
 /// A scene ready to be looked at.
 struct Truth<'a> {
     scene: &'a Scene,
+    medium: Medium,
     cells: Cells<'a>,
     extinction: Extinction<'a>,
+}
+
+/// What light comes from.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Light(&'a Light),
+    /// Everywhere, unshadowed.
+    Ambient,
+}
+
+impl Source<'_> {
+    /// Where it is, and how short parts near it are.
+    fn place(self) -> Option<(DVec3, f64)> {
+        let Self::Light(light) = self else { return None };
+        match light.kind {
+            LightKind::Directional { .. } => None,
+            LightKind::Point { position } => Some((position, NEAR_SHARES[0])),
+            LightKind::Spot { position, .. } => Some((position, NEAR_SHARES[1])),
+        }
+    }
 }
 
 /// A stretch of a camera ray.
@@ -74,8 +100,7 @@ struct Seen<'a> {
 
 impl Truth<'_> {
     fn radiance(&self, origin: DVec3, direction: DVec3, cuts: u32) -> [f32; 4] {
-        let scene = self.scene;
-        let scale = scene.media.first().medium.density_scale;
+        let (scene, scale) = (self.scene, self.medium.density_scale);
         let ground = ground_distance(scene, origin, direction);
         let mut tau = 0.0;
         let mut light = DVec3::ZERO;
@@ -83,10 +108,12 @@ impl Truth<'_> {
         self.cells.walk(origin, direction, way, |stretch| {
             let part = (stretch.exit - stretch.enter) / f64::from(cuts);
             let view = Seen { stretch, origin, direction, scale, tau };
-            for cut in 0..cuts {
-                let [from, to] = [cut, cut + 1].map(|i| stretch.enter + f64::from(i) * part);
-                let ends = [from, to].map(|t| self.end(&view, t));
-                light += self.part(&view, [from, to], ends, MOST_HALVINGS);
+            for source in self.sources() {
+                for cut in 0..cuts {
+                    let [from, to] = [cut, cut + 1].map(|i| stretch.enter + f64::from(i) * part);
+                    let ends = [from, to].map(|t| self.end(&view, source, t));
+                    light += self.part(&view, source, [from, to], ends, MOST_HALVINGS);
+                }
             }
             tau += scale * stretch.integral();
             true
@@ -102,18 +129,33 @@ impl Truth<'_> {
         [seen.x as f32, seen.y as f32, seen.z as f32, alpha as f32]
     }
 
+    /// What light comes from: each light, and everywhere.
+    fn sources(&self) -> impl Iterator<Item = Source<'_>> {
+        self.scene.lights.iter().map(Source::Light).chain([Source::Ambient])
+    }
+
     /// Optical depth to the camera and transmittance from the light at a distance.
-    fn end(&self, view: &Seen<'_>, t: f64) -> [f64; 2] {
+    fn end(&self, view: &Seen<'_>, source: Source<'_>, t: f64) -> [f64; 2] {
         let to_camera = view.tau + view.scale * view.stretch.integral_to(t);
         if (-to_camera).exp() < DARK {
             return [to_camera, 0.0];
         }
         let point = view.origin + t * view.direction;
-        [to_camera, self.extinction.light_transmittance(self.scene.light(), point)]
+        match source {
+            Source::Light(light) => [to_camera, self.extinction.light_transmittance(light, point)],
+            Source::Ambient => [to_camera, 1.0],
+        }
     }
 
     /// What a part of a ray sends to the camera, whose ends are known.
-    fn part(&self, view: &Seen<'_>, [from, to]: [f64; 2], ends: [[f64; 2]; 2], left: u32) -> DVec3 {
+    fn part(
+        &self,
+        view: &Seen<'_>,
+        source: Source<'_>,
+        [from, to]: [f64; 2],
+        ends: [[f64; 2]; 2],
+        left: u32,
+    ) -> DVec3 {
         let [[near, arriving_near], [far, arriving_far]] = ends;
         if (-near).exp() < DARK || far <= near {
             return DVec3::ZERO;
@@ -123,11 +165,16 @@ impl Truth<'_> {
         // Between dark ends of a thick part there may still be light.
         let thick = far - near > MOST_DEPTH;
         let most = if thick { 1.0 } else { bright * (far - near) };
-        if left > 0 && most * (-near).exp() > DARK && (thick || changes) {
-            let middle = 0.5 * (from + to);
-            let end = self.end(view, middle);
-            return self.part(view, [from, middle], [ends[0], end], left - 1)
-                + self.part(view, [middle, to], [end, ends[1]], left - 1);
+        // Next to a light its square of the distance is what changes.
+        let middle = 0.5 * (from + to);
+        let close = source.place().is_some_and(|(position, share)| {
+            let distance = (view.origin + middle * view.direction - position).length();
+            to - from > share * distance
+        });
+        if left > 0 && most * (-near).exp() > DARK && (thick || changes || close) {
+            let end = self.end(view, source, middle);
+            return self.part(view, source, [from, middle], [ends[0], end], left - 1)
+                + self.part(view, source, [middle, to], [end, ends[1]], left - 1);
         }
         let mut light = DVec3::ZERO;
         for [node, weight] in GAUSS {
@@ -135,32 +182,35 @@ impl Truth<'_> {
             let extinction = view.scale * view.stretch.density(t);
             if extinction > 0.0 {
                 let seen = (-view.tau - view.scale * view.stretch.integral_to(t)).exp();
-                let source = self.scattered(view.origin + t * view.direction, view.direction);
-                light += source * (seen * extinction * weight * (to - from));
+                let point = view.origin + t * view.direction;
+                let scattered = self.scattered(source, point, view.direction);
+                light += scattered * (seen * extinction * weight * (to - from));
             }
         }
         light
     }
 
     /// Light that the medium at `point` sends towards the camera, per unit of optical depth.
-    fn scattered(&self, point: DVec3, view: DVec3) -> DVec3 {
-        let medium = &self.scene.media.first().medium;
-        let g = medium.phase_g;
-        let cosine = -view.dot(self.scene.light().direction_at(point));
+    fn scattered(&self, source: Source<'_>, point: DVec3, view: DVec3) -> DVec3 {
+        let Source::Light(light) = source else { return self.medium.albedo * self.scene.ambient };
+        let g = self.medium.phase_g;
+        let cosine = -view.dot(light.direction_at(point));
         let phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
-        medium.albedo * (phase * self.arriving(point) + self.scene.ambient)
+        self.medium.albedo * phase * self.arriving(light, point)
     }
 
-    fn arriving(&self, point: DVec3) -> DVec3 {
-        let light = self.scene.light();
+    fn arriving(&self, light: &Light, point: DVec3) -> DVec3 {
         light.irradiance_at(point) * self.extinction.light_transmittance(light, point)
     }
 
     fn ground_radiance(&self, point: DVec3) -> DVec3 {
         let scene = self.scene;
         let albedo = scene.ground.map_or(0.0, |ground| ground.albedo);
-        let cosine = (-scene.light().direction_at(point).y).max(0.0);
-        albedo * (self.arriving(point) * (cosine * FRAC_1_PI) + scene.ambient)
+        let direct = |light: &Light| {
+            let cosine = (-light.direction_at(point).y).max(0.0);
+            self.arriving(light, point) * (cosine * FRAC_1_PI)
+        };
+        albedo * (scene.lights.iter().map(direct).sum::<DVec3>() + scene.ambient)
     }
 }
 

@@ -45,6 +45,10 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
             format!("{quality} is not between {least} and {most}"),
         ));
     }
+    let bias = shadow.bias.unwrap_or(default.bias);
+    if !(bias >= 0.0 && bias.is_finite()) {
+        return Err(Error::value("shadow.bias", format!("{bias} is no length of at least 0")));
+    }
     if shadow.memory.is_some_and(|bytes| bytes < LEAST_MEMORY) {
         let why = format!("less than {LEAST_MEMORY} bytes hold no row of lists");
         return Err(Error::value("shadow.memory", why));
@@ -71,6 +75,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
         slices: named(shadow.slices.as_ref(), default.slices)?,
         tolerance: share("shadow.tolerance", shadow.tolerance, default.tolerance)?,
         truncation: share("shadow.truncation", shadow.truncation, default.truncation)?,
+        bias,
         links: shadow.links.unwrap_or(default.links),
         memory: shadow.memory.unwrap_or(default.memory),
         shading: named(shadow.shading.as_ref(), default.shading)?,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::OneOrMore;
+use super::Tables;
 use crate::error::{Error, Result};
 
 /// Declares tables whose keys are all optional and where an unknown key is an error.
@@ -24,10 +24,10 @@ macro_rules! tables {
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct SceneFile {
-    /// `[volume]`, or `[[volume]]` for several.
-    pub volume: OneOrMore<VolumeTable>,
-    /// `[light]`, or `[[light]]` for several.
-    pub light: OneOrMore<LightTable>,
+    /// `[volume]`, or `[[volume]]` for several; none for a scene without.
+    pub volume: Tables<VolumeTable>,
+    /// `[light]`, or `[[light]]` for several; none for one of which nothing is said.
+    pub light: Tables<LightTable>,
     pub ambient: RadianceTable,
     pub camera: CameraTable,
     pub image: ImageTable,
@@ -116,6 +116,7 @@ tables! {
         slices: String,
         tolerance: f64,
         truncation: f64,
+        bias: f64,
         links: bool,
         memory: u64,
         shading: String,

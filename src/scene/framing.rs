@@ -9,12 +9,16 @@ use crate::math::{Aabb, frame_of};
 const MARGIN: f64 = 0.08;
 
 /// What a first picture must hold: the volume's outline and its shadows on the ground.
-pub(super) fn shown_points(visible: &[DVec3], light: &Light, ground: Option<Ground>) -> Vec<DVec3> {
+pub(super) fn shown_points(
+    visible: &[DVec3],
+    light: Option<&Light>,
+    ground: Option<Ground>,
+) -> Vec<DVec3> {
     // A low light's shadow runs far away; beyond this it may leave the picture.
     let size = Aabb::around(visible.iter().copied()).map_or(0.0, |bounds| bounds.size().length());
     let longest = 1.2 * size;
     let shadows = visible.iter().filter_map(|&corner| {
-        let direction = light.direction_at(corner);
+        let direction = light?.direction_at(corner);
         let distance = (ground?.height - corner.y) / direction.y;
         (distance > 0.0).then(|| corner + direction * distance.min(longest))
     });

@@ -42,6 +42,10 @@ impl Light {
     /// The irradiance that makes a fully lit, white, opaque, isotropic medium of radiance 1.
     pub const UNIT_IRRADIANCE: f64 = 4.0 * std::f64::consts::PI;
 
+    /// None at all.
+    pub(super) const DARK: Self =
+        Self { kind: LightKind::Directional { direction: DVec3::NEG_Y }, irradiance: DVec3::ZERO };
+
     /// World position; `None` for a directional light.
     pub fn position(&self) -> Option<DVec3> {
         match self.kind {

@@ -39,24 +39,33 @@ pub struct LightView {
     pub position: Option<DVec3>,
     /// World lengths that a depth of 1 in a map stands for ([`Media::unit`]).
     pub unit: f64,
+    /// The face of a cube around a light that its map answers for alone: +x, -x, +y, -y, +z, -z are 0 to 5; `None`
+    /// for all that the light shines on.
+    pub face: Option<u32>,
 }
 
+/// The faces of a cube, as [`LightView::face`] numbers them.
+const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+/// How much wider than its face of a cube a view is, so that filters find texels beyond the face's edges.
+const FACE_MARGIN: f64 = 1.04;
+
 impl LightView {
-    /// The view of `light` that fits tightly around `media`.
+    /// The views of `light` that take in all of `media`: one that fits tightly, or the faces of a cube where a point
+    /// or spot light stands in the volume, or so close that it fills more than 80 degrees to a side of one view.
     ///
     /// # Errors
-    /// If a point or spot light stands in the volume or so close that the volume fills more than
-    /// 80 degrees to a side of its view, or if a direction is zero.
-    pub fn fit(light: &Light, media: &Media) -> Result<Self> {
+    /// If a direction is zero.
+    pub fn of(light: &Light, media: &Media) -> Result<Vec<Self>> {
         match light.kind {
             LightKind::Directional { direction } => {
                 let forward = direction.try_normalize().ok_or_else(|| {
                     Error::value("light", format!("its direction {direction} has no length"))
                 })?;
-                Ok(Self::parallel(forward, media))
+                Ok(vec![Self::parallel(forward, media)])
             }
             LightKind::Point { position } | LightKind::Spot { position, .. } => {
-                Self::from_point(position, media)
+                let one = Self::tight(position, media);
+                Ok(one.map_or_else(|| Self::faces(light, position, media), |view| vec![view]))
             }
         }
     }
@@ -88,6 +97,7 @@ impl LightView {
                 light_from_world: from_rows(rows),
                 position: None,
                 unit: media.unit(),
+                face: None,
             };
             (width * height, view)
         };
@@ -99,12 +109,17 @@ impl LightView {
         smaller(smaller(fit(edges[0]), fit(edges[1])), fit(edges[2])).1
     }
 
-    fn from_point(position: DVec3, media: &Media) -> Result<Self> {
+    /// The view from a position outside of the volume; `None` where it is too wide.
+    fn tight(position: DVec3, media: &Media) -> Option<Self> {
+        if media.bodies().is_empty() {
+            // Nothing casts a shadow: any view will do.
+            let axes = [DVec3::X, DVec3::Z, DVec3::NEG_Y];
+            return Some(Self::from_point(position, axes, [(-1.0, 1.0); 2], media.unit()));
+        }
         let index = media.world_from_index().inverse().transform_point3(position);
         let domain = media.domain();
         if index.cmpge(domain.min).all() && index.cmple(domain.max).all() {
-            let why = format!("its position {position} is inside the volume; move it outside");
-            return Err(Error::value("light", why));
+            return None;
         }
         let to_corners = media.world_corners().map(|c| c - position);
         let forward = to_corners
@@ -115,17 +130,42 @@ impl LightView {
             .unwrap_or(DVec3::NEG_Y);
         let narrowest = WIDEST_DEGREES.to_radians().cos();
         if to_corners.iter().any(|c| c.normalize_or_zero().dot(forward) < narrowest) {
-            let why = format!(
-                "from its position {position} the volume spans more than {WIDEST_DEGREES} degrees \
-                 to a side; move it further away"
-            );
-            return Err(Error::value("light", why));
+            return None;
         }
         let (right, up) = frame_of(forward, DVec3::Y);
-        let down = -up;
         let slopes = |axis: DVec3| extent(to_corners.iter().map(|c| c.dot(axis) / c.dot(forward)));
-        let (u0, u1) = slopes(right);
-        let (v0, v1) = slopes(down);
+        let sides = [slopes(right), slopes(-up)];
+        Some(Self::from_point(position, [right, -up, forward], sides, media.unit()))
+    }
+
+    /// The faces of a cube around a position that the light shines through.
+    fn faces(light: &Light, position: DVec3, media: &Media) -> Vec<Self> {
+        // From the middle of a face to its corners.
+        let to_corner = 3.0_f64.sqrt().recip().acos();
+        let lit = |forward: DVec3| match light.kind {
+            LightKind::Spot { direction, cone_degrees, .. } => {
+                let angle = forward.angle_between(direction);
+                angle < cone_degrees.to_radians() + to_corner
+            }
+            _ => true,
+        };
+        let faces = (0..).zip(FACES).filter(|&(_, forward)| lit(forward));
+        let view = |(face, forward): (u32, DVec3)| {
+            let (right, up) = frame_of(forward, if forward.y == 0.0 { DVec3::Y } else { DVec3::Z });
+            let sides = [(-FACE_MARGIN, FACE_MARGIN); 2];
+            let view = Self::from_point(position, [right, -up, forward], sides, media.unit());
+            Self { face: Some(face), ..view }
+        };
+        faces.map(view).collect()
+    }
+
+    /// A view from a position along `forward`, between these slopes to the right and downwards.
+    fn from_point(
+        position: DVec3,
+        [right, down, forward]: [DVec3; 3],
+        [(u0, u1), (v0, v1)]: [(f64, f64); 2],
+        unit: f64,
+    ) -> Self {
         let about_light = |row: DVec3| row.extend(-row.dot(position));
         let rows = [
             about_light((right - forward * u0) / (u1 - u0)),
@@ -133,7 +173,7 @@ impl LightView {
             about_light(forward),
             about_light(forward),
         ];
-        Ok(Self {
+        Self {
             origin: position,
             origin_u: DVec3::ZERO,
             origin_v: DVec3::ZERO,
@@ -142,8 +182,9 @@ impl LightView {
             direction_v: down * (v1 - v0),
             light_from_world: from_rows(rows),
             position: Some(position),
-            unit: media.unit(),
-        })
+            unit,
+            face: None,
+        }
     }
 
     /// Origin and unit direction of the light ray through `(u, v)`.
@@ -166,6 +207,15 @@ impl LightView {
         let axis = self.light_from_world.row(2).truncate().normalize_or_zero();
         let index_axis = media.world_from_index().inverse().transform_vector3(axis);
         (far - near) * index_axis.length()
+    }
+
+    /// Whether light at a world position is this view's: always, but behind another face of a cube.
+    pub fn answers_for(&self, world: DVec3) -> bool {
+        let Some((position, face)) = self.position.zip(self.face) else { return true };
+        let from_light = world - position;
+        let along = |(_, forward): &(u32, DVec3)| from_light.dot(*forward);
+        let most = |a: (u32, DVec3), b: (u32, DVec3)| if along(&b) > along(&a) { b } else { a };
+        (0..).zip(FACES).reduce(most).is_some_and(|(own, _)| own == face)
     }
 
     /// (u, v, depth) of a world position; `None` behind a point or spot light.

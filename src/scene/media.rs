@@ -5,7 +5,6 @@ use std::sync::{Arc, OnceLock};
 use glam::{DMat4, DVec3};
 
 use super::{Occupancy, TransferFunction};
-use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::volume::Volume;
 
@@ -119,8 +118,8 @@ pub struct Media {
     bodies: Vec<Body>,
     world_from_index: DMat4,
     domain: Aabb,
-    /// Made when first asked for.
-    occupancy: OnceLock<Occupancy>,
+    /// Made when first asked for, and shared with copies.
+    occupancy: Arc<OnceLock<Occupancy>>,
 }
 
 impl From<Volume> for Media {
@@ -136,22 +135,30 @@ impl Media {
         let world_from_index = *volume.world_from_index();
         let bodies = vec![Body { volume, medium }];
         let domain = around(&bodies, &world_from_index.inverse(), bodies[0].volume.domain());
-        Self { bodies, world_from_index, domain, occupancy: OnceLock::new() }
+        Self { bodies, world_from_index, domain, occupancy: Arc::default() }
     }
 
-    /// Several bodies; their order means nothing.
-    ///
-    /// # Errors
-    /// If there is none.
-    pub fn new(bodies: Vec<Body>) -> Result<Self> {
+    /// Nothing, in a cube around the world's origin with edges of length 1.
+    pub fn none() -> Self {
+        let domain = Aabb { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) };
+        let world_from_index = DMat4::IDENTITY;
+        Self { bodies: Vec::new(), world_from_index, domain, occupancy: Arc::default() }
+    }
+
+    /// Any number of bodies; their order means nothing.
+    pub fn new(bodies: Vec<Body>) -> Self {
         if let [only] = &bodies[..] {
-            return Ok(Self::of(only.volume.clone(), only.medium.clone()));
+            return Self::of(only.volume.clone(), only.medium.clone());
         }
         let candidates = bodies.iter().map(|body| common_space(&bodies, body));
-        let (world_from_index, domain) = candidates
-            .min_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal))
-            .ok_or_else(|| Error::value("volume", "a scene needs one"))?;
-        Ok(Self { bodies, world_from_index, domain, occupancy: OnceLock::new() })
+        let smallest = candidates
+            .min_by(|a, b| order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal));
+        match smallest {
+            Some((world_from_index, domain)) => {
+                Self { bodies, world_from_index, domain, occupancy: Arc::default() }
+            }
+            None => Self::none(),
+        }
     }
 
     /// Whether both are the same bodies, with the same volumes where they are.
@@ -161,25 +168,46 @@ impl Media {
         self.bodies.len() == other.bodies.len() && self.bodies.iter().zip(&other.bodies).all(same)
     }
 
-    /// The bodies, at least one.
+    /// The bodies.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
     /// What the bodies are made of.
     pub fn mediums_mut(&mut self) -> impl Iterator<Item = &mut Medium> {
-        self.occupancy = OnceLock::new();
+        self.occupancy = Arc::default();
         self.bodies.iter_mut().map(|body| &mut body.medium)
     }
 
+    /// Makes extinction that of one channel. Where the media hold anything stays the same.
+    pub(super) fn make_grey(&mut self, channel: usize) {
+        if self.bodies.iter().any(|body| body.medium.tint[channel] == 0.0) {
+            self.occupancy = Arc::default();
+        }
+        for Body { medium, .. } in &mut self.bodies {
+            medium.density_scale *= medium.tint[channel];
+            medium.tint = DVec3::ONE;
+        }
+    }
+
+    /// Leaves nothing that shines by itself.
+    pub(super) fn remove_emission(&mut self) {
+        if self.emits() {
+            self.mediums_mut().for_each(|medium| medium.emission = None);
+        }
+    }
+
     /// The first body.
-    pub fn first(&self) -> &Body {
-        &self.bodies[0]
+    pub fn first(&self) -> Option<&Body> {
+        self.bodies.first()
     }
 
     /// What the first body is made of.
+    ///
+    /// # Panics
+    /// If there is none.
     pub fn medium_mut(&mut self) -> &mut Medium {
-        self.occupancy = OnceLock::new();
+        self.occupancy = Arc::default();
         &mut self.bodies[0].medium
     }
 
@@ -250,6 +278,13 @@ impl Media {
     /// Where they hold anything, brick by brick.
     pub fn occupancy(&self) -> &Occupancy {
         self.occupancy.get_or_init(|| Occupancy::of(self))
+    }
+
+    /// The largest change of extinction over a voxel, 1 / world length; 0 for several bodies and for modulated
+    /// extinction, which nothing is known of.
+    pub fn roughness(&self) -> f64 {
+        let scale = self.graded().map_or(0.0, |body| body.medium.density_scale);
+        self.occupancy().roughness() * scale
     }
 
     /// Points around what can be seen of all bodies ([`Volume::visible_points`]).

@@ -14,7 +14,7 @@ mod light;
 mod light_view;
 mod media;
 mod occupancy;
-mod one_or_more;
+mod tables;
 pub mod transfer;
 
 use glam::DVec3;
@@ -27,7 +27,7 @@ pub use light::{Light, LightKind};
 pub use light_view::LightView;
 pub use media::{Body, Emission, Media, Medium};
 pub use occupancy::{EMPTY, Occupancy, ROUGHEST};
-pub use one_or_more::OneOrMore;
+pub use tables::Tables;
 pub use transfer::TransferFunction;
 
 /// Everything that a picture shows.
@@ -35,8 +35,7 @@ pub use transfer::TransferFunction;
 pub struct Scene {
     /// What light passes through.
     pub media: Media,
-    /// The lights that cast shadows, at least one; pass by pass a picture is made of one
-    /// ([`Scene::beams`]).
+    /// The lights that cast shadows; pass by pass a picture is made of one ([`Scene::beams`]).
     pub lights: Vec<Light>,
     /// Radiance from everywhere, unshadowed, per channel.
     pub ambient: DVec3,
@@ -46,13 +45,6 @@ pub struct Scene {
     pub ground: Option<Ground>,
     /// Radiance behind everything, per channel; `None` leaves the picture transparent there.
     pub background: Option<DVec3>,
-}
-
-impl Scene {
-    /// The first light, which is the only one in a scene that passes work on.
-    pub fn light(&self) -> &Light {
-        &self.lights[0]
-    }
 }
 
 /// A horizontal Lambertian plane, centred under the world's origin where it ends.

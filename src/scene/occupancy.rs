@@ -62,7 +62,6 @@ impl Occupancy {
         let index_from_world = (!only).then_some(&index_from_world);
         if let Some(body) = graded {
             occupancy.grade(body);
-            occupancy.roughness *= body.medium.density_scale;
             occupancy.add_emission(body, index_from_world);
         } else {
             for body in media.bodies() {
@@ -93,9 +92,9 @@ impl Occupancy {
         &self.codes
     }
 
-    /// The largest change of extinction over a voxel, 1 / world length; 0 for several bodies and for
-    /// modulated extinction, which nothing is known of.
-    pub fn roughness(&self) -> f64 {
+    /// The largest change of density, or of opacity, over a voxel; 0 for several bodies and for modulated extinction,
+    /// which nothing is known of.
+    pub(super) fn roughness(&self) -> f64 {
         self.roughness
     }
 

@@ -41,6 +41,9 @@ pub struct Settings {
     pub tolerance: f64,
     /// A raw fragment list is cut where transmittance is this close to its final value; 0 never.
     pub truncation: f64,
+    /// How much nearer to the light than they are surfaces are looked up, world lengths, at least 0: what keeps a
+    /// surface that casts a shadow out of its own.
+    pub bias: f64,
     /// Whether wide filters walk from texel to texel by links between neighbouring fragments.
     pub links: bool,
     /// Bytes that the lists of a fragment map may take while it is built; more are built in tiles.
@@ -67,6 +70,7 @@ impl Settings {
         Self {
             image_size: usual.image_size,
             samples: usual.samples,
+            bias: usual.bias,
             exposure: usual.exposure,
             view_steps: usual.view_steps,
             shading: usual.shading,
@@ -101,6 +105,7 @@ impl Default for Settings {
             slices: Slices::Auto,
             tolerance: 0.002,
             truncation: 0.001,
+            bias: 0.0,
             links: true,
             memory: 1 << 30,
             shading: Shading::Physical,

@@ -159,7 +159,7 @@ fn vtks_own_arrays_are_not_the_volume() {
     let ghosts = vti(&[("vtkGhostType", "0 0"), ("a", "3 4"), ("b", "5 6")], "");
     let (file, bytes) = file(&[ghosts]).unwrap();
     assert_eq!(bytes, [3, 4]);
-    assert!(file.header().notes[0].contains("not b (--grid)"), "{:?}", file.header().notes);
+    assert!(file.header().notes[0].contains("not b (`volume.grid`)"), "{:?}", file.header().notes);
 }
 
 #[test]

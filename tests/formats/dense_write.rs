@@ -201,7 +201,7 @@ fn dense_voxels_become_a_tree_and_dense_again() {
     assert!(tree.get(grid.origin + IVec3::X).1 && !tree.get(grid.origin).1);
     grid.components = 4;
     grid.dims = [5, 1, 3];
-    assert!(grid.into_vdb().err().unwrap().to_string().contains("--magnitude"));
+    assert!(grid.into_vdb().err().unwrap().to_string().contains("`magnitude`"));
 }
 
 fn floats(dims: [usize; 3], value: impl Fn(DVec3) -> f64) -> DenseGrid {

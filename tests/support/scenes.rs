@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use deepshadow::accuracy::largest_optical_depth;
 use deepshadow::math::Aabb;
-use deepshadow::scene::{Camera, Light, LightKind, LightView, Media, Medium, Projection, Scene};
+use deepshadow::scene::{Camera, Light, LightKind, Media, Medium, Projection, Scene};
 use deepshadow::settings::Settings;
 use deepshadow::volume::presets::Preset;
 use deepshadow::volume::{Axis, Volume, world_from_index_in_bounds};
@@ -58,8 +58,7 @@ pub fn anchor_scene(preset: Preset, largest: f64, map_size: u32) -> Scene {
     let mut scene = scene(preset.volume(Axis::Z).unwrap(), 1.0);
     scene.lights[0].kind =
         LightKind::Directional { direction: Axis::Z.world_from_file() * ANCHOR_LIGHT };
-    let view = LightView::fit(scene.light(), &scene.media).unwrap();
-    let deepest = largest_optical_depth(&scene, &view, map_size);
+    let deepest = largest_optical_depth(&scene.only_beam().unwrap(), map_size);
     scene.media.medium_mut().density_scale = largest / deepest;
     scene
 }

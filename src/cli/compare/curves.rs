@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::bench::{Curve, Row};
 use super::report::escaped;
+use crate::compare::{Curve, Row};
 
 const WIDTH: f64 = 320.0;
 const HEIGHT: f64 = 200.0;

@@ -1,12 +1,10 @@
 //! `compare`: every kind of shadow map against the exact line integral, as a report.
 
 mod axis;
-mod bench;
 mod curves;
 mod heat;
 mod labels;
 mod machine;
-pub(super) mod methods;
 mod plot;
 mod report;
 mod results;
@@ -21,12 +19,11 @@ use super::backend::BackendChoice;
 use super::job::Request;
 use super::print_json;
 use crate::accuracy::largest_optical_depth;
+use crate::compare::{Bench, Method, Row, check_filter};
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
-use crate::scene::{Beam, LightKind, LightView, Scene};
+use crate::scene::{Light, LightKind, Scene};
 use crate::settings::Filter;
-use bench::{Bench, Row};
-use methods::Method;
 
 /// Texels along the edge of the maps, pixels of the pictures and points of each place, where nobody
 /// says otherwise.
@@ -117,12 +114,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let request = open(arguments)?;
     let folder = PendingFolder::create(&path, &FILES, &request.inputs)?;
     let mut job = request.load()?;
-    methods::check_filter(&job.settings)?;
+    check_filter(&job.settings)?;
     let settings = job.settings.clone();
     let mut deepest = 0.0;
-    for Beam { scene, .. } in job.scene.beams() {
-        let view = LightView::fit(scene.light(), &scene.media)?;
-        deepest = f64::max(deepest, largest_optical_depth(&scene, &view, settings.map_size));
+    for beam in job.scene.beams()? {
+        deepest = f64::max(deepest, largest_optical_depth(&beam, settings.map_size));
     }
     if let Some(depth) = arguments.depth {
         let scale = depth / deepest;
@@ -134,8 +130,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             medium.density_scale *= scale;
         }
         deepest = depth;
-        let scaled = job.scene.media.first().medium.density_scale;
-        job.note(&format!("density scale {scaled} (--depth {depth})"));
+        if let Some(body) = job.scene.media.first() {
+            let scaled = body.medium.density_scale;
+            job.note(&format!("density scale {scaled} (--depth {depth})"));
+        }
     }
     let count = u64::from(arguments.points.unwrap_or(POINTS));
     let seed = arguments.seed.unwrap_or(SEED);
@@ -186,14 +184,15 @@ fn default_folder(input: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// The light, for people.
+/// The lights, for people.
 fn light(scene: &Scene) -> String {
     let short = |v: glam::DVec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
-    match scene.light().kind {
+    let light = |light: &Light| match light.kind {
         LightKind::Directional { direction } => {
             format!("directional, travelling along {}", short(direction.normalize_or_zero()))
         }
         LightKind::Point { position } => format!("point at {}", short(position)),
         LightKind::Spot { position, .. } => format!("spot at {}", short(position)),
-    }
+    };
+    scene.lights.iter().map(light).collect::<Vec<_>>().join("; ")
 }

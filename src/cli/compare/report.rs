@@ -5,10 +5,10 @@ use std::ffi::OsStr;
 use std::fmt::Write;
 use std::path::Path;
 
-use super::bench::Row;
 use super::plot::{Plot, Point, short};
 use super::{Findings, curves, heat, tables};
 use crate::accuracy::Place;
+use crate::compare::Row;
 use crate::error::Result;
 
 /// What stays the same; `{{name}}` stands for what does not.
@@ -103,7 +103,7 @@ fn about(findings: &Findings<'_>) -> String {
             "density scale",
             format!(
                 "{}: largest optical depth over the map {}",
-                short(scene.media.first().medium.density_scale),
+                short(scene.media.first().map_or(0.0, |body| body.medium.density_scale)),
                 short(about.largest_optical_depth)
             ),
         ),

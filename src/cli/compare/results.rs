@@ -5,9 +5,9 @@ use std::fmt::Write;
 use serde_json::{Value as Json, json};
 
 use super::Findings;
-use super::bench::Row;
 use crate::accuracy::{Errors, Place};
 use crate::cli::info::number;
+use crate::compare::Row;
 
 /// The version of the JSON's layout.
 const LAYOUT: u32 = 1;
@@ -28,7 +28,7 @@ pub(super) fn json(findings: &Findings<'_>) -> String {
         "input": about.input,
         "volume": { "name": bench.scene.media.name(), "dims": bench.scene.media.dims() },
         "light": about.light,
-        "density_scale": number(bench.scene.media.first().medium.density_scale),
+        "density_scale": number(bench.scene.media.first().map_or(0.0, |body| body.medium.density_scale)),
         "largest_optical_depth": number(about.largest_optical_depth),
         "map_size": settings.map_size,
         "steps": settings.steps,

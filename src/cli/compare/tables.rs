@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::Findings;
-use super::bench::Row;
 use super::plot::short;
 use super::report::escaped;
 use crate::accuracy::{Errors, Place};
+use crate::compare::Row;
 
 /// A column: its head, what a row holds there (`None`: it has no such number), and how it is written.
 struct Column {

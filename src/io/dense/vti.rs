@@ -77,7 +77,8 @@ pub(super) fn read(input: &Input, name: Option<&str>) -> Result<(DenseHeader, Pa
     let other = |other: &&Array| !std::ptr::eq(*other, array) && !other.serves();
     let others: Vec<&str> = document.arrays.iter().filter(other).map(|a| a.name.as_str()).collect();
     if name.is_none() && !array.marked && !others.is_empty() {
-        let note = format!("array '{}' is read, not {} (--grid)", array.name, others.join(", "));
+        let note =
+            format!("array '{}' is read, not {} (`volume.grid`)", array.name, others.join(", "));
         header.notes.push(note);
     }
     let voxels = voxels(input, &whole, &document, array, &mut header)?;

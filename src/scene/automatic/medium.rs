@@ -76,7 +76,7 @@ pub(super) fn medium(
                 Some(function) => scale_for(&classified(volume, function), OPTICAL_DEPTH),
                 None => scale_for(volume, OPTICAL_DEPTH),
             };
-            choices.took("density scale (--density-scale)", digits(scale));
+            choices.took("density scale (`volume.density_scale`)", digits(scale));
             scale
         }
     };

@@ -74,7 +74,7 @@ pub fn complete(
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let settings = computed::settings(file)?;
-    if file.volume.iter().count() != ingredients.len() {
+    if file.volume.len() != ingredients.len() {
         return Err(Error::value("volume", "not as many were loaded as the scene has"));
     }
     let mediums = file.volume.iter().zip(&ingredients);
@@ -84,20 +84,21 @@ pub fn complete(
     let visible = ingredients.iter().zip(&mediums);
     let visible: Vec<DVec3> =
         visible.flat_map(|(own, medium)| visible_points(own, medium)).collect();
-    let Some(bounds) = Aabb::around(visible.iter().copied()) else {
-        return Err(Error::value("volume", "a scene needs one"));
-    };
-    let lights = file.light.iter().map(|table| light(table, &bounds, &mut choices));
+    let visible = if visible.is_empty() { Media::none().world_corners().to_vec() } else { visible };
+    let bounds = Aabb::around(visible.iter().copied());
+    let bounds = bounds.unwrap_or_else(|| Media::none().world_bounds());
+    let usual = [LightTable::default()];
+    let lights = if file.light.is_empty() { &usual[..] } else { &file.light };
+    let lights = lights.iter().map(|table| light(table, &bounds, &mut choices));
     let lights = lights.collect::<Result<Vec<Light>>>()?;
-    let light = lights[0];
     let ground = ground(&file.ground, &bounds, surroundings, &mut choices)?;
     choices.0.extend(of_media.0);
     let bodies = ingredients.into_iter().zip(mediums);
     let bodies = bodies.map(|(own, medium)| Body { volume: own.volume, medium });
-    let media = Media::new(bodies.collect())?;
+    let media = Media::new(bodies.collect());
     let [width, height] = settings.image_size;
     let aspect = f64::from(width) / f64::from(height);
-    let camera = camera(&file.camera, &visible, &light, ground, aspect, &mut choices)?;
+    let camera = camera(&file.camera, &visible, lights.first(), ground, aspect, &mut choices)?;
     let ambient = match (file.ambient.radiance, surroundings) {
         (Some(radiance), _) => radiance_of("ambient.radiance", radiance)?,
         (None, Surroundings::Void) => DVec3::ZERO,
@@ -161,7 +162,7 @@ fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Lig
                 Some(given) => vector("direction", given)?,
                 None => {
                     let direction = LIGHT_DIRECTION.normalize();
-                    choices.took("light direction (--light)", short(direction));
+                    choices.took("light direction (`light.direction`)", short(direction));
                     direction
                 }
             },
@@ -191,7 +192,9 @@ fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Lig
     if let Some(irradiance) = table.irradiance {
         light.irradiance = radiance_of("light.irradiance", irradiance)?;
     } else if let Some(position) = light.position() {
-        light.irradiance *= (position - bounds.center()).length_squared();
+        // Of a light among the medium, as bright half of an edge away.
+        let least = 0.5 * bounds.size().max_element();
+        light.irradiance *= (position - bounds.center()).length().max(least).powi(2);
         choices.took("light irradiance at distance 1 (light.irradiance)", short(light.irradiance));
     }
     Ok(light)
@@ -263,7 +266,7 @@ fn ground(
 fn camera(
     table: &CameraTable,
     visible: &[DVec3],
-    light: &Light,
+    light: Option<&Light>,
     ground: Option<Ground>,
     aspect: f64,
     choices: &mut Choices,

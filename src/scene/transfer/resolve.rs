@@ -118,7 +118,7 @@ mod tests {
     fn table(text: &str) -> TransferTable {
         let text = format!("[volume.transfer]\n{text}");
         let file = SceneFile::parse(&text, Path::new("scenes/a.toml")).unwrap();
-        file.volume.first().transfer.clone().unwrap()
+        file.volume[0].transfer.clone().unwrap()
     }
 
     fn function(text: &str, file: Option<&str>) -> Resolved {

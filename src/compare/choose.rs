@@ -1,24 +1,18 @@
-//! `--max-error` and `--max-map-bytes`: the map that keeps a limit, and a certificate of what was
-//! measured of it.
+//! The map that keeps a limit of error or of bytes, and a certificate of what was measured of it.
 //!
 //! Every method is scouted on a small map, which tells its bytes a texel and its own share of the
 //! error; the exact texels of each resolution tell what that costs. From both follows what to expect of
 //! every method at every resolution, and so which few are worth building. What counts is measured on
 //! the map that is used.
 
-mod limits;
-
 use std::fmt::Write;
 
-pub(super) use limits::{Budget, LimitArguments};
-
-use super::arguments::SceneArguments;
-use super::compare::methods::{Method, check_filter};
-use super::job::Job;
-use crate::accuracy::{Errors, ExactTexels, Place, Points};
+use super::{Budget, Method, check_filter};
+use crate::accuracy::{self, Errors, ExactTexels, Points};
+use crate::backend::Backend;
 use crate::error::{Error, Result};
-use crate::progress::Silent;
-use crate::scene::{LightView, Scene};
+use crate::progress::{Progress, Silent};
+use crate::scene::Beam;
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Map, ShadowMap};
 
@@ -56,7 +50,8 @@ const TRIES: usize = 3;
 const LARGEST: f64 = (1_u64 << 31) as f64;
 
 /// A map that keeps its limits.
-pub(super) struct Certified {
+pub struct Certified {
+    /// On the host.
     pub map: Map,
     /// With the kind, the resolution and the tolerance that were chosen.
     pub settings: Settings,
@@ -64,34 +59,54 @@ pub(super) struct Certified {
     pub certificate: String,
 }
 
-/// The map of `scene`, a beam of the job's, that keeps `limits`, of a kind that is `wanted`; `None` if
-/// there are none.
+/// What a map is to keep, and what is settled before. Without a limit of error, the most exact map is taken; with
+/// one, the smallest.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Limits {
+    /// RMS error of transmittance at random points of the volume, above 0.
+    pub error: Option<f64>,
+    /// Bytes of the map.
+    pub budget: Option<Budget>,
+    /// Texels along an edge; `None` tries several.
+    pub size: Option<u32>,
+    /// The kind; `None` tries all.
+    pub kind: Option<MapKind>,
+    /// Whether the settings' tolerance is the only one to be tried.
+    pub own_tolerance: bool,
+}
+
+/// The map of `beam` that keeps `limits`, of a kind that is `wanted`; `settings` say everything else.
 ///
 /// # Errors
 /// If no map tried keeps them, with the one that came closest.
-pub(super) fn choose(
-    job: &Job,
-    scene: &Scene,
-    arguments: &SceneArguments,
-    limits: &LimitArguments,
+pub fn choose(
+    backend: &dyn Backend,
+    beam: &Beam,
+    settings: &Settings,
+    limits: &Limits,
     wanted: fn(MapKind) -> bool,
-) -> Result<Option<Certified>> {
-    if !limits.any() {
-        return Ok(None);
-    }
-    check_filter(&job.settings)?;
-    let search = Search::new(job, scene, arguments, limits, wanted)?;
-    search.run().map(Some)
+    progress: &dyn Progress,
+) -> Result<Certified> {
+    check_filter(settings)?;
+    let place = Place { backend, beam, settings, progress };
+    Search::new(place, limits, wanted)?.run()
+}
+
+/// Where and how maps are tried.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    backend: &'a dyn Backend,
+    beam: &'a Beam,
+    settings: &'a Settings,
+    progress: &'a dyn Progress,
 }
 
 struct Search<'a> {
-    job: &'a Job,
-    scene: &'a Scene,
+    at: Place<'a>,
     error: Option<f64>,
     budget: Option<Budget>,
     methods: Vec<Method>,
     sizes: Vec<u32>,
-    view: LightView,
     points: Points,
 }
 
@@ -112,28 +127,20 @@ struct Tried<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(
-        job: &'a Job,
-        scene: &'a Scene,
-        arguments: &SceneArguments,
-        limits: &LimitArguments,
-        wanted: fn(MapKind) -> bool,
-    ) -> Result<Self> {
-        let view = LightView::fit(scene.light(), &scene.media)?;
-        let sizes = match (arguments.map_size, limits.max_error, limits.max_map_bytes) {
+    fn new(at: Place<'a>, limits: &Limits, wanted: fn(MapKind) -> bool) -> Result<Self> {
+        let sizes = match (limits.size, limits.error, limits.budget) {
             (Some(size), ..) => vec![size],
             // However many texels: a limit a texel alone does not ask for another resolution.
-            (None, None, Some(Budget::Texel(_))) => vec![job.settings.map_size],
+            (None, None, Some(Budget::Texel(_))) => vec![at.settings.map_size],
             _ => SIZES.to_vec(),
         };
-        let asked: Option<MapKind> = arguments.map.as_ref().and(job.settings.map);
         let tried = |method: &Method| {
             wanted(method.kind)
-                && job.backend.builds(method.kind)
-                && asked.is_none_or(|kind| method.kind == kind)
-                && (arguments.tolerance.is_none() || !method.label.contains('@'))
+                && at.backend.builds(method.kind)
+                && limits.kind.is_none_or(|kind| method.kind == kind)
+                && !(limits.own_tolerance && method.label.contains('@'))
         };
-        let kinds = MapKind::all().chain(asked).map(|kind| kind.to_string());
+        let kinds = MapKind::all().chain(limits.kind).map(|kind| kind.to_string());
         let mut methods: Vec<Method> = Vec::new();
         for label in kinds.chain(MORE.map(str::to_owned)) {
             let method = Method::parse(&label)?;
@@ -141,11 +148,10 @@ impl<'a> Search<'a> {
                 methods.push(method);
             }
         }
-        let progress = &*job.progress;
-        let places = [Place::Volume];
-        let points = Points::draw(scene, &view, SCOUT, &places, [POINTS, SEED], progress);
-        let (error, budget) = (limits.max_error, limits.max_map_bytes);
-        Ok(Self { job, scene, error, budget, methods, sizes, view, points })
+        let counts = [POINTS, SEED];
+        let points = Points::draw(at.beam, SCOUT, &[accuracy::Place::Volume], counts, at.progress);
+        let (error, budget) = (limits.error, limits.budget);
+        Ok(Self { at, error, budget, methods, sizes, points })
     }
 
     fn run(&self) -> Result<Certified> {
@@ -161,13 +167,13 @@ impl<'a> Search<'a> {
         } else {
             candidates.sort_by(|a, b| a.expected.total_cmp(&b.expected));
         }
-        self.job.progress.begin("choosing", candidates.len() as u64);
+        self.at.progress.begin("choosing", candidates.len() as u64);
         let mut kept: Option<Tried<'_>> = None;
         let mut closest: Option<Tried<'_>> = None;
         let mut within = 0;
         for candidate in &candidates {
             let tried = self.build(candidate.method, candidate.size)?;
-            self.job.progress.advance(1);
+            self.at.progress.advance(1);
             let texels = f64::from(candidate.size).powi(2);
             let fits = self.budget.is_none_or(|b| b.allows(tried.map.bytes() as f64, texels));
             let exact = self.error.is_none_or(|error| tried.errors.rms <= error);
@@ -199,16 +205,16 @@ impl<'a> Search<'a> {
     /// Every method at every resolution that keeps the budget, as far as one can tell before.
     fn candidates(&self) -> Result<Vec<Candidate<'_>>> {
         let floor = |size: u32| {
-            let exact = ExactTexels::new(self.scene, &self.view, size);
+            let exact = ExactTexels::new(self.at.beam, size);
             self.errors(&exact).rms
         };
         let steps = self.sizes.len() + self.methods.len();
-        self.job.progress.begin("scouting", steps as u64);
+        self.at.progress.begin("scouting", steps as u64);
         let floors: Vec<(u32, f64)> = self
             .sizes
             .iter()
             .map(|&size| {
-                self.job.progress.advance(1);
+                self.at.progress.advance(1);
                 (size, floor(size))
             })
             .collect();
@@ -217,11 +223,11 @@ impl<'a> Search<'a> {
         let mut candidates = Vec::new();
         for method in &self.methods {
             let scout = self.build(method, SCOUT)?;
-            self.job.progress.advance(1);
+            self.at.progress.advance(1);
             let per_texel = scout.map.bytes() as f64 / f64::from(SCOUT).powi(2);
             if let Map::Grid(map) = &scout.map {
                 // The same at every resolution.
-                let (size, bytes) = (self.job.settings.map_size, map.bytes() as f64);
+                let (size, bytes) = (self.at.settings.map_size, map.bytes() as f64);
                 if self.budget.is_none_or(|b| b.allows(bytes, f64::from(size).powi(2))) {
                     candidates.push(Candidate { method, size, bytes, expected: scout.errors.rms });
                 }
@@ -241,15 +247,15 @@ impl<'a> Search<'a> {
     }
 
     fn build<'m>(&self, method: &'m Method, size: u32) -> Result<Tried<'m>> {
-        let settings = Settings { map_size: size, ..method.settings(&self.job.settings) };
-        let map = self.job.backend.map(self.scene, &settings, &Silent)?;
+        let settings = Settings { map_size: size, ..method.settings(self.at.settings) };
+        let map = self.at.backend.map(self.at.beam, &settings, &Silent)?;
         let errors = self.errors(&map);
         Ok(Tried { label: &method.label, settings, map, errors })
     }
 
     fn errors(&self, map: &dyn ShadowMap) -> Errors {
-        let (window, _) = self.job.settings.filter.window();
-        self.points.errors(Place::Volume, map, window)
+        let (window, _) = self.at.settings.filter.window();
+        self.points.errors(accuracy::Place::Volume, map, window)
     }
 
     /// Why nothing was chosen, with what came closest.

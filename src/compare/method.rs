@@ -5,9 +5,10 @@ use crate::settings::{Crossing, Lookup, MapKind, Settings};
 
 /// One way to make and read a shadow map.
 #[derive(Clone, Debug)]
-pub(in crate::cli) struct Method {
+pub struct Method {
     /// `KIND` or `KIND@VARIANT`, as it is typed.
     pub label: String,
+    /// The kind of map.
     pub kind: MapKind,
     variant: Variant,
 }
@@ -39,7 +40,7 @@ const VARIANTS: [&str; 8] = [
 
 impl Method {
     /// Every kind at its usual number, and the variants.
-    pub(in crate::cli) fn all() -> Vec<Self> {
+    pub fn all() -> Vec<Self> {
         let kinds = MapKind::all().map(Self::usual);
         let variants = VARIANTS.iter().filter_map(|label| Self::parse(label).ok());
         let mut methods: Vec<Self> = Vec::new();
@@ -56,7 +57,10 @@ impl Method {
     }
 
     /// The method of one label.
-    pub(in crate::cli) fn parse(label: &str) -> Result<Self> {
+    ///
+    /// # Errors
+    /// If there is no such kind or variant.
+    pub fn parse(label: &str) -> Result<Self> {
         let Some((kind, variant)) = label.split_once('@') else {
             return Ok(Self::usual(label.parse()?));
         };
@@ -79,7 +83,10 @@ impl Method {
     }
 
     /// The methods of labels with commas between them.
-    pub(in crate::cli) fn list(text: &str) -> Result<Vec<Self>> {
+    ///
+    /// # Errors
+    /// If one is unknown or stands there twice.
+    pub fn list(text: &str) -> Result<Vec<Self>> {
         let methods = text.split(',').map(|label| Self::parse(label.trim()));
         let methods = methods.collect::<Result<Vec<_>>>()?;
         for (i, method) in methods.iter().enumerate() {
@@ -92,7 +99,8 @@ impl Method {
     }
 
     /// `settings` with what this method changes.
-    pub(in crate::cli) fn settings(&self, settings: &Settings) -> Settings {
+    #[must_use]
+    pub fn settings(&self, settings: &Settings) -> Settings {
         let mut settings = Settings { map: Some(self.kind), ..settings.clone() };
         match self.variant {
             Variant::Usual => {}
@@ -112,7 +120,7 @@ impl Method {
 ///
 /// # Errors
 /// If `settings` ask for them.
-pub(in crate::cli) fn check_filter(settings: &Settings) -> Result<()> {
+pub fn check_filter(settings: &Settings) -> Result<()> {
     if settings.filter.window().1 {
         let name = settings.filter.name();
         let why = format!("'{name}' tests fragments: its transmittance cannot be measured");

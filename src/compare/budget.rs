@@ -1,36 +1,15 @@
-//! What a map may be wrong by and what it may take, as options.
+//! How many bytes a map may take.
 
 use std::str::FromStr;
 
-use clap::Args;
-
-use crate::cli::arguments::{above_0, parse};
 use crate::error::{Error, Result};
-
-/// Limits that a map is chosen to keep.
-#[derive(Debug, Args)]
-pub(in crate::cli) struct LimitArguments {
-    /// RMS error of transmittance that the map may make, measured at random points of the volume:
-    /// takes the smallest map found to keep it.
-    #[arg(long, value_name = "E", value_parser = above_0, allow_negative_numbers = true, help_heading = "Shadow map")]
-    pub max_error: Option<f64>,
-    /// Bytes that the map may take in all (4000000, 512KiB, 4MiB) or a texel (16/texel): takes the
-    /// most exact map found to keep it, or with --max-error the smallest.
-    #[arg(long, value_name = "B", value_parser = parse::<Budget>, help_heading = "Shadow map")]
-    pub max_map_bytes: Option<Budget>,
-}
-
-impl LimitArguments {
-    /// Whether there is one.
-    pub(in crate::cli) fn any(&self) -> bool {
-        self.max_error.is_some() || self.max_map_bytes.is_some()
-    }
-}
 
 /// How many bytes a map may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::cli) enum Budget {
+pub enum Budget {
+    /// In all.
     Total(f64),
+    /// For each texel.
     Texel(f64),
 }
 

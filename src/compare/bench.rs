@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::methods::Method;
+use super::method::Method;
 use crate::accuracy::{
     Difference, Errors, ExactPoints, ExactTexels, Place, Points, Sample, TruePicture, lookup_time,
 };
@@ -13,7 +13,7 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::{Progress, Silent};
 use crate::reference::{Extinction, TexelProfile};
-use crate::scene::{Beam, LightView, Scene};
+use crate::scene::{Beam, Scene};
 use crate::settings::Settings;
 use crate::shadow::{Map, ShadowMap};
 
@@ -21,12 +21,15 @@ use crate::shadow::{Map, ShadowMap};
 const CURVE_POINTS: usize = 160;
 
 /// A scene whose truth is known.
-pub(super) struct Bench<'a> {
+pub struct Bench<'a> {
+    /// The scene.
     pub scene: &'a Scene,
+    /// Sizes, filter and what else all methods share.
     pub settings: &'a Settings,
     /// One map each.
     parts: Vec<Part>,
     picture: TruePicture,
+    /// The picture marched through exact transmittances.
     pub true_image: Image,
     window: u32,
 }
@@ -36,13 +39,13 @@ struct Part {
     beam: Beam,
     /// Its channel and light, among several.
     label: Option<String>,
-    view: LightView,
     points: Points,
     frame: Frame,
 }
 
 /// What one method comes to.
-pub(super) struct Row {
+pub struct Row {
+    /// The method's.
     pub label: String,
     /// Bytes that a lookup may read, of the whole map; 0 for the exact integral.
     pub bytes: u64,
@@ -50,23 +53,29 @@ pub(super) struct Row {
     pub texels: u64,
     /// Seconds until the first lookup is answered.
     pub build_seconds: f64,
+    /// Nanoseconds of a lookup on one thread.
     pub lookup_nanoseconds: f64,
     /// In the order of [`Place::ALL`], of all beams together.
     pub errors: [Errors; 4],
     /// Those of each beam by its name, if there are several.
     pub channels: Vec<(String, [Errors; 4])>,
+    /// The picture through the map.
     pub image: Image,
+    /// How it differs from the true one.
     pub difference: Difference,
     /// Where it errs most on a texel's central ray.
     pub worst: Option<Curve>,
 }
 
 /// Transmittance over depth along the central ray of one texel.
-pub(super) struct Curve {
+pub struct Curve {
+    /// The texel, from the upper left.
     pub texel: [u32; 2],
     /// Where the error is largest: depth, truth, and what the map says.
     pub depth: f64,
+    /// Exact transmittance there.
     pub truth: f64,
+    /// The map's.
     pub found: f64,
     /// Depths where the ray enters and leaves the volume.
     pub extent: [f64; 2],
@@ -75,37 +84,40 @@ pub(super) struct Curve {
 }
 
 impl Row {
-    pub(super) fn bytes_per_texel(&self) -> f64 {
+    /// Bytes for each texel.
+    pub fn bytes_per_texel(&self) -> f64 {
         self.bytes as f64 / self.texels as f64
     }
 
-    pub(super) fn at(&self, place: Place) -> &Errors {
+    /// Its errors at one place.
+    pub fn at(&self, place: Place) -> &Errors {
         &self.errors[place as usize]
     }
 }
 
 impl<'a> Bench<'a> {
     /// Integrates the truth: `count` points of each place from `seed`, and the picture.
-    pub(super) fn new(
+    ///
+    /// # Errors
+    /// If a light cannot be fitted to the media, or f32 does not hold the scene.
+    pub fn new(
         scene: &'a Scene,
         settings: &'a Settings,
         [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let (beams, size) = (scene.beams(), settings.map_size);
+        let (beams, size) = (scene.beams()?, settings.map_size);
         let [width, height] = settings.image_size;
         let mut true_image = Image::filled(width, height, [0.0; 4]);
         let mut parts = Vec::new();
         for beam in &beams {
-            let own = &beam.scene;
-            let view = LightView::fit(own.light(), &own.media)?;
-            let frame = Frame::with_light_view(own, settings, &view)?;
-            let points = Points::draw(own, &view, size, &Place::ALL, [count, seed], progress);
-            let exact = ExactPoints(ExactTexels::new(own, &view, size));
-            let seen = CpuBackend.march_view_through(&own.media, &frame, &exact, progress);
+            let frame = Frame::new(beam, settings)?;
+            let points = Points::draw(beam, size, &Place::ALL, [count, seed], progress);
+            let exact = ExactPoints(ExactTexels::new(beam, size));
+            let seen = CpuBackend.march_view_through(&beam.media, &frame, &exact, progress);
             beam.add(&seen, &mut true_image);
             let label = beam.label(&beams);
-            parts.push(Part { beam: beam.clone(), label, view, points, frame });
+            parts.push(Part { beam: beam.clone(), label, points, frame });
         }
         let picture = TruePicture::new(&true_image, settings.exposure as f32);
         let (window, _) = settings.filter.window();
@@ -113,17 +125,20 @@ impl<'a> Bench<'a> {
     }
 
     /// The points that maps are asked at, of each beam as many.
-    pub(super) fn points(&self) -> &Points {
+    pub fn points(&self) -> &Points {
         &self.parts[0].points
     }
 
     /// Builds and measures the maps of `method`.
-    pub(super) fn measure(&self, method: &Method) -> Result<Row> {
+    ///
+    /// # Errors
+    /// If such a map cannot be built.
+    pub fn measure(&self, method: &Method) -> Result<Row> {
         let settings = method.settings(self.settings);
         let (mut maps, mut build_seconds, mut lookup_nanoseconds) = (Vec::new(), 0.0, 0.0);
         for part in &self.parts {
             let begun = Instant::now();
-            let map: Map = CpuBackend.map(&part.beam.scene, &settings, &Silent)?;
+            let map: Map = CpuBackend.map(&part.beam, &settings, &Silent)?;
             map.texel_transmittance(0, 0, 0.0);
             build_seconds += begun.elapsed().as_secs_f64();
             lookup_nanoseconds += lookup_time(&map, &part.points, self.window);
@@ -134,7 +149,7 @@ impl<'a> Bench<'a> {
     }
 
     /// What the maps' resolution alone costs: exact transmittance of every texel, filtered.
-    pub(super) fn floor(&self) -> Row {
+    pub fn floor(&self) -> Row {
         let size = self.settings.map_size;
         let exact: Vec<_> = self.parts.iter().map(|part| part.exact(size)).collect();
         let exact: Vec<&dyn ShadowMap> = exact.iter().map(|map| map as &dyn ShadowMap).collect();
@@ -147,7 +162,7 @@ impl<'a> Bench<'a> {
         let (mut each, mut worst) = (Vec::new(), None::<Curve>);
         for (part, &map) in self.parts.iter().zip(maps) {
             each.push(Place::ALL.map(|place| part.points.errors(place, map, self.window)));
-            let media = &part.beam.scene.media;
+            let media = &part.beam.media;
             let seen = CpuBackend.march_view_through(media, &part.frame, map, &Silent);
             part.beam.add(&seen, &mut image);
             let curve = part.points.worst(map).map(|sample| self.curve(part, map, sample));
@@ -182,8 +197,8 @@ impl<'a> Bench<'a> {
         let n = self.settings.map_size;
         let texel = [u, v].map(|c| ((c * n as f32) as u32).min(n - 1));
         let center = texel.map(|i| (f64::from(i) + 0.5) / f64::from(n));
-        let exact = Extinction::of(&part.beam.scene.media);
-        let trace = |depths: &[f64]| TexelProfile::trace(&exact, &part.view, center, depths);
+        let exact = Extinction::of(&part.beam.media);
+        let trace = |depths: &[f64]| TexelProfile::trace(&exact, &part.beam.view, center, depths);
         let [enter, exit] = trace(&[]).extent;
         let margin = 0.04 * (exit - enter);
         let step = (exit - enter + 2.0 * margin) / (CURVE_POINTS - 1) as f64;
@@ -205,7 +220,7 @@ impl<'a> Bench<'a> {
 
 impl Part {
     fn exact(&self, size: u32) -> ExactTexels<'_> {
-        ExactTexels::new(&self.beam.scene, &self.view, size)
+        ExactTexels::new(&self.beam, size)
     }
 }
 

@@ -1,0 +1,56 @@
+//! What a map may be wrong by and what it may take, as options.
+
+use clap::Args;
+
+use super::arguments::{SceneArguments, above_0, parse};
+use super::job::Job;
+use crate::compare::{Budget, Certified, Limits, choose};
+use crate::error::Result;
+use crate::progress::Progress;
+use crate::scene::Beam;
+use crate::settings::MapKind;
+
+/// Limits that a map is chosen to keep.
+#[derive(Debug, Args)]
+pub(super) struct LimitArguments {
+    /// RMS error of transmittance that the map may make, measured at random points of the volume:
+    /// takes the smallest map found to keep it.
+    #[arg(long, value_name = "E", value_parser = above_0, allow_negative_numbers = true, help_heading = "Shadow map")]
+    pub max_error: Option<f64>,
+    /// Bytes that the map may take in all (4000000, 512KiB, 4MiB) or a texel (16/texel): takes the
+    /// most exact map found to keep it, or with --max-error the smallest.
+    #[arg(long, value_name = "B", value_parser = parse::<Budget>, help_heading = "Shadow map")]
+    pub max_map_bytes: Option<Budget>,
+}
+
+impl LimitArguments {
+    /// Whether there is one.
+    pub(super) fn any(&self) -> bool {
+        self.max_error.is_some() || self.max_map_bytes.is_some()
+    }
+
+    /// The map of `beam`, one of the job's, that keeps the limits, of a kind that is `wanted`; `None` if there are none.
+    ///
+    /// # Errors
+    /// If no map tried keeps them, with the one that came closest.
+    pub(super) fn choose(
+        &self,
+        job: &Job,
+        beam: &Beam,
+        arguments: &SceneArguments,
+        wanted: fn(MapKind) -> bool,
+        progress: &dyn Progress,
+    ) -> Result<Option<Certified>> {
+        if !self.any() {
+            return Ok(None);
+        }
+        let limits = Limits {
+            error: self.max_error,
+            budget: self.max_map_bytes,
+            size: arguments.map_size,
+            kind: arguments.map.as_ref().and(job.settings.map),
+            own_tolerance: arguments.tolerance.is_some(),
+        };
+        choose(&*job.backend, beam, &job.settings, &limits, wanted, progress).map(Some)
+    }
+}

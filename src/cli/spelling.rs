@@ -1,0 +1,31 @@
+//! What the library calls by the names of scene files, as the command line spells it.
+
+/// Names between backticks, as the library writes them, and options.
+const OPTIONS: [(&str, &str); 9] = [
+    ("`volume.density_scale`", "--density-scale"),
+    ("`volume.window`", "--window"),
+    ("`volume.transfer.range`", "--transfer-range"),
+    ("`volume.class = level-set`", "--class level-set"),
+    ("`volume.grid`", "--grid"),
+    ("`volume.dims`", "--dims"),
+    ("`volume.type`", "--type"),
+    ("`light.direction`", "--light"),
+    ("`magnitude`", "--magnitude"),
+];
+
+/// A line for people who type options.
+pub(super) fn with_options(line: &str) -> String {
+    OPTIONS.iter().fold(line.to_owned(), |line, (name, option)| line.replace(name, option))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_scene_files_become_options() {
+        let line = "x.raw: it has neither `volume.dims` nor `volume.type`; `other` stays";
+        let expected = "x.raw: it has neither --dims nor --type; `other` stays";
+        assert_eq!(with_options(line), expected);
+    }
+}
