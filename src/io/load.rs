@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat4, DQuat, DVec3};
 
-use super::dense::{DEFAULT_MAX_BYTES, DenseFile};
+use super::dense::DenseFile;
 use super::fog;
 use super::format::Format;
+use super::options::ReadOptions;
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::scene::file::VolumeTable;
@@ -39,15 +40,12 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
         (Some(_), Some(_)) => return Err(Error::value("volume", "give path or preset, not both")),
         (None, None) => return Err(Error::value("volume", "give path or preset")),
         (Some(preset), None) => {
-            refuse_unused(
-                table,
-                "a preset",
-                &["dims", "type", "endian", "spacing", "grid", "from", "class"],
-            )?;
+            let keys = ["dims", "type", "endian", "spacing", "grid", "from", "class"];
+            ReadOptions::of(table)?.refuse("a preset", &keys)?;
             let volume = preset.parse::<Preset>()?.volume(up.unwrap_or_default())?;
             if levels == Levels::AsStored { volume } else { volume.levelled(levels)? }
         }
-        (None, Some(path)) => load_file(path, table, up, levels, facts)?,
+        (None, Some(path)) => load_file(path, &ReadOptions::of(table)?, up, levels, facts)?,
     };
     let volume = match table.bounds {
         Some(_) if sparse(&volume) => {
@@ -73,14 +71,15 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
 pub fn source_files(table: &VolumeTable) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     if let Some(path) = &table.path {
-        match format_of(path, table)? {
+        let options = ReadOptions::of(table)?;
+        match options.format_of(path)? {
             format @ (Format::Npy
             | Format::Nrrd
             | Format::MetaImage
             | Format::Nifti
             | Format::Raw) => {
-                check_options(path, format, table)?;
-                files.extend_from_slice(DenseFile::open(path, format, table)?.files());
+                options.check(path, format)?;
+                files.extend_from_slice(DenseFile::open(path, format, &options)?.files());
             }
             _ => files.push(path.clone()),
         }
@@ -123,11 +122,11 @@ pub fn load_color(table: &VolumeTable, grid: &str) -> Result<[Volume; 3]> {
     let Some(path) = &table.path else {
         return Err(Error::value("volume.color", "means nothing for a preset"));
     };
-    if format_of(path, table)? != Format::OpenVdb {
+    let options = ReadOptions::of(table)?;
+    if options.format_of(path)? != Format::OpenVdb {
         return Err(Error::value("volume.color", "needs an OpenVDB file with a grid of vectors"));
     }
-    let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
-    let [red, green, blue] = fog::load_vectors(path, grid, max_bytes)?;
+    let [red, green, blue] = fog::load_vectors(path, grid, options.max_bytes)?;
     let up = table.up.as_deref().map(str::parse::<Axis>).transpose()?.unwrap_or_default();
     let turned = |volume: Volume| {
         let placement = DMat4::from_mat3(up.world_from_file()) * *volume.world_from_index();
@@ -136,47 +135,29 @@ pub fn load_color(table: &VolumeTable, grid: &str) -> Result<[Volume; 3]> {
     Ok([turned(red)?, turned(green)?, turned(blue)?])
 }
 
-/// An error that names a key of `keys` that was given and means nothing for `what`.
-fn refuse_unused(table: &VolumeTable, what: &str, keys: &[&str]) -> Result<()> {
-    let given = [
-        ("dims", table.dims.is_some()),
-        ("type", table.value_type.is_some()),
-        ("endian", table.endian.is_some()),
-        ("spacing", table.spacing.is_some()),
-        ("grid", table.grid.is_some()),
-        ("from", table.from.is_some()),
-        ("class", table.class.is_some()),
-    ];
-    match given.into_iter().find(|(key, given)| *given && keys.contains(key)) {
-        Some((key, _)) => Err(Error::value(key, format!("means nothing for {what}"))),
-        None => Ok(()),
-    }
-}
-
 /// Whether the medium ends where the voxels' outermost centres are, as sparse grids' does.
 fn sparse(volume: &Volume) -> bool {
     volume.domain().min == DVec3::ZERO
 }
 
-/// Opens a file by what it begins with, or as `table` says.
+/// Opens a file by what it begins with, or as `options` say.
 fn load_file(
     path: &Path,
-    table: &VolumeTable,
+    options: &ReadOptions,
     up: Option<Axis>,
     levels: Levels,
     facts: &mut Facts,
 ) -> Result<Volume> {
-    let format = format_of(path, table)?;
-    check_options(path, format, table)?;
+    let format = options.format_of(path)?;
+    options.check(path, format)?;
     if format != Format::OpenVdb {
-        let file = DenseFile::open(path, format, table)?;
+        let file = DenseFile::open(path, format, options)?;
         facts.notes.extend_from_slice(&file.header().notes);
         facts.of_ct = of_ct(&file.header().metadata);
         return file.volume_noted(up, levels, &mut facts.notes);
     }
-    let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
-    let class = table.class.as_deref().map(str::parse).transpose()?;
-    let wanted = fog::Wanted { grid: table.grid.as_deref(), class, max_bytes, levels };
+    let ReadOptions { class, max_bytes, .. } = *options;
+    let wanted = fog::Wanted { grid: options.grid.as_deref(), class, max_bytes, levels };
     let volume = fog::load(path, &wanted, &mut facts.notes)?;
     let turn = DMat4::from_mat3(up.unwrap_or_default().world_from_file());
     let placement = turn * *volume.world_from_index();
@@ -194,32 +175,5 @@ fn of_ct(metadata: &[(String, String)]) -> Option<bool> {
         (Some("CT" | "MET_MOD_CT"), _) | (_, Some(_)) => Some(true),
         (Some("MET_MOD_UNKNOWN" | "MET_MOD_OTHER" | "") | None, _) => None,
         (Some(_), _) => Some(false),
-    }
-}
-
-/// Holds the options of `table` against what a file of this format takes.
-///
-/// # Errors
-/// With the name of the first that it does not take.
-pub fn check_options(path: &Path, format: Format, table: &VolumeTable) -> Result<()> {
-    let what = format!("{}, of format {}", path.display(), format.name());
-    match format {
-        Format::Raw => Ok(()),
-        Format::DeepExr => Err(Error::contents(path, "a deep image, no volume")),
-        Format::OpenVdb => refuse_unused(table, &what, &["dims", "type", "endian", "spacing"]),
-        _ => refuse_unused(table, &what, &["dims", "type", "endian"]),
-    }
-}
-
-/// The format of `path`: the one that `table` names, raw where `table` has dims, else the one that
-/// the file begins with.
-///
-/// # Errors
-/// If there is no such format or file.
-pub fn format_of(path: &Path, table: &VolumeTable) -> Result<Format> {
-    match (&table.from, table.dims) {
-        (Some(name), _) => name.parse(),
-        (None, Some(_)) => Ok(Format::Raw),
-        (None, None) => Format::of_file(path),
     }
 }

@@ -6,37 +6,37 @@ use glam::DVec3;
 
 use super::dense::DenseHeader;
 pub use super::number::{Endian, ValueType};
+use super::options::ReadOptions;
 pub use super::sidecar::Sidecar;
 use crate::error::{Error, ErrorKind, Result};
-use crate::scene::file::VolumeTable;
 use crate::volume::MAX_DIM;
 
-/// What the options of `table`, or else the sidecar, say of the raw file `path` of `size` bytes.
+/// What `options`, or else the sidecar, say of the raw file `path` of `size` bytes.
 ///
 /// # Errors
 /// If neither says what is needed, or if the file does not have exactly the size that follows.
-pub fn describe(path: &Path, size: u64, table: &VolumeTable) -> Result<DenseHeader> {
+pub fn describe(path: &Path, size: u64, options: &ReadOptions) -> Result<DenseHeader> {
     let sidecar = Sidecar::beside(path)?;
     let sidecar_path = sidecar.as_ref().map_or(path, |(path, _)| path).to_owned();
     let sidecar = sidecar.map(|(_, sidecar)| sidecar).unwrap_or_default();
     let in_sidecar = |error: Error| Error::contents(&sidecar_path, error.to_string());
 
-    let dims = table.dims.or(sidecar.dims);
+    let dims = options.dims.or(sidecar.dims);
     let dims = dims.ok_or_else(|| undescribed(path, "`volume.dims` and `volume.type`"))?;
-    let value_type = match (&table.value_type, &sidecar.value_type) {
-        (Some(given), _) => given.parse::<ValueType>()?,
+    let value_type = match (options.value_type, &sidecar.value_type) {
+        (Some(given), _) => given,
         (None, Some(given)) => given.parse().map_err(in_sidecar)?,
         (None, None) => return Err(undescribed(path, "`volume.type`")),
     };
     let mut header = DenseHeader::new(dims, value_type);
-    header.endian = match (&table.endian, &sidecar.endian) {
-        (Some(given), _) => given.parse::<Endian>()?,
+    header.endian = match (options.endian, &sidecar.endian) {
+        (Some(given), _) => given,
         (None, Some(given)) => given.parse().map_err(in_sidecar)?,
         (None, None) => Endian::default(),
     };
     header.components = sidecar.components.unwrap_or(1);
     sidecar.describe(&mut header).map_err(in_sidecar)?;
-    if table.spacing.is_none() {
+    if options.spacing.is_none() {
         let spacing = DVec3::from(sidecar.spacing.unwrap_or([1.0; 3]));
         if !(spacing.is_finite() && spacing.min_element() > 0.0) {
             let why = format!("spacing: {spacing} is not above 0 on every axis");

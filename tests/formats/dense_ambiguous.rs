@@ -4,14 +4,14 @@ use std::path::Path;
 
 use deepshadow::Result;
 use deepshadow::io::Format;
+use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::DenseFile;
-use deepshadow::scene::file::VolumeTable;
 use glam::{DMat4, DVec3};
 
 use super::dense_fixtures::npy;
 
 fn open(path: &Path) -> Result<DenseFile> {
-    DenseFile::open(path, Format::of_file(path)?, &VolumeTable::default())
+    DenseFile::open(path, Format::of_file(path)?, &ReadOptions::default())
 }
 
 /// Opens files that are written into a fresh folder, the first of them; its voxels are bytes.

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use deepshadow::io::Format;
+use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::DenseFile;
-use deepshadow::scene::file::VolumeTable;
 
 use super::dense_fixtures::cases;
 use super::dense_truth::shared;
@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Opens the file as what it seems to be and as `format`; whether its voxels could be read.
 fn exercise(path: &Path, format: Format, what: &str) -> bool {
     let start = Instant::now();
-    let table = VolumeTable { max_bytes: Some(1 << 26), ..VolumeTable::default() };
+    let table = ReadOptions { max_bytes: 1 << 26, ..ReadOptions::default() };
     let mut read = false;
     for format in Format::of_file(path).into_iter().chain([format]) {
         let Ok(file) = DenseFile::open(path, format, &table) else { continue };
@@ -70,7 +70,7 @@ fn voxels_in_a_device_are_refused() {
              data file: /dev/zero\n"
         );
         std::fs::write(&path, text).unwrap();
-        let file = DenseFile::open(&path, Format::Nrrd, &VolumeTable::default()).unwrap();
+        let file = DenseFile::open(&path, Format::Nrrd, &ReadOptions::default()).unwrap();
         let error = file.voxels().err().unwrap().to_string();
         assert!(error.contains("not in a file"), "{error}");
     }

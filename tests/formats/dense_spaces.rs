@@ -1,8 +1,8 @@
 //! Where voxels lie in a patient's space, LPS: closed forms of what ITK makes of the same headers.
 
+use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::{DenseFile, DenseGrid, DenseTarget, Space};
 use deepshadow::io::{Format, Inputs};
-use deepshadow::scene::file::VolumeTable;
 use glam::{DMat4, DVec3};
 use tempfile::TempDir;
 
@@ -66,7 +66,7 @@ fn read(name: &str, bytes: &[u8]) -> DenseGrid {
 
 fn opened(path: &std::path::Path) -> DenseGrid {
     let format = Format::of_file(path).unwrap();
-    DenseGrid::read(&DenseFile::open(path, format, &VolumeTable::default()).unwrap()).unwrap()
+    DenseGrid::read(&DenseFile::open(path, format, &ReadOptions::default()).unwrap()).unwrap()
 }
 
 fn assert_close(found: DMat4, expected: DMat4, what: &str) {
@@ -137,7 +137,7 @@ fn of_two_places_in_a_nifti_file_the_one_that_itk_takes_counts() {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("v.nii");
         std::fs::write(&path, nifti_of(codes, false, 5.0)).unwrap();
-        let file = DenseFile::open(&path, Format::Nifti, &VolumeTable::default()).unwrap();
+        let file = DenseFile::open(&path, Format::Nifti, &ReadOptions::default()).unwrap();
         let place = file.header().world_from_index.w_axis.truncate();
         assert!((place - flip * (ORIGIN + taken)).length() < 1e-5, "{codes:?}: {place}");
         assert_eq!(file.header().notes.len(), usize::from(said), "{:?}", file.header().notes);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::DenseFile;
 use deepshadow::io::{Format, load_volume};
 use deepshadow::scene::file::VolumeTable;
@@ -12,7 +13,7 @@ use super::dense_fixtures::{Case, cases, dds, gzip, nifti, npy, vti};
 
 /// Opens a file as what it begins with.
 pub fn open(path: &Path) -> Result<DenseFile> {
-    DenseFile::open(path, Format::of_file(path)?, &VolumeTable::default())
+    DenseFile::open(path, Format::of_file(path)?, &ReadOptions::default())
 }
 
 fn case(name: &str) -> Case {

@@ -1,12 +1,12 @@
 //! Dense volumes that are written read back as they were; what is made of them follows closed forms.
 
 use deepshadow::ErrorKind;
+use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::{DenseFile, DenseGrid, DenseTarget};
 use deepshadow::io::number::ValueType;
 use deepshadow::io::remap::{Remap, Span};
 use deepshadow::io::vdb::{Grid, IndexBox};
 use deepshadow::io::{Format, Inputs};
-use deepshadow::scene::file::VolumeTable;
 use deepshadow::volume::Axis;
 use glam::{DMat4, DVec3, IVec3};
 use tempfile::TempDir;
@@ -68,7 +68,7 @@ fn through(grid: &DenseGrid, name: &str, packed: bool) -> (DenseGrid, Vec<String
     let found: Vec<_> = found.iter().map(|entry| entry.as_ref().unwrap().file_name()).collect();
     assert_eq!(found, names);
     let format = Format::of_file(&path).unwrap();
-    let file = DenseFile::open(&path, format, &VolumeTable::default()).unwrap();
+    let file = DenseFile::open(&path, format, &ReadOptions::default()).unwrap();
     (DenseGrid::read(&file).unwrap(), written.lost)
 }
 

@@ -4,11 +4,11 @@
 use std::path::Path;
 
 use deepshadow::io::Format;
+use deepshadow::io::ReadOptions;
 use deepshadow::io::deep_exr::DeepFile;
 use deepshadow::io::dense::DenseFile;
 use deepshadow::io::vdb::{IndexBox, SurveyDepth, VdbFile};
 use deepshadow::scene::SceneFile;
-use deepshadow::scene::file::VolumeTable;
 
 /// Memory that a reader may take for voxels.
 const LIMIT: u64 = 1 << 26;
@@ -53,7 +53,7 @@ fn vdb(bytes: &[u8]) {
 
 /// Reads the file as what it seems to be and as `format`.
 fn dense_file(path: &Path, format: Format) {
-    let table = VolumeTable { max_bytes: Some(LIMIT), ..VolumeTable::default() };
+    let table = ReadOptions { max_bytes: LIMIT, ..ReadOptions::default() };
     for format in Format::of_file(path).into_iter().chain([format]) {
         let Ok(file) = DenseFile::open(path, format, &table) else { continue };
         let Ok(voxels) = file.voxels() else { continue };

@@ -7,6 +7,7 @@ use glam::IVec3;
 
 use crate::cli::arguments::{FileArguments, Numbers, above_0, numbers, valid};
 use crate::error::{Error, Result};
+use crate::io::ReadOptions;
 use crate::io::number::ValueType;
 use crate::io::remap::checked_range;
 use crate::io::vdb::IndexBox;
@@ -88,7 +89,7 @@ impl Wanted {
 
 impl Arguments {
     /// How the input is read, and what is done with it.
-    pub(super) fn meaning(&self) -> Result<(VolumeTable, Wanted)> {
+    pub(super) fn meaning(&self) -> Result<(ReadOptions, Wanted)> {
         let mut table = VolumeTable::default();
         self.file.overlay(&mut table);
         let mut to_type = self.to_type.clone();
@@ -126,6 +127,6 @@ impl Arguments {
             half: self.half,
             compression: self.compression.clone(),
         };
-        Ok((table, wanted))
+        Ok((ReadOptions::of(&table)?, wanted))
     }
 }

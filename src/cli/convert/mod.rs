@@ -9,20 +9,19 @@ use std::path::{Path, PathBuf};
 use super::progress::Bars;
 use super::say;
 use crate::error::{Error, Result};
-use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile, DenseGrid, DenseOutput, DenseTarget};
+use crate::io::dense::{DenseFile, DenseGrid, DenseOutput, DenseTarget};
 use crate::io::number::ValueType;
 use crate::io::remap::{Remap, Span};
 use crate::io::vdb::VdbFile;
-use crate::io::{Format, Inputs, check_options, format_of};
+use crate::io::{Format, Inputs, ReadOptions};
 use crate::progress::{Progress, Silent};
-use crate::scene::file::VolumeTable;
 pub(super) use arguments::Arguments;
 use arguments::Wanted;
 use output::{Output, Target};
 
 /// What is to be done, and who is told.
 struct Job<'a> {
-    table: VolumeTable,
+    options: ReadOptions,
     wanted: Wanted,
     output: &'a Path,
     quiet: bool,
@@ -30,15 +29,15 @@ struct Job<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let (table, wanted) = arguments.meaning()?;
+    let (options, wanted) = arguments.meaning()?;
     let (input, path) = (arguments.input.as_path(), arguments.output.as_path());
     let target = Target::new(path, wanted.compression.as_deref())?;
-    let format = format_of(input, &table)?;
-    check_options(input, format, &table)?;
+    let format = options.format_of(input)?;
+    options.check(input, format)?;
     let quiet = arguments.quiet;
     let progress: Box<dyn Progress> =
         if quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
-    let job = Job { table, wanted, output: path, quiet, progress };
+    let job = Job { options, wanted, output: path, quiet, progress };
     let (paths, what) = if format == Format::OpenVdb {
         let file = VdbFile::open(input)?;
         match Output::promise(path, target, &Inputs::new([input.to_owned()]))? {
@@ -49,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             }
         }
     } else {
-        let file = DenseFile::open(input, format, &job.table)?;
+        let file = DenseFile::open(input, format, &job.options)?;
         let output = Output::promise(path, target, &Inputs::new(file.files().to_vec()))?;
         job.progress.begin("convert", 3);
         for note in &file.header().notes {
@@ -81,7 +80,7 @@ impl Job<'_> {
     }
 
     fn max_bytes(&self) -> u64 {
-        self.table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES)
+        self.options.max_bytes
     }
 
     /// What becomes of a file of dense voxels.

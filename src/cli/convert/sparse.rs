@@ -141,7 +141,7 @@ impl Job<'_> {
 
     /// The active bounding box of one grid, or the box that was asked for, in the grid's own type.
     pub(super) fn dense_of_vdb(&self, file: &VdbFile) -> Result<DenseGrid> {
-        let index = fog::chosen(file, self.table.grid.as_deref())?;
+        let index = fog::chosen(file, self.options.grid.as_deref())?;
         let header = &file.grids()[index];
         let refused =
             |why: String| Error::contents(file.path(), format!("grid '{}': {why}", header.name));
@@ -153,7 +153,7 @@ impl Job<'_> {
             .filter(|(other, _)| *other != index)
             .map(|(_, name)| format!("'{name}'"))
             .collect();
-        if !others.is_empty() && self.table.grid.is_none() {
+        if !others.is_empty() && self.options.grid.is_none() {
             let others = others.join(", ");
             self.note(&format!("grid '{}' is converted, not {others} (--grid)", header.name));
         }
@@ -183,7 +183,7 @@ impl Job<'_> {
 
     /// The grids that are to be written: the one that was asked for, or all that can be read.
     fn chosen_grids(&self, file: &VdbFile) -> Result<Vec<usize>> {
-        if let Some(name) = self.table.grid.as_deref() {
+        if let Some(name) = self.options.grid.as_deref() {
             return Ok(vec![fog::chosen(file, Some(name))?]);
         }
         let mut chosen = Vec::new();

@@ -12,6 +12,7 @@ use clap::Args;
 use super::arguments::FileArguments;
 use super::{print, print_json};
 use crate::error::Result;
+use crate::io::ReadOptions;
 use crate::scene::file::VolumeTable;
 pub(super) use json::number;
 use report::Report;
@@ -33,6 +34,11 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut table = VolumeTable::default();
     arguments.how.overlay(&mut table);
-    let report = Report::of(&arguments.file, &table, !arguments.no_stats, !arguments.json)?;
+    let report = Report::of(
+        &arguments.file,
+        &ReadOptions::of(&table)?,
+        !arguments.no_stats,
+        !arguments.json,
+    )?;
     if arguments.json { print_json(&json::write(&report)) } else { print(&text::write(&report)) }
 }

@@ -9,11 +9,10 @@ use super::deep::DeepReport;
 use super::json;
 use crate::cli::say;
 use crate::error::{Error, Result};
-use crate::io::dense::{DEFAULT_MAX_BYTES, DenseFile};
+use crate::io::dense::DenseFile;
 use crate::io::format::Format;
 use crate::io::vdb::{GridHeader, Statistics, SurveyDepth, Transform, VdbFile};
-use crate::io::{FiniteRange, Histogram, format_of};
-use crate::scene::file::VolumeTable;
+use crate::io::{FiniteRange, Histogram, ReadOptions};
 
 /// A file and its grids.
 pub(super) struct Report {
@@ -55,11 +54,11 @@ impl Report {
     /// `histograms`.
     pub(super) fn of(
         path: &Path,
-        table: &VolumeTable,
+        options: &ReadOptions,
         statistics: bool,
         histograms: bool,
     ) -> Result<Self> {
-        let format = format_of(path, table)?;
+        let format = options.format_of(path)?;
         let mut report = Self {
             path: path.to_owned(),
             format,
@@ -70,16 +69,15 @@ impl Report {
         };
         match format {
             Format::OpenVdb => {
-                report.fill_from_vdb(table, statistics, statistics && histograms)?;
+                report.fill_from_vdb(options, statistics, statistics && histograms)?;
             }
             Format::DeepExr => {
-                let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
-                let deep = DeepReport::of(path, max_bytes, statistics)?;
+                let deep = DeepReport::of(path, options.max_bytes, statistics)?;
                 report.metadata = deep.metadata();
                 report.deep = Some(deep);
             }
             _ => {
-                let file = DenseFile::open(path, format, table)?;
+                let file = DenseFile::open(path, format, options)?;
                 for note in &file.header().notes {
                     say(note);
                 }
@@ -90,11 +88,16 @@ impl Report {
         Ok(report)
     }
 
-    fn fill_from_vdb(&mut self, table: &VolumeTable, values: bool, histograms: bool) -> Result<()> {
+    fn fill_from_vdb(
+        &mut self,
+        options: &ReadOptions,
+        values: bool,
+        histograms: bool,
+    ) -> Result<()> {
         let file = VdbFile::open(&self.path)?;
         self.metadata = json::metadata(file.metadata());
         self.unreachable = file.unreachable().map(str::to_owned);
-        let wanted = match &table.grid {
+        let wanted = match &options.grid {
             Some(name) => {
                 let found = file.find(name);
                 let missing = || Error::contents(&self.path, format!("no grid '{name}'"));

@@ -47,8 +47,8 @@ use super::raw;
 use super::sidecar::Sidecar;
 use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
+use crate::io::options::ReadOptions;
 use crate::math::Aabb;
-use crate::scene::file::VolumeTable;
 use crate::volume::{self, Axis, Levels, Volume};
 pub use grid::DenseGrid;
 pub use header::{DenseHeader, Lattice, Order, SparsePart};
@@ -83,14 +83,14 @@ pub struct DenseFile {
 }
 
 impl DenseFile {
-    /// Opens the file `path`, which is a `format`, and reads its header; `table` describes raw
-    /// voxels, names an array of a VTK file, and limits memory.
+    /// Opens the file `path`, which is a `format`, and reads its header; `options` describe raw
+    /// voxels, name an array of a VTK file, and limit memory.
     ///
     /// # Errors
     /// If the system refuses to read, if the file is not what it is said to be, or if it holds
     /// what a volume cannot.
-    pub fn open(path: &Path, format: Format, table: &VolumeTable) -> Result<Self> {
-        let max_bytes = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+    pub fn open(path: &Path, format: Format, options: &ReadOptions) -> Result<Self> {
+        let max_bytes = options.max_bytes;
         let input = Input::open(path, max_bytes)?;
         let (mut header, payload) = match format {
             Format::Npy => npy::read(&input),
@@ -98,13 +98,13 @@ impl DenseFile {
             Format::MetaImage => metaimage::read(&input),
             Format::Pvm => pvm::read(&input),
             Format::Nifti => nifti::read(&input),
-            Format::Vti => vti::read(&input, table.grid.as_deref()),
+            Format::Vti => vti::read(&input, options.grid.as_deref()),
             Format::MitsubaVol => mitsuba::read(&input),
             Format::Den => den::read(&input),
             Format::NanoVdb => nanovdb::read(&input),
             Format::Raw => {
                 let payload = Payload::bare(path, 0);
-                raw::describe(path, input.size, table).map(|header| (header, payload))
+                raw::describe(path, input.size, options).map(|header| (header, payload))
             }
             other => Err(input.bad(format!("{} is not a dense format", other.name()))),
         }?;
@@ -113,14 +113,13 @@ impl DenseFile {
                 format!("{} numbers a voxel, 1 to {MAX_COMPONENTS} can be", header.components);
             return Err(input.bad(why));
         }
-        if let Some(name) = &table.class {
-            let class = name.parse::<Class>()?;
+        if let Some(class) = options.class {
             header.class = Some(class.name().to_owned());
             if let Some(sparse) = &mut header.sparse {
                 sparse.level_set = class == Class::LevelSet;
             }
         }
-        if let Some(spacing) = table.spacing {
+        if let Some(spacing) = options.spacing {
             header.world_from_index = respaced(header.world_from_index, spacing)?;
             if let Some(lattice) = &mut header.lattice {
                 lattice.world_from_index = respaced(lattice.world_from_index, spacing)?;
