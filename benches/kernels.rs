@@ -17,7 +17,7 @@ use deepshadow::progress::Silent;
 use deepshadow::scene::automatic::{Surroundings, complete};
 use deepshadow::scene::{Scene, descriptor};
 use deepshadow::settings::{MapKind, Settings};
-use deepshadow::shadow::{Map, ShadowMap};
+use deepshadow::shadow::{Map, Shadow};
 use deepshadow::volume::presets::Preset;
 
 /// Rays along each edge of the map that the benches follow.
@@ -85,7 +85,7 @@ fn kernels(criterion: &mut Criterion) {
                     let slabs = slabs_of(frame, u, v);
                     let step = (slabs.exit - slabs.enter) / SAMPLES as f32;
                     for i in 0..SAMPLES {
-                        sum += map.bilinear(u, v, slabs.enter + i as f32 * step);
+                        sum += map.lookup(0, u, v, slabs.enter + i as f32 * step);
                     }
                 }
                 black_box(sum)

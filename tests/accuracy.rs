@@ -7,7 +7,7 @@ use deepshadow::progress::Silent;
 use deepshadow::reference::Extinction;
 use deepshadow::scene::Scene;
 use deepshadow::settings::{Crossing, Lookup, MapKind, Settings};
-use deepshadow::shadow::{Map, ShadowMap};
+use deepshadow::shadow::{Map, Shadow};
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ pub fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
 pub fn error(map: &Map, points: &[(DVec3, f64)]) -> f64 {
     rms(points.iter().map(|&(point, truth)| {
         let light = map.view().coordinates(point).unwrap().as_vec3();
-        f64::from(map.bilinear(light.x, light.y, light.z)) - truth
+        f64::from(map.lookup(0, light.x, light.y, light.z)) - truth
     }))
 }
 

@@ -13,7 +13,7 @@ use deepshadow::scene::{
     Body, Camera, Emission, Ground, Light, LightKind, Media, Medium, Projection, Scene,
 };
 use deepshadow::settings::{MapKind, Settings};
-use deepshadow::shadow::ShadowMap;
+use deepshadow::shadow::Shadow;
 use deepshadow::volume::Volume;
 use deepshadow::volume::presets::Preset;
 use glam::{DMat4, DVec3};
@@ -236,7 +236,7 @@ fn bands_of_a_transfer_function_are_never_stepped_over() {
             for kind in KINDS {
                 let settings = Settings { map: Some(kind), ..settings(8, [8, 8]) };
                 let map = backend.map(&across.only_beam().unwrap(), &settings, &Silent).unwrap();
-                let through = map.nearest(0.5, 0.5, 5.0);
+                let through = map.lookup(1, 0.5, 0.5, 5.0);
                 let error = (f64::from(through) - (-truth).exp()).abs();
                 let what = format!("{width}, {kind}, {}", backend.description());
                 // Hardware moves either edge of the band by up to 1/512 of a voxel, 1/16 long.

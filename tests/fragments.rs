@@ -10,7 +10,7 @@ use deepshadow::progress::Silent;
 use deepshadow::reference::{Extinction, TexelProfile};
 use deepshadow::scene::{LightKind, Scene};
 use deepshadow::settings::{Filter, MapKind, Settings, Slices};
-use deepshadow::shadow::{Fragment, FragmentLists, FragmentMap, Map, ShadowMap};
+use deepshadow::shadow::{Fragment, FragmentLists, FragmentMap, Map, Shadow, TexelMap};
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -127,13 +127,19 @@ struct Exact<'a> {
     extinction: &'a Extinction<'a>,
 }
 
-impl ShadowMap for Exact<'_> {
-    fn size(&self) -> u32 {
-        self.map.size()
-    }
-
+impl Shadow for Exact<'_> {
     fn bytes(&self) -> u64 {
         0
+    }
+
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.filtered(width, u, v, depth)
+    }
+}
+
+impl TexelMap for Exact<'_> {
+    fn size(&self) -> u32 {
+        self.map.size()
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {

@@ -6,7 +6,7 @@ use deepshadow::accuracy::{
 use deepshadow::image::Image;
 use deepshadow::progress::Silent;
 use deepshadow::scene::{Beam, LightKind, Scene};
-use deepshadow::shadow::ShadowMap;
+use deepshadow::shadow::Shadow;
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 
@@ -24,25 +24,13 @@ fn points(scene: &Scene, seed: u64) -> (Beam, Points) {
 /// Another map's answers, off by a constant.
 struct Off<M>(M, f32);
 
-impl<M: ShadowMap> ShadowMap for Off<M> {
-    fn size(&self) -> u32 {
-        self.0.size()
-    }
-
+impl<M: Shadow> Shadow for Off<M> {
     fn bytes(&self) -> u64 {
         1234
     }
 
-    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
-        self.0.texel_transmittance(x, y, depth) + self.1
-    }
-
-    fn nearest(&self, u: f32, v: f32, depth: f32) -> f32 {
-        self.0.nearest(u, v, depth) + self.1
-    }
-
-    fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
-        self.0.bilinear(u, v, depth) + self.1
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.0.lookup(width, u, v, depth) + self.1
     }
 }
 

@@ -10,7 +10,7 @@ use deepshadow::progress::Silent;
 use deepshadow::scene::Scene;
 use deepshadow::settings::{MapKind, Settings};
 use deepshadow::shadow::{
-    CodedMap, FragmentMap, Map, Runs, ShadowMap, TexelRay, VisibilityMap, codec, fit_visibility,
+    CodedMap, FragmentMap, Map, Runs, TexelRay, VisibilityMap, codec, fit_visibility,
 };
 use deepshadow::volume::presets::Preset;
 use rayon::prelude::*;
@@ -180,7 +180,8 @@ fn a_map_of_fixed_bytes_is_coded_from_every_slab() {
     let slices = build("slices-float:1024".parse().unwrap(), 0.5);
     for (x, y) in (0..32).flat_map(|y| (0..32).map(move |x| (x, y))) {
         for depth in (0..40_u8).map(|i| f32::from(i) * 0.05) {
-            let [a, b] = [&all, &slices].map(|map| map.texel_transmittance(x, y, depth));
+            let [a, b] =
+                [&all, &slices].map(|map| map.texels().unwrap().texel_transmittance(x, y, depth));
             assert!((a - b).abs() < 0.005, "{a} and {b} at ({x}, {y}), {depth}");
         }
     }

@@ -33,7 +33,9 @@ fn validated(text: &str) -> Module {
 fn every_pass_is_valid_and_declares_its_entry_point() {
     for PassSource { name, source, workgroup } in pass_sources() {
         for map in [MapKind::Threshold, MapKind::Fragments] {
-            for media in [MediaKind::Plain, MediaKind::Blocks, MediaKind::Mixed] {
+            for media in
+                [MediaKind::Plain, MediaKind::Blocks, MediaKind::OneField, MediaKind::Mixed]
+            {
                 let module = validated(&linked(source, map, media).unwrap());
                 let entry = module.entry_points.iter().find(|entry| entry.name == name);
                 let entry = entry.unwrap_or_else(|| panic!("{name}"));
@@ -235,8 +237,9 @@ fn constants_are_the_same_on_both_sides() {
         for (name, value) in common.iter().chain(own).chain(more) {
             assert_eq!(constant(&module, name), *value, "{name}");
         }
-        // Whether media are mixed and maps are lists is the shaders' own business: truth values.
-        let shared = common.len() + own.len() + more.len() + 2;
+        // Whether media are mixed, of one grid, and maps are lists is the shaders' own business: truth values.
+        let named = usize::from(media == MediaKind::Mixed);
+        let shared = common.len() + own.len() + more.len() + 2 + named;
         assert_eq!(module.constants.len(), shared, "each constant is compared");
     }
 }

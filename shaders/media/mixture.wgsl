@@ -1,6 +1,7 @@
 // Media that are several bodies at once: extinctions add up, and what is scattered is their mean by
 // extinction. `ray` is in the media's index space; a piece of it reaches as far before as behind a
 // distance `at`.
+#import fields
 #import kernel/media
 #import kernel/ray
 
@@ -39,30 +40,10 @@ const FARTHEST_CELL: f32 = 16777216.0;
 @group(0) @binding(2) var trilinear: sampler;
 @group(0) @binding(12) var<uniform> mixture: Mixture;
 @group(0) @binding(13) var<storage, read> tables: array<vec4<f32>>;
-@group(0) @binding(14) var field_0: texture_3d<f32>;
-@group(0) @binding(15) var field_1: texture_3d<f32>;
-@group(0) @binding(16) var field_2: texture_3d<f32>;
-@group(0) @binding(17) var field_3: texture_3d<f32>;
-@group(0) @binding(18) var field_4: texture_3d<f32>;
-@group(0) @binding(19) var field_5: texture_3d<f32>;
-@group(0) @binding(20) var field_6: texture_3d<f32>;
-@group(0) @binding(21) var field_7: texture_3d<f32>;
-
 // A field's number at a voxel index of its own.
 fn sample_field(field: u32, index: vec3<f32>) -> f32 {
     let place = (index + 0.5) * mixture.fields[field].voxel_share.xyz;
-    var value: f32 = 0.0;
-    switch field {
-        case 0u: { value = textureSampleLevel(field_0, trilinear, place, 0.0).x; }
-        case 1u: { value = textureSampleLevel(field_1, trilinear, place, 0.0).x; }
-        case 2u: { value = textureSampleLevel(field_2, trilinear, place, 0.0).x; }
-        case 3u: { value = textureSampleLevel(field_3, trilinear, place, 0.0).x; }
-        case 4u: { value = textureSampleLevel(field_4, trilinear, place, 0.0).x; }
-        case 5u: { value = textureSampleLevel(field_5, trilinear, place, 0.0).x; }
-        case 6u: { value = textureSampleLevel(field_6, trilinear, place, 0.0).x; }
-        default: { value = textureSampleLevel(field_7, trilinear, place, 0.0).x; }
-    }
-    return value * mixture.fields[field].domain_min.w;
+    return stored_number(field, place) * mixture.fields[field].domain_min.w;
 }
 
 // The part of a piece that lies in a field: the field's indices of its two ends, and its share of the
@@ -152,11 +133,11 @@ fn part_along(i: u32, ray: Ray, at: f32, reach: f32) -> vec4<f32> {
         classified = vec4<f32>(sample_field(fields.x, 0.5 * (part.begin + part.end)));
     }
     var extinction = mixture.parts[i].strength.x * part.share;
-    if (fields.w > 0u) {
+    if (!ONE_FIELD && fields.w > 0u) {
         extinction *= field_value(fields.w - 1u, ray, at, reach);
     }
     var albedo = mixture.parts[i].albedo.xyz;
-    if (fields.y > 0u) {
+    if (!ONE_FIELD && fields.y > 0u) {
         albedo *= vec3<f32>(
             field_value(fields.y - 1u, ray, at, reach),
             field_value(fields.y, ray, at, reach),

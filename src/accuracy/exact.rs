@@ -2,7 +2,7 @@
 
 use crate::reference::Extinction;
 use crate::scene::{Beam, LightView};
-use crate::shadow::ShadowMap;
+use crate::shadow::{Shadow, TexelMap};
 
 /// Exact transmittance of every texel's central ray. Filtered like any other map it shows what the
 /// map's resolution alone costs: no representation is better at that resolution.
@@ -36,14 +36,20 @@ impl<'a> ExactTexels<'a> {
     }
 }
 
-impl ShadowMap for ExactTexels<'_> {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
+impl Shadow for ExactTexels<'_> {
     /// It keeps nothing.
     fn bytes(&self) -> u64 {
         0
+    }
+
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.filtered(width, u, v, depth)
+    }
+}
+
+impl TexelMap for ExactTexels<'_> {
+    fn size(&self) -> u32 {
+        self.size
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
@@ -57,28 +63,12 @@ impl ShadowMap for ExactTexels<'_> {
 #[derive(Clone, Debug)]
 pub struct ExactPoints<'a>(pub ExactTexels<'a>);
 
-impl ShadowMap for ExactPoints<'_> {
-    fn size(&self) -> u32 {
-        self.0.size()
-    }
-
+impl Shadow for ExactPoints<'_> {
     fn bytes(&self) -> u64 {
         0
     }
 
-    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
-        self.0.texel_transmittance(x, y, depth)
-    }
-
-    fn nearest(&self, u: f32, v: f32, depth: f32) -> f32 {
-        self.bilinear(u, v, depth)
-    }
-
-    fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
+    fn lookup(&self, _width: u32, u: f32, v: f32, depth: f32) -> f32 {
         self.0.transmittance(u.into(), v.into(), f64::from(depth) * self.0.view.unit) as f32
-    }
-
-    fn mean(&self, _width: u32, u: f32, v: f32, depth: f32) -> f32 {
-        self.bilinear(u, v, depth)
     }
 }

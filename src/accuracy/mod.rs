@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::reference::Extinction;
 use crate::scene::Beam;
-use crate::shadow::ShadowMap;
+use crate::shadow::Shadow;
 pub use errors::{Errors, VISIBLE};
 pub use exact::{ExactPoints, ExactTexels};
 pub use picture::{Difference, PIXELS_PER_DEGREE, TruePicture};
@@ -43,14 +43,14 @@ pub fn largest_optical_depth(beam: &Beam, map_size: u32) -> f64 {
 /// Nanoseconds that a lookup in `map` takes on one thread of the processor, filtered by `window` as
 /// in [`Points::errors`], at random points of the volume in random order (so few are in a cache); 0
 /// without points.
-pub fn lookup_time(map: &dyn ShadowMap, points: &Points, window: u32) -> f64 {
+pub fn lookup_time(map: &dyn Shadow, points: &Points, window: u32) -> f64 {
     let samples = points.of(Place::Volume);
     let samples = &samples[..samples.len().min(TIMED_LOOKUPS)];
     let run = || {
         let begun = Instant::now();
         for sample in samples {
             let [u, v, depth] = black_box(sample.place);
-            black_box(map.filtered(window, u, v, depth));
+            black_box(map.lookup(window, u, v, depth));
         }
         begun.elapsed().as_secs_f64()
     };

@@ -7,7 +7,7 @@ use super::random::Random;
 use super::{Errors, ExactTexels};
 use crate::progress::Progress;
 use crate::scene::{Beam, Body, LightView, Media};
-use crate::shadow::ShadowMap;
+use crate::shadow::Shadow;
 
 /// A place of a map, and what an exact map says there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,21 +94,21 @@ impl Points {
     }
 
     /// How far `map` is from the truth at one place, filtered by a window of `window` texels along its
-    /// edge (0: bilinear; [`ShadowMap::filtered`]), on rays by the texel alone.
-    pub fn errors(&self, place: Place, map: &dyn ShadowMap, window: u32) -> Errors {
+    /// edge (0: bilinear; [`Shadow::lookup`]), on rays by the texel alone.
+    pub fn errors(&self, place: Place, map: &dyn Shadow, window: u32) -> Errors {
         let window = if place == Place::Rays { 1 } else { window };
         let error = |sample: &Sample| {
             let [u, v, depth] = sample.place;
-            f64::from(map.filtered(window, u, v, depth)) - sample.truth
+            f64::from(map.lookup(window, u, v, depth)) - sample.truth
         };
         Errors::of(&self.of(place).par_iter().map(error).collect::<Vec<f64>>())
     }
 
     /// The sample on a texel's central ray where `map` errs most; `None` without such samples.
-    pub fn worst(&self, map: &dyn ShadowMap) -> Option<Sample> {
+    pub fn worst(&self, map: &dyn Shadow) -> Option<Sample> {
         let error = |sample: &&Sample| {
             let [u, v, depth] = sample.place;
-            (f64::from(map.nearest(u, v, depth)) - sample.truth).abs()
+            (f64::from(map.lookup(1, u, v, depth)) - sample.truth).abs()
         };
         let samples = self.of(Place::Rays).iter();
         samples.max_by(|a, b| error(a).total_cmp(&error(b))).copied()

@@ -51,7 +51,11 @@ impl Opening {
     }
 
     /// The backend for maps of `kind`; `say` is told why it is no other one, where that is only found out later.
-    pub(super) fn finish(self, kind: Option<MapKind>, say: fn(&str)) -> Result<Box<dyn Backend>> {
+    pub(super) fn finish(
+        self,
+        kind: Option<MapKind>,
+        say: fn(&str),
+    ) -> Result<&'static dyn Backend> {
         let found = self.gpu.join().map_err(|_| Error::gpu("the driver failed"));
         let found = match (found, self.choice) {
             (Ok(found), _) => found?,
@@ -61,15 +65,20 @@ impl Opening {
         let builds = |gpu: &dyn Backend| kind.is_none_or(|kind| gpu.builds(kind));
         match (found, kind) {
             (Some(gpu), _) if builds(&*gpu) && self.choice == BackendChoice::Auto => {
-                Ok(Box::new(Fallback::new(gpu, say)))
+                Ok(kept(Box::new(Fallback::new(gpu, say))))
             }
-            (Some(gpu), _) if builds(&*gpu) => Ok(gpu),
+            (Some(gpu), _) if builds(&*gpu) => Ok(kept(gpu)),
             (Some(_), Some(kind)) if self.choice == BackendChoice::Gpu => {
                 Err(Error::value("map", format!("'{kind}' maps need --backend cpu")))
             }
-            _ => Ok(Box::new(CpuBackend)),
+            _ => Ok(&CpuBackend),
         }
     }
+}
+
+/// A backend for as long as the program runs: its end closes a device sooner than a driver does.
+fn kept(backend: Box<dyn Backend>) -> &'static dyn Backend {
+    Box::leak(backend)
 }
 
 #[cfg(feature = "gpu")]

@@ -18,7 +18,7 @@ use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Surroundings, complete};
 use crate::scene::{Scene, descriptor};
 use crate::settings::{Crossing, Lookup, MapKind, Settings, Shading};
-use crate::shadow::{Map, ShadowMap, ThresholdMap};
+use crate::shadow::{Map, TexelMap, ThresholdMap};
 use crate::volume::presets::Preset;
 
 /// Pixels along the edge of each picture on a sheet.
@@ -105,7 +105,7 @@ impl PresetScene {
 type Draw<'a> = &'a dyn Fn() -> Result<Sheet>;
 
 struct Painter {
-    backend: Box<dyn Backend>,
+    backend: &'static dyn Backend,
     progress: Box<dyn Progress>,
 }
 

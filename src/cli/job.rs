@@ -33,7 +33,7 @@ pub(super) struct Request<'a> {
 pub(super) struct Job {
     pub scene: Scene,
     pub settings: Settings,
-    pub backend: Box<dyn Backend>,
+    pub backend: &'static dyn Backend,
     pub progress: Box<dyn Progress>,
     quiet: bool,
 }

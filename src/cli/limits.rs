@@ -51,6 +51,6 @@ impl LimitArguments {
             kind: arguments.map.as_ref().and(job.settings.map),
             own_tolerance: arguments.tolerance.is_some(),
         };
-        choose(&*job.backend, beam, &job.settings, &limits, wanted, progress).map(Some)
+        choose(job.backend, beam, &job.settings, &limits, wanted, progress).map(Some)
     }
 }

@@ -16,7 +16,7 @@ use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::output::{PendingFile, commit};
 use crate::scene::Media;
 use crate::settings::{MapKind, Settings};
-use crate::shadow::{FragmentMap, Map, ShadowMap};
+use crate::shadow::{FragmentMap, Map, Shadow, TexelMap};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -146,7 +146,7 @@ fn encode(media: &Media, built: &[Built], path: &Path, statistics: bool) -> Resu
                 format!("{} map", map.kind()),
             ),
             Map::Visibility(_) => return Err(unwritten(MapKind::Visibility)),
-            Map::Grid(map) => return Err(unwritten(MapKind::Grid(map.size() as u16))),
+            Map::Grid(map) => return Err(unwritten(MapKind::Grid(map.longest() as u16))),
         };
         let path = match label {
             Some(label) => path.with_extension(format!("{label}.exr")),

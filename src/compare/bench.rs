@@ -15,7 +15,7 @@ use crate::progress::{Progress, Silent};
 use crate::reference::{Extinction, TexelProfile};
 use crate::scene::{Beam, Scene};
 use crate::settings::Settings;
-use crate::shadow::{Map, ShadowMap};
+use crate::shadow::{Map, Shadow};
 
 /// Points of a curve.
 const CURVE_POINTS: usize = 160;
@@ -139,12 +139,12 @@ impl<'a> Bench<'a> {
         for part in &self.parts {
             let begun = Instant::now();
             let map: Map = CpuBackend.map(&part.beam, &settings, &Silent)?;
-            map.texel_transmittance(0, 0, 0.0);
+            map.lookup(1, 0.0, 0.0, 0.0);
             build_seconds += begun.elapsed().as_secs_f64();
             lookup_nanoseconds += lookup_time(&map, &part.points, self.window);
             maps.push(map);
         }
-        let maps: Vec<&dyn ShadowMap> = maps.iter().map(|map| map as &dyn ShadowMap).collect();
+        let maps: Vec<&dyn Shadow> = maps.iter().map(|map| map as &dyn Shadow).collect();
         Ok(Row { build_seconds, lookup_nanoseconds, ..self.row(&method.label, &maps) })
     }
 
@@ -152,11 +152,11 @@ impl<'a> Bench<'a> {
     pub fn floor(&self) -> Row {
         let size = self.settings.map_size;
         let exact: Vec<_> = self.parts.iter().map(|part| part.exact(size)).collect();
-        let exact: Vec<&dyn ShadowMap> = exact.iter().map(|map| map as &dyn ShadowMap).collect();
+        let exact: Vec<&dyn Shadow> = exact.iter().map(|map| map as &dyn Shadow).collect();
         self.row("exact texels", &exact)
     }
 
-    fn row(&self, label: &str, maps: &[&dyn ShadowMap]) -> Row {
+    fn row(&self, label: &str, maps: &[&dyn Shadow]) -> Row {
         let [width, height] = self.settings.image_size;
         let mut image = Image::filled(width, height, [0.0; 4]);
         let (mut each, mut worst) = (Vec::new(), None::<Curve>);
@@ -192,7 +192,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The whole ray of a sample.
-    fn curve(&self, part: &Part, map: &dyn ShadowMap, sample: Sample) -> Curve {
+    fn curve(&self, part: &Part, map: &dyn Shadow, sample: Sample) -> Curve {
         let [u, v, depth] = sample.place;
         let n = self.settings.map_size;
         let texel = [u, v].map(|c| ((c * n as f32) as u32).min(n - 1));
@@ -204,7 +204,7 @@ impl<'a> Bench<'a> {
         let step = (exit - enter + 2.0 * margin) / (CURVE_POINTS - 1) as f64;
         let depths: Vec<f64> =
             (0..CURVE_POINTS).map(|i| enter - margin + i as f64 * step).collect();
-        let lookup = |depth: f32| f64::from(map.nearest(u, v, depth));
+        let lookup = |depth: f32| f64::from(map.lookup(1, u, v, depth));
         let truths = trace(&depths).transmittance;
         let points = depths.iter().zip(truths).map(|(&z, truth)| [z, truth, lookup(z as f32)]);
         Curve {

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::progress::{Progress, Silent};
 use crate::scene::Beam;
 use crate::settings::{MapKind, Settings};
-use crate::shadow::{Map, ShadowMap};
+use crate::shadow::{Map, Shadow};
 
 /// Texels along the edge of the maps that are scouted.
 const SCOUT: u32 = 64;
@@ -253,7 +253,7 @@ impl<'a> Search<'a> {
         Ok(Tried { label: &method.label, settings, map, errors })
     }
 
-    fn errors(&self, map: &dyn ShadowMap) -> Errors {
+    fn errors(&self, map: &dyn Shadow) -> Errors {
         let (window, _) = self.at.settings.filter.window();
         self.points.errors(accuracy::Place::Volume, map, window)
     }

@@ -21,13 +21,13 @@ use crate::kernel::view::{
 };
 use crate::progress::Progress;
 use crate::scene::Media;
-use crate::shadow::ShadowMap;
+use crate::shadow::Shadow;
 
 /// The whole picture: premultiplied linear radiance and opacity.
 pub(super) fn march_view(
     media: &Media,
     frame: &Frame,
-    map: &dyn ShadowMap,
+    map: &dyn Shadow,
     progress: &dyn Progress,
 ) -> Image {
     let (width, height, samples) = (frame.view.width, frame.view.height, frame.view.samples);
@@ -58,7 +58,7 @@ pub(super) fn march_view(
 pub(super) struct View<'a> {
     pub(super) sampler: Sampler<'a>,
     pub(super) frame: &'a Frame,
-    pub(super) map: &'a dyn ShadowMap,
+    pub(super) map: &'a dyn Shadow,
 }
 
 /// The part of a camera ray in the volume, cut into steps.
@@ -147,7 +147,7 @@ impl View<'_> {
 
     /// Transmittance at (u, v, depth).
     fn lookup(&self, light: Vec3) -> f32 {
-        self.map.filtered(self.frame.map.window, light.x, light.y, light.z)
+        self.map.lookup(self.frame.map.window, light.x, light.y, light.z)
     }
 
     /// Radiance scattered towards the camera, and the transmittance of the whole ray.

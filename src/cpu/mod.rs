@@ -24,7 +24,7 @@ use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{Beam, Media};
 use crate::settings::{MapKind, Settings};
-use crate::shadow::{Codec, Links, Map, Runs, ShadowMap, VisibilityPoint};
+use crate::shadow::{Codec, Links, Map, Runs, Shadow, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
 
 /// Renders with rayon's current thread pool.
@@ -38,7 +38,7 @@ impl CpuBackend {
         self,
         media: &Media,
         frame: &Frame,
-        map: &dyn ShadowMap,
+        map: &dyn Shadow,
         progress: &dyn Progress,
     ) -> Image {
         march_view::march_view(media, frame, map, progress)

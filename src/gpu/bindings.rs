@@ -95,10 +95,11 @@ pub(super) fn media(kind: MediaKind) -> Vec<BindGroupLayoutEntry> {
             entries.push(grid(at::VOXELS));
             entries.push(layout_entry(at::BLOCKS, whole_numbers));
         }
-        MediaKind::Mixed => {
+        MediaKind::OneField | MediaKind::Mixed => {
             entries.push(buffer(at::MIXTURE, BufferBindingType::Uniform, 0));
             entries.push(read(at::TABLES));
-            entries.extend((0..MOST_FIELDS as u32).map(|i| grid(at::FIELDS + i)));
+            let fields = if kind == MediaKind::Mixed { MOST_FIELDS as u32 } else { 1 };
+            entries.extend((0..fields).map(|i| grid(at::FIELDS + i)));
         }
     }
     entries

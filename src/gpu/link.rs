@@ -1,6 +1,6 @@
 //! Joins shader files: a line `#import kernel/NAME` stands for that file, each file once; `#import map`
 //! for the kind of shadow map that lookups read, `#import media` for the kind of media that rays cross,
-//! `#import density` for how a plain volume's voxels are stored.
+//! `#import density` for how a plain volume's voxels are stored, `#import fields` for how many grids a mixture has.
 
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -12,7 +12,7 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 23] = files![
+const FILES: [(&str, &str); 25] = files![
     "kernel/blocks",
     "kernel/curves",
     "kernel/density",
@@ -34,7 +34,9 @@ const FILES: [(&str, &str); 23] = files![
     "map/fragments",
     "map/texels",
     "map/threshold",
+    "media/fields",
     "media/mixture",
+    "media/one_field",
     "media/plain",
 ];
 
@@ -45,6 +47,8 @@ pub enum MediaKind {
     Plain,
     /// The same, stored in blocks.
     Blocks,
+    /// One volume and nothing but its numbers: a function of them, or light that it makes.
+    OneField,
     /// Everything else.
     Mixed,
 }
@@ -70,8 +74,10 @@ impl Kinds {
     fn file<'a>(&self, name: &'a str) -> &'a str {
         match (name, self.media) {
             ("map", _) => self.map,
-            ("media", MediaKind::Mixed) => "media/mixture",
+            ("media", MediaKind::OneField | MediaKind::Mixed) => "media/mixture",
             ("media", _) => "media/plain",
+            ("fields", MediaKind::OneField) => "media/one_field",
+            ("fields", _) => "media/fields",
             ("density", MediaKind::Blocks) => "kernel/blocks",
             ("density", _) => "kernel/density",
             _ => name,

@@ -10,7 +10,7 @@ use super::link::MediaKind;
 use super::renderer::Renderer;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Field, MOST_FIELDS, MOST_PARTS, Mixture, Part};
-use crate::scene::{Media, Occupancy};
+use crate::scene::{Body, Media, Occupancy};
 use crate::volume::{Volume, Voxels};
 
 /// Media on a device.
@@ -26,7 +26,7 @@ pub struct GpuMedia {
 enum Content {
     Plain(GpuField),
     Blocks(GpuBlocks),
-    Mixed { fields: Vec<GpuField>, mixture: wgpu::Buffer, tables: wgpu::Buffer },
+    Mixed { fields: Vec<GpuField>, one_field: bool, mixture: wgpu::Buffer, tables: wgpu::Buffer },
 }
 
 /// `Mixture` of `shaders/media/mixture.wgsl`.
@@ -44,6 +44,7 @@ impl GpuMedia {
         match self.content {
             Content::Plain(_) => MediaKind::Plain,
             Content::Blocks(_) => MediaKind::Blocks,
+            Content::Mixed { one_field: true, .. } => MediaKind::OneField,
             Content::Mixed { .. } => MediaKind::Mixed,
         }
     }
@@ -52,6 +53,7 @@ impl GpuMedia {
     pub(super) fn kind_of(device: &wgpu::Device, media: &Media) -> MediaKind {
         let limit = device.limits().max_texture_dimension_3d;
         match media.plain() {
+            None if of_one_field(media) => MediaKind::OneField,
             None => MediaKind::Mixed,
             Some(volume) => match volume.voxels() {
                 Voxels::Dense(_) if longer(volume.dims(), limit).is_none() => MediaKind::Plain,
@@ -83,12 +85,12 @@ impl GpuMedia {
                 entries.push(entry(at::VOXELS, BindingResource::TextureView(&stored.view)));
                 entries.push(entry(at::BLOCKS, BindingResource::TextureView(table)));
             }
-            Content::Mixed { fields, mixture, tables } => {
+            Content::Mixed { fields, one_field, mixture, tables } => {
                 entries.push(entry(at::MIXTURE, mixture.as_entire_binding()));
                 entries.push(entry(at::TABLES, tables.as_entire_binding()));
                 // What no body speaks of is never read: the first stands there.
                 let spare = &fields[0];
-                for i in 0..MOST_FIELDS {
+                for i in 0..if *one_field { 1 } else { MOST_FIELDS } {
                     let view = &fields.get(i).unwrap_or(spare).view;
                     entries.push(entry(at::FIELDS + i as u32, BindingResource::TextureView(view)));
                 }
@@ -109,6 +111,15 @@ impl GpuMedia {
         let occupancy = codes(device, queue, media.occupancy())?;
         Ok(Self { content, occupancy })
     }
+}
+
+/// Whether nothing of media but the numbers of one volume is sampled; also where there is none.
+fn of_one_field(media: &Media) -> bool {
+    let alone = |Body { medium, .. }: &Body| {
+        let glows = medium.emission.as_ref().is_some_and(|emission| emission.field.is_some());
+        medium.color.is_none() && medium.modulation.is_none() && !glows
+    };
+    media.bodies().len() < 2 && media.bodies().iter().all(alone)
 }
 
 /// The codes of bricks as a texture of integers.
@@ -170,6 +181,7 @@ fn mixed(gpu: &Renderer, media: &Media) -> Result<Content> {
     let some = if tables.is_empty() { vec![glam::Vec4::ZERO] } else { tables };
     Ok(Content::Mixed {
         fields: uploaded,
+        one_field: of_one_field(media),
         mixture: gpu.buffer("mixture", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM),
         tables: gpu.buffer("tables", bytemuck::cast_slice(&some), wgpu::BufferUsages::STORAGE),
     })

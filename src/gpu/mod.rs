@@ -39,7 +39,7 @@ use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{Beam, Media};
 use crate::settings::{MapKind, Settings};
-use crate::shadow::{FragmentMap, Links, Map, Runs, ShadowMap};
+use crate::shadow::{FragmentMap, Links, Map, Runs, TexelMap};
 use adapter::Watch;
 pub use adapter::{AdapterChoice, adapters};
 pub use blocks::NO_BLOCK;

@@ -6,7 +6,7 @@ use glam::DMat4;
 use super::exr::{certified, encode_channels, placement, text};
 use crate::error::Result;
 use crate::math::Aabb;
-use crate::shadow::{CodedMap, ShadowMap};
+use crate::shadow::{CodedMap, TexelMap};
 
 /// A coded map as OpenEXR: a pixel a texel, row 0 (v = 0) on top. Byte `i` of a texel is channel
 /// `byteI` (three digits), f32, 0 to 255. Its attributes are a threshold map's where they apply

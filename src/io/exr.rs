@@ -17,7 +17,7 @@ use crate::image::Image;
 use crate::math::Aabb;
 use crate::scene::LightView;
 use crate::settings::Lookup;
-use crate::shadow::{ShadowMap, ThresholdMap};
+use crate::shadow::{TexelMap, ThresholdMap};
 
 /// A picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32, with what was
 /// measured of its shadows as the attribute `certificate` (string), if anything was.

@@ -6,7 +6,7 @@ use super::deep_exr::{DeepHeader, Slab, encode_slabs};
 use super::exr::encode_channels;
 use crate::error::Result;
 use crate::math::Aabb;
-use crate::shadow::{FragmentMap, ShadowMap};
+use crate::shadow::{FragmentMap, TexelMap};
 
 /// A fragment map as deep OpenEXR: a pixel a texel, row 0 (v = 0) on top, a sample a fragment: Z and
 /// ZBack (depths in world lengths along the texel's ray), A (opacity), f32, ZIPS. Its attributes are a

@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use super::ShadowMap;
+use super::Shadow;
 use crate::frame::Frame;
 use crate::kernel::light::light_ray;
 use crate::kernel::ray::intersect_box;
@@ -61,6 +61,11 @@ impl GridMap {
         &self.values
     }
 
+    /// Cells along the longest axis.
+    pub fn longest(&self) -> u32 {
+        self.shape.into_iter().max().unwrap_or(1) as u32
+    }
+
     /// How the light sees the volume.
     pub fn view(&self) -> &LightView {
         &self.view
@@ -89,26 +94,13 @@ impl GridMap {
     }
 }
 
-impl ShadowMap for GridMap {
-    /// Cells along the longest axis.
-    fn size(&self) -> u32 {
-        self.shape.into_iter().max().unwrap_or(1) as u32
-    }
-
+impl Shadow for GridMap {
     fn bytes(&self) -> u64 {
         self.values.len() as u64
     }
 
-    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
-        let [u, v] = [x, y].map(|i| (i as f32 + 0.5) / self.size() as f32);
-        self.bilinear(u, v, depth)
-    }
-
-    fn nearest(&self, u: f32, v: f32, depth: f32) -> f32 {
-        self.bilinear(u, v, depth)
-    }
-
-    fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
+    /// Between the nearest cells, whatever the width.
+    fn lookup(&self, _width: u32, u: f32, v: f32, depth: f32) -> f32 {
         if !super::inside(u, v) {
             return 1.0;
         }
@@ -118,9 +110,5 @@ impl ShadowMap for GridMap {
         let (enter, exit) = intersect_box(&ray, min, max);
         // Also of a ray that misses the volume, and of what is no number.
         if depth > enter && exit > enter { self.at(ray.at(depth.min(exit))) } else { 1.0 }
-    }
-
-    fn mean(&self, _width: u32, u: f32, v: f32, depth: f32) -> f32 {
-        self.bilinear(u, v, depth)
     }
 }

@@ -20,18 +20,27 @@ pub use visibility::{VisibilityMap, VisibilityPoint, fit_visibility};
 use crate::kernel::medium::SMALLEST_WEIGHT;
 use crate::scene::LightView;
 
-/// A map of transmittance over depth, seen from a light: N x N texels, (u, v) in 0..1, row 0 at
-/// v = 0.
-pub trait ShadowMap: Sync {
-    /// Texels along each edge.
-    fn size(&self) -> u32;
-
+/// What answers how much light gets to a point, whatever it keeps: passes, pictures and measures know no more.
+pub trait Shadow: Sync {
     /// Works out with all threads what lookups share; without, the first lookup does so on its own thread. Not
     /// while other threads of the same pool are looking up.
     fn prepare(&self) {}
 
     /// Bytes that a lookup may read, without what it may do without (links, the light's view).
     fn bytes(&self) -> u64;
+
+    /// Transmittance from the light to a point, 0..1: (`u`, `v`) in the light's view ([`LightView`]), 1 outside of
+    /// 0..1, and `depth` along the ray through them, in units of the view ([`LightView::unit`]), world lengths for
+    /// scenes of ordinary size. Maps of texels give the mean over a window of `width` x `width` of them, or with 0
+    /// what lies between the four nearest.
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32;
+}
+
+/// A map of transmittance over depth, seen from a light: N x N texels, (u, v) in 0..1, row 0 at
+/// v = 0. Its [`Shadow::lookup`] is [`TexelMap::filtered`].
+pub trait TexelMap: Shadow {
+    /// Texels along each edge.
+    fn size(&self) -> u32;
 
     /// Transmittance along the central ray of texel (`x`, `y`) from the light to `depth`, in 0..1. Depths are in
     /// units of the light's view ([`LightView::unit`]), world lengths for scenes of ordinary size.
@@ -61,7 +70,7 @@ pub trait ShadowMap: Sync {
 
     /// Transmittance at (u, v, depth), bilinear between the four nearest texels' transmittances (a
     /// depth of one texel means nothing in another, so depths are not mixed, but where a dense medium's surface
-    /// runs through all four: [`ShadowMap::reach`]); 1 outside of the map, clamped within half a texel of its
+    /// runs through all four: [`TexelMap::reach`]); 1 outside of the map, clamped within half a texel of its
     /// edge.
     fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
         if !inside(u, v) {
@@ -110,7 +119,7 @@ pub trait ShadowMap: Sync {
 /// apart than the map's reach belong to different surfaces and stay where they are. (Optical depths mixed in
 /// place of transmittances err twice as much at outlines.)
 fn aligned(
-    map: &(impl ShadowMap + ?Sized),
+    map: &(impl TexelMap + ?Sized),
     [xs, ys]: [[u32; 2]; 2],
     [fx, fy]: [f32; 2],
     depth: f32,
@@ -144,7 +153,7 @@ fn window(c: f32, width: u32, size: u32) -> [u32; 2] {
 
 /// Mean over a window of texels [[x0, x1], [y0, y1]], each looked up by itself.
 fn brute_force_mean(
-    map: &(impl ShadowMap + ?Sized),
+    map: &(impl TexelMap + ?Sized),
     [[x0, x1], [y0, y1]]: [[u32; 2]; 2],
     depth: f32,
 ) -> f32 {
@@ -189,7 +198,26 @@ impl Map {
         }
     }
 
-    fn inner(&self) -> &dyn ShadowMap {
+    /// Texels along each edge; of a grid, cells along its longest.
+    pub fn size(&self) -> u32 {
+        match self {
+            Self::Grid(map) => map.longest(),
+            _ => self.texels().map_or(0, TexelMap::size),
+        }
+    }
+
+    /// The map as texels, if it has any.
+    pub fn texels(&self) -> Option<&dyn TexelMap> {
+        match self {
+            Self::Threshold(map) => Some(map),
+            Self::Fragments(map) => Some(map),
+            Self::Coded(map) => Some(map),
+            Self::Visibility(map) => Some(map),
+            Self::Grid(_) => None,
+        }
+    }
+
+    fn inner(&self) -> &dyn Shadow {
         match self {
             Self::Threshold(map) => map,
             Self::Fragments(map) => map,
@@ -200,11 +228,7 @@ impl Map {
     }
 }
 
-impl ShadowMap for Map {
-    fn size(&self) -> u32 {
-        self.inner().size()
-    }
-
+impl Shadow for Map {
     fn prepare(&self) {
         self.inner().prepare();
     }
@@ -213,28 +237,8 @@ impl ShadowMap for Map {
         self.inner().bytes()
     }
 
-    fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {
-        self.inner().texel_transmittance(x, y, depth)
-    }
-
-    fn nearest(&self, u: f32, v: f32, depth: f32) -> f32 {
-        self.inner().nearest(u, v, depth)
-    }
-
-    fn front(&self, x: u32, y: u32) -> Option<f32> {
-        self.inner().front(x, y)
-    }
-
-    fn reach(&self) -> f32 {
-        self.inner().reach()
-    }
-
-    fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
-        self.inner().bilinear(u, v, depth)
-    }
-
-    fn mean(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
-        self.inner().mean(width, u, v, depth)
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.inner().lookup(width, u, v, depth)
     }
 }
 

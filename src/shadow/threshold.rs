@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::ShadowMap;
+use super::{Shadow, TexelMap};
 use crate::frame::Frame;
 use crate::kernel::light::light_extent;
 use crate::kernel::threshold::{Curve, curve, optical_depth_at, transmittance_paper};
@@ -79,17 +79,27 @@ impl ThresholdMap {
     }
 }
 
-impl ShadowMap for ThresholdMap {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
+impl Shadow for ThresholdMap {
     fn prepare(&self) {
         if self.lookup == Lookup::Default && self.curves.get().is_none() {
             let texels = (0..self.texels.len()).into_par_iter();
             // Another thread may have been faster, with the same.
             let _ = self.curves.set(texels.map(|i| self.curve(i)).collect());
         }
+    }
+
+    fn bytes(&self) -> u64 {
+        size_of_val(self.texels()) as u64
+    }
+
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.filtered(width, u, v, depth)
+    }
+}
+
+impl TexelMap for ThresholdMap {
+    fn size(&self) -> u32 {
+        self.size
     }
 
     fn front(&self, x: u32, y: u32) -> Option<f32> {
@@ -100,10 +110,6 @@ impl ShadowMap for ThresholdMap {
 
     fn reach(&self) -> f32 {
         self.frame.map.surface_reach
-    }
-
-    fn bytes(&self) -> u64 {
-        size_of_val(self.texels()) as u64
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {

@@ -13,7 +13,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{Runs, ShadowMap};
+use super::{Runs, Shadow, TexelMap};
 use crate::frame::Frame;
 use crate::kernel::fragments::Node;
 use crate::scene::LightView;
@@ -186,14 +186,20 @@ impl VisibilityMap {
     }
 }
 
-impl ShadowMap for VisibilityMap {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
+impl Shadow for VisibilityMap {
     /// Points and where each texel's begin.
     fn bytes(&self) -> u64 {
         self.points.bytes()
+    }
+
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.filtered(width, u, v, depth)
+    }
+}
+
+impl TexelMap for VisibilityMap {
+    fn size(&self) -> u32 {
+        self.size
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {

@@ -17,7 +17,7 @@ mod trigonometric;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::ShadowMap;
+use super::{Shadow, TexelMap};
 use crate::frame::Frame;
 use crate::kernel::fragments::{Node, OPAQUE_OPTICAL_DEPTH, nodes_before, optical_depth_between};
 use crate::kernel::light::light_extent;
@@ -180,13 +180,19 @@ impl CodedMap {
     }
 }
 
-impl ShadowMap for CodedMap {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
+impl Shadow for CodedMap {
     fn bytes(&self) -> u64 {
         self.bytes.len() as u64
+    }
+
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.filtered(width, u, v, depth)
+    }
+}
+
+impl TexelMap for CodedMap {
+    fn size(&self) -> u32 {
+        self.size
     }
 
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32 {

@@ -14,7 +14,7 @@ mod lists;
 pub use links::{Links, MOST_WALKED, NO_LINK, nearest_nodes};
 pub use lists::{Fragment, FragmentLists, Runs, truncate};
 
-use super::{ShadowMap, inside};
+use super::{Shadow, TexelMap, inside};
 use crate::error::{ErrorKind, Result};
 use crate::frame::Frame;
 use crate::kernel::fragments::{
@@ -33,7 +33,7 @@ pub struct FragmentMap {
     /// How steep exponential shadow tests are, 1 / world length; 0 for exact ones.
     sharpness: f32,
     tolerance: f32,
-    /// [`ShadowMap::reach`].
+    /// [`TexelMap::reach`].
     reach: f32,
 }
 
@@ -139,14 +139,20 @@ impl FragmentMap {
     }
 }
 
-impl ShadowMap for FragmentMap {
-    fn size(&self) -> u32 {
-        self.size
-    }
-
+impl Shadow for FragmentMap {
     /// Nodes and where each texel's begin; links left out.
     fn bytes(&self) -> u64 {
         self.runs.bytes()
+    }
+
+    fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
+        self.filtered(width, u, v, depth)
+    }
+}
+
+impl TexelMap for FragmentMap {
+    fn size(&self) -> u32 {
+        self.size
     }
 
     fn front(&self, x: u32, y: u32) -> Option<f32> {
