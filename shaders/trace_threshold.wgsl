@@ -163,16 +163,17 @@ fn depth_of(light: LightRay, texel: u32, count: u32, wanted: f32) -> f32 {
         let c = b + taus.z;
         let d = c + taus.w;
         if (wanted <= d) {
-            var found = vec3<f32>(0.0, before, a);
+            // The step, optical depths at its ends, how much more the next one holds.
+            var found = vec4<f32>(0.0, before, a, taus.y - taus.x);
             if (wanted > c) {
-                found = vec3<f32>(3.0, c, d);
+                found = vec4<f32>(3.0, c, d, taus.w - taus.z);
             } else if (wanted > b) {
-                found = vec3<f32>(2.0, b, c);
+                found = vec4<f32>(2.0, b, c, 0.5 * (taus.w - taus.y));
             } else if (wanted > a) {
-                found = vec3<f32>(1.0, a, b);
+                found = vec4<f32>(1.0, a, b, 0.5 * (taus.z - taus.x));
             }
             let ends = t + vec2<f32>(found.x, found.x + 1.0) * step;
-            return crossing_depth(frame.map.crossing, ends, wanted, found.yz);
+            return crossing_depth(frame.map.crossing, ends, wanted, found.yz, found.w);
         }
         before = d;
         t += BATCH * step;

@@ -205,6 +205,7 @@ fn constants_are_the_same_on_both_sides() {
         ("LAST_SHARE_ABOVE", one(threshold::LAST_SHARE_ABOVE)),
         ("MIDDLE_SHARE_ABOVE", one(threshold::MIDDLE_SHARE_ABOVE)),
         ("LARGEST_OPTICAL_DEPTH", one(threshold::LARGEST_OPTICAL_DEPTH)),
+        ("BENT_OPTICAL_DEPTH", one(threshold::BENT_OPTICAL_DEPTH)),
         ("SMALLEST_OPACITY", one(threshold::SMALLEST_OPACITY)),
     ];
     let lists = [

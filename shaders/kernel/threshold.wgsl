@@ -6,6 +6,7 @@ const UNSET_SHARES: vec3<f32> = vec3<f32>(0.1, 0.5, 0.85);
 const LAST_SHARE_ABOVE: f32 = 1.26;
 const MIDDLE_SHARE_ABOVE: f32 = 1.65;
 const LARGEST_OPTICAL_DEPTH: f32 = 16.0;
+const BENT_OPTICAL_DEPTH: f32 = 8.0;
 const SMALLEST_OPACITY: f32 = 1e-6;
 
 // The opacities whose depths the channels of a texel with largest opacity a hold.
@@ -44,11 +45,20 @@ fn smooth_step(a: f32, b: f32, x: f32) -> f32 {
     return t * t * (3.0 - 2.0 * t);
 }
 
-// Where within a step from depth z.x to z.y a level of optical depth tau is crossed.
-fn crossing_depth(crossing: u32, z: vec2<f32>, tau: f32, ends: vec2<f32>) -> f32 {
+// Where a parabola from (0, 0) to (1, 1), whose slope rises by bend, has the value y.
+fn parabola_share(y: f32, bend: f32) -> f32 {
+    let limited = clamp(bend, -2.0, 2.0);
+    let first = 1.0 - 0.5 * limited;
+    return 2.0 * y / max(first + sqrt(max(first * first + 2.0 * limited * y, 0.0)), 1e-30);
+}
+
+// Where within a step from depth z.x to z.y a level of optical depth tau is crossed; bend is how much more
+// than this step the next one holds.
+fn crossing_depth(crossing: u32, z: vec2<f32>, tau: f32, ends: vec2<f32>, bend: f32) -> f32 {
     var share: f32 = 0.0;
     if (crossing == 0u) {
-        share = clamp((tau - ends.x) / max(ends.y - ends.x, 1e-30), 0.0, 1.0);
+        let rise = max(ends.y - ends.x, 1e-30);
+        share = parabola_share(clamp((tau - ends.x) / rise, 0.0, 1.0), bend / rise);
     } else if (crossing == 1u) {
         share = smooth_step(1.0 - exp(-ends.x), 1.0 - exp(-ends.y), 1.0 - exp(-tau));
     }
@@ -87,19 +97,36 @@ fn slope_between(a: f32, b: f32) -> f32 {
     return min(0.5 * (a + b), 2.5 * min(a, b));
 }
 
-// How the curve runs out beyond an outermost point: length, slope at the point, slope at the far end.
-fn run_out(rest: f32, secant: f32, slope: f32, border: f32) -> vec3<f32> {
-    let free = 2.0 * rest / slope;
+// How the curve runs out beyond an outermost point, with slopes wanted there and at the far end: length, slope
+// at the point, slope at the far end.
+fn run_out(rest: f32, secant: f32, slopes: vec2<f32>, border: f32) -> vec3<f32> {
+    let slope = slopes.x;
+    let far = slopes.y;
+    let free = 2.0 * rest / (slope + far);
     let room = max(border, 1e-6 * free);
     if (free <= room) {
-        return vec3<f32>(free, slope, 0.0);
+        return vec3<f32>(free, slope, far);
     }
     let mean = rest / room;
-    let bent = 0.5 * slope / secant;
+    let bent = 0.5 * (slope + far) / secant;
     let straight = clamp((mean / secant - bent) / max(1.0 - bent, 0.1), 0.0, 1.0);
-    let near = min(2.0 * mean, 3.0 * secant) * (1.0 - straight)
+    let near = min(2.0 * mean - far, 3.0 * secant) * (1.0 - straight)
         + slope_between(mean, secant) * straight;
-    return vec3<f32>(room, near, mean * straight);
+    return vec3<f32>(room, near, far + (mean - far) * straight);
+}
+
+// The slopes wanted at the last point and at the far end; d are those between the points, h the lengths, above
+// how far total lies above the last threshold.
+fn end_slopes(d: vec2<f32>, h: vec2<f32>, total: f32, above: f32) -> vec2<f32> {
+    // Of the parabola through the three points; where the medium may end soon, the one found best.
+    let wanted = vec2<f32>(d.y + (d.y - d.x) * (h.y / (h.x + h.y)), 1.25 * sqrt(d.x * d.y));
+    let slopes = min(max(wanted, vec2<f32>(0.5 * d.y)), vec2<f32>(3.0 * d.y));
+    let most = LARGEST_OPTICAL_DEPTH - BENT_OPTICAL_DEPTH;
+    let dark = clamp((total - BENT_OPTICAL_DEPTH) / most, 0.0, 1.0);
+    let even = max(1.0 - 10.0 * abs(d.y - d.x) / (d.x + d.y), 0.0) * clamp(above, 0.0, 1.0);
+    let straight = max(dark, even);
+    let near = slopes.y + (slopes.x - slopes.y) * straight;
+    return vec2<f32>(near, near * straight);
 }
 
 // The curve that a texel's four numbers say; extent is where its ray enters and leaves the volume.
@@ -118,8 +145,8 @@ fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
     let h = gaps(z);
     let d1 = max((tau.y - tau.x) / h.x, 1e-12);
     let d2 = max((tau.z - tau.y) / h.y, 1e-12);
-    let onset = run_out(tau.x, d1, 0.6 * d1, z.x - extent.x);
-    let last = min(max(1.25 * sqrt(d1 * d2), 0.5 * d2), 3.0 * d2);
+    let onset = run_out(tau.x, d1, vec2<f32>(0.6 * d1, 0.0), z.x - extent.x);
+    let last = end_slopes(vec2<f32>(d1, d2), h, total, total - frame.map.threshold_depths.z);
     let end = run_out(max(total - tau.z, 0.0), d2, last, extent.y - z.z);
     let lengths = max(vec2<f32>(onset.x, end.x), vec2<f32>(1e-30));
     let slope = vec3<f32>(onset.y, slope_between(d1, d2), end.y);

@@ -24,22 +24,51 @@ pub(super) fn trace_threshold(
     progress.begin("shadow map", size as u64);
     let sampler = Sampler::of_extinction(media);
     let mut texels = vec![[0.0; 4]; size * size];
-    tiles::fill(&mut texels, size, progress, Vec::new, |reached, place| {
+    tiles::fill(&mut texels, size, progress, Vec::new, |batches, place| {
         let [u, v] = place.map(|i| (i as f32 + 0.5) / size as f32);
-        trace_texel(&sampler, frame, [u, v], reached)
+        trace_texel(&sampler, frame, [u, v], batches)
     });
     texels
 }
 
-/// Depths where a step begins and ends, and the optical depths there.
-type Reached = ([f32; 2], [f32; 2]);
+/// Steps of a ray that follow one another.
+#[derive(Clone, Copy)]
+struct Batch {
+    /// Depth where they begin, and the length of each.
+    begin: f32,
+    step: f32,
+    /// Optical depth in front of them and of each.
+    before: f32,
+    taus: Vec4,
+}
 
-/// One texel. `reached` is scratch.
+impl Batch {
+    /// Optical depths where the steps begin, and where the last one ends.
+    fn reached(&self) -> [f32; 5] {
+        let mut reached = [self.before; 5];
+        for (i, tau) in self.taus.to_array().into_iter().enumerate() {
+            reached[i + 1] = reached[i] + tau;
+        }
+        reached
+    }
+
+    /// The depth of a level that is reached in it.
+    fn depth_of(&self, crossing: u32, wanted: f32) -> f32 {
+        let reached = self.reached();
+        let [a, b, c, d] = self.taus.to_array();
+        let bends = [b - a, 0.5 * (c - a), 0.5 * (d - b), d - c];
+        let k = reached[1..4].partition_point(|&tau| tau < wanted);
+        let ends = [k, k + 1].map(|i| self.begin + i as f32 * self.step);
+        crossing_depth(crossing, ends, wanted, [reached[k], reached[k + 1]], bends[k])
+    }
+}
+
+/// One texel. `batches` is scratch.
 fn trace_texel(
     sampler: &Sampler<'_>,
     frame: &Frame,
     [u, v]: [f32; 2],
-    reached: &mut Vec<Reached>,
+    batches: &mut Vec<Batch>,
 ) -> [f32; 4] {
     let ray = light_ray(frame, u, v);
     let index_ray = ray.transformed(&frame.media.index_from_frame);
@@ -55,7 +84,7 @@ fn trace_texel(
     let lengths = [length / count as f32, frame.map.rays.rough, frame.map.rays.longest];
     let mut walk = Walk::new(sampler.occupancy, &index_ray, exit, lengths);
 
-    reached.clear();
+    batches.clear();
     let met = Cell::default();
     let (mut tau, mut t) = (0.0_f32, walk.next_place(enter));
     while t < exit && tau < LARGEST_OPTICAL_DEPTH {
@@ -70,13 +99,10 @@ fn trace_texel(
         };
         let limits = [frame.map.rays.limit, tau];
         let (step, taus) = cut_to_bend(&walk, walk.step_from(t), limits, depths, end);
-        for k in 0..BATCH as usize {
-            if taus[k] > 0.0 {
-                let before = tau;
-                tau += taus[k];
-                let begin = t + k as f32 * step;
-                reached.push(([begin, begin + step], [before, tau]));
-            }
+        if taus.max_element() > 0.0 {
+            let batch = Batch { begin: t, step, before: tau, taus };
+            batches.push(batch);
+            tau = batch.reached()[4];
         }
         t = walk.next_place(t + BATCH as f32 * step);
     }
@@ -84,9 +110,8 @@ fn trace_texel(
 
     let depth_of = |level: f32| {
         let target = -(1.0 - level).ln();
-        let k = reached.partition_point(|&(_, [_, tau])| tau < target);
-        let Some(&(ends, taus)) = reached.get(k) else { return exit };
-        crossing_depth(frame.map.crossing, ends, target, taus)
+        let k = batches.partition_point(|batch| batch.reached()[4] < target);
+        batches.get(k).map_or(exit, |batch| batch.depth_of(frame.map.crossing, target))
     };
     let thresholds = frame.map.thresholds;
     let paper = frame.map.lookup == 1;

@@ -70,12 +70,12 @@ fn optical_depth(z: &[f32; POINTS], tau: &[f32; POINTS], total: f32, place: f32)
     let secant = |i: usize| ((tau[i + 1] - tau[i]) / gap(i)).max(1e-12);
     let onset = || {
         let steep = secant(0);
-        run_out(tau[0], steep, 0.6 * steep, z[0])
+        run_out(tau[0], steep, [0.6 * steep, 0.0], z[0])
     };
     let end = || {
         let (before, steep) = (secant(LAST - 2), secant(LAST - 1));
         let slope = (1.25 * (before * steep).sqrt()).max(0.5 * steep).min(3.0 * steep);
-        run_out((total - tau[LAST]).max(0.0), steep, slope, 1.0 - z[LAST])
+        run_out((total - tau[LAST]).max(0.0), steep, [slope, 0.0], 1.0 - z[LAST])
     };
     let slope = |i: usize| match i {
         0 => onset().y,
