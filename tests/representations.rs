@@ -10,7 +10,7 @@ use deepshadow::progress::Silent;
 use deepshadow::scene::Scene;
 use deepshadow::settings::{MapKind, Settings};
 use deepshadow::shadow::{
-    CodedMap, FragmentMap, Map, Runs, TexelRay, VisibilityMap, codec, fit_visibility,
+    CodedMap, FragmentMap, Map, Runs, Shadow, TexelRay, VisibilityMap, codec, fit_visibility,
 };
 use deepshadow::volume::presets::Preset;
 use rayon::prelude::*;
