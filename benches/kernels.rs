@@ -37,7 +37,7 @@ impl Bench {
         let volume = load_volume(&file.volume[0]).unwrap();
         let (scene, settings, _) =
             complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
-        let settings = Settings { map_size: 256, ..settings };
+        let settings = settings.with(|s| s.map.size = 256);
         let frame = Frame::new(&scene.only_beam().unwrap(), &settings).unwrap();
         Self { scene, settings, frame }
     }
@@ -49,7 +49,7 @@ impl Bench {
     }
 
     fn map(&self, kind: MapKind) -> Map {
-        let settings = Settings { map: Some(kind), ..self.settings.clone() };
+        let settings = self.settings.with(|s| s.map.kind = Some(kind));
         CpuBackend.map(&self.scene.only_beam().unwrap(), &settings, &Silent).unwrap()
     }
 }

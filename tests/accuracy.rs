@@ -49,7 +49,7 @@ fn errors(largest: f64, changed: &Settings) -> [f64; 4] {
 }
 
 fn settings(map_size: u32, image_size: [u32; 2]) -> Settings {
-    Settings { map: Some(MapKind::Threshold), ..all_settings(map_size, image_size) }
+    all_settings(map_size, image_size).with(|s| s.map.kind = Some(MapKind::Threshold))
 }
 
 pub fn average(errors: [f64; 4]) -> f64 {
@@ -57,7 +57,10 @@ pub fn average(errors: [f64; 4]) -> f64 {
 }
 
 fn paper() -> Settings {
-    Settings { lookup: Lookup::Paper, crossing: Crossing::Smoothstep, ..settings(MAP, [1, 1]) }
+    settings(MAP, [1, 1]).with(|s| {
+        s.map.threshold.lookup = Lookup::Paper;
+        s.map.threshold.crossing = Crossing::Smoothstep;
+    })
 }
 
 #[test]
@@ -89,7 +92,8 @@ fn the_default_lookup_beats_the_papers_on_every_preset() {
 #[test]
 fn the_bucket_variant_errs_little_more_than_the_exact_crossing() {
     let exact = errors(4.0, &settings(MAP, [1, 1]));
-    let bucket = errors(4.0, &Settings { crossing: Crossing::Bucket, ..settings(MAP, [1, 1]) });
+    let bucket =
+        errors(4.0, &settings(MAP, [1, 1]).with(|s| s.map.threshold.crossing = Crossing::Bucket));
     eprintln!("bucket, depth 4: {bucket:.4?}, exact {exact:.4?}");
     assert!(average(bucket) > average(exact), "a coarser crossing cannot be better on average");
     assert!(average(bucket) < 1.5 * average(exact), "{bucket:?} against {exact:?}");

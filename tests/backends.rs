@@ -139,8 +139,8 @@ impl Passes for Bent {
 
 /// Scenes that between them use every branch of the passes.
 fn scenes() -> Vec<(&'static str, Scene, Settings)> {
-    let base = Settings { map: Some(MapKind::Threshold), ..settings(48, [40, 32]) };
-    let fragments = Settings { map: Some(MapKind::Fragments), ..base.clone() };
+    let base = settings(48, [40, 32]).with(|s| s.map.kind = Some(MapKind::Threshold));
+    let fragments = base.with(|s| s.map.kind = Some(MapKind::Fragments));
     let ground = Ground { height: -0.6, albedo: 0.3, half_extent: Some(1.5) };
     let mut lit = anchor_scene(Preset::Bucky, 6.0, 32);
     lit.ground = Some(ground);
@@ -165,40 +165,43 @@ fn scenes() -> Vec<(&'static str, Scene, Settings)> {
     spot.background = None;
     let floats = volume([9, 17, 5], unit_cube(), |[x, y, z]| ((x * y + 3 * z) % 7) as f32 * 0.317);
     let floats = scene(floats, 2.0);
-    let paper = Settings {
-        lookup: Lookup::Paper,
-        crossing: Crossing::Smoothstep,
-        shading: Shading::Paper,
-        ..base.clone()
-    };
-    let coarse = Settings {
-        crossing: Crossing::Bucket,
-        filter: Filter::Nearest,
-        samples: 3,
-        view_steps: Some(40),
-        steps: 100,
-        thresholds: [0.2, 0.4, 0.7],
-        ..base.clone()
-    };
-    let planes = Settings {
-        slices: Slices::Raster,
-        tolerance: 0.0,
-        filter: Filter::Pcf5,
-        ..fragments.clone()
-    };
-    let fitted_planes =
-        Settings { slices: Slices::Planes, filter: Filter::Edsm3, ..fragments.clone() };
+    let paper = base.with(|s| {
+        s.map.threshold.lookup = Lookup::Paper;
+        s.map.threshold.crossing = Crossing::Smoothstep;
+        s.view.shading = Shading::Paper;
+    });
+    let coarse = base.with(|s| {
+        s.map.threshold.crossing = Crossing::Bucket;
+        s.map.filter = Filter::Nearest;
+        s.image.samples = 3;
+        s.view.steps = Some(40);
+        s.map.steps = 100;
+        s.map.threshold.levels = [0.2, 0.4, 0.7];
+    });
+    let planes = fragments.with(|s| {
+        s.map.fragments.slices = Slices::Raster;
+        s.map.fragments.tolerance = 0.0;
+        s.map.filter = Filter::Pcf5;
+    });
+    let fitted_planes = fragments.with(|s| {
+        s.map.fragments.slices = Slices::Planes;
+        s.map.filter = Filter::Edsm3;
+    });
     let mut mixed = lit.clone();
     mixed.media = mixture();
     mixed.lights.push(point.lights[0]);
-    let octaves = Settings { octaves: 2, ..fragments.clone() };
+    let octaves = fragments.with(|s| s.view.octaves = 2);
     vec![
         ("mixture, two lights, fragments", mixed.clone(), octaves),
         ("mixture, two lights", mixed, base.clone()),
         ("bucky, fragments", lit.clone(), fragments.clone()),
         ("box, point light, fragments", point.clone(), fragments.clone()),
         ("box, light at the camera, fragments", headlight, fragments.clone()),
-        ("rods, raw fragments", endless.clone(), Settings { tolerance: 0.0, ..fragments }),
+        (
+            "rods, raw fragments",
+            endless.clone(),
+            fragments.with(|s| s.map.fragments.tolerance = 0.0),
+        ),
         ("bucky, drawn planes, pcf", lit.clone(), planes.clone()),
         ("box, point light, drawn planes", point.clone(), planes),
         ("f32 voxels, planes, edsm", floats.clone(), fitted_planes),
@@ -280,8 +283,10 @@ fn agrees_with_the_cpu(backend: &dyn Backend) -> Vec<String> {
         let farthest = map.view().position.map_or(2.0, |_| 4.0);
         let maps = map_differences(&map, &cpu_map, farthest);
         let images = image_differences(&image, &cpu_image);
-        let fitted = settings.map == Some(MapKind::Fragments) && settings.tolerance > 0.0;
-        let jumps = settings.lookup == Lookup::Paper || settings.crossing == Crossing::Bucket;
+        let fitted =
+            settings.map.kind == Some(MapKind::Fragments) && settings.map.fragments.tolerance > 0.0;
+        let jumps = settings.map.threshold.lookup == Lookup::Paper
+            || settings.map.threshold.crossing == Crossing::Bucket;
         let tables = if scene.media.plain().is_none() { TABLES } else { 1.0 };
         let slack = if jumps || fitted { JUMPS } else { tables };
         let compared = [("map", maps, allowed.map), ("picture", images, allowed.picture)];
@@ -336,13 +341,17 @@ fn pictures_converge_to_brute_force() {
 fn every_scene_is_what_brute_force_says() {
     for (name, scene, settings) in scenes() {
         // The paper's shading, exponential tests and three rays a pixel are something else.
-        let exponential = settings.filter.window().1;
+        let exponential = settings.map.filter.window().1;
         let plain = scene.media.plain().is_some();
-        if settings.shading == Shading::Paper || settings.samples != 1 || exponential || !plain {
+        if settings.view.shading == Shading::Paper
+            || settings.image.samples != 1
+            || exponential
+            || !plain
+        {
             continue;
         }
-        let settings = Settings { map_size: 128, ..settings };
-        let truth = brute_force_image(&scene, settings.image_size, 2).unwrap();
+        let settings = settings.with(|s| s.map.size = 128);
+        let truth = brute_force_image(&scene, settings.image.size, 2).unwrap();
         for backend in every_backend() {
             let image = backend.render(&scene, &settings, &Silent).unwrap();
             let lit = truth.pixels.iter().zip(&image.pixels);

@@ -4,7 +4,7 @@ use deepshadow::image::Image;
 use deepshadow::progress::Silent;
 use deepshadow::reference::brute_force_image;
 use deepshadow::scene::{Ground, Light, LightKind, Media, Projection, Scene};
-use deepshadow::settings::{MapKind, Settings};
+use deepshadow::settings::MapKind;
 use glam::DVec3;
 
 use crate::support::backends::{every_backend, interpolates_in_f32};
@@ -49,7 +49,7 @@ fn a_light_in_a_volume_is_what_brute_force_says() {
         let size = [40, 32];
         let truth = brute_force_image(&scene, size, 1).unwrap();
         for map in [MapKind::Fragments, MapKind::Threshold] {
-            let settings = Settings { map: Some(map), ..settings(128, size) };
+            let settings = settings(128, size).with(|s| s.map.kind = Some(map));
             for backend in every_backend() {
                 let image = backend.render(&scene, &settings, &Silent).unwrap();
                 let (mean, worst) = (mean_error(&image, &truth), worst(&image, &truth));
@@ -76,7 +76,7 @@ fn no_seam_shows_between_faces() {
     let size = [64, 64];
     let truth = brute_force_image(&scene, size, 1).unwrap();
     for backend in every_backend() {
-        let settings = Settings { map: Some(MapKind::Fragments), ..settings(128, size) };
+        let settings = settings(128, size).with(|s| s.map.kind = Some(MapKind::Fragments));
         let image = backend.render(&scene, &settings, &Silent).unwrap();
         let ratio = |x: u32, y: u32| f64::from(image.pixel(x, y)[1] / truth.pixel(x, y)[1]);
         // Across the diagonals, where faces meet, away from the light itself.
@@ -115,7 +115,7 @@ fn a_scene_without_volumes_is_its_ground() {
         bare.lights[0].kind = kind;
         for map in [MapKind::Threshold, MapKind::Fragments] {
             for backend in every_backend() {
-                let settings = Settings { map: Some(map), ..settings(16, [24, 24]) };
+                let settings = settings(16, [24, 24]).with(|s| s.map.kind = Some(map));
                 let image = backend.render(&bare, &settings, &Silent).unwrap();
                 assert_eq!(image.pixel(12, 0), [0.1, 0.2, 0.3, 1.0], "the sky");
                 let rays = bare.camera.rays(1.0);
@@ -154,7 +154,10 @@ fn ground_in_a_medium_is_shadowed_by_what_lies_above_it() {
     for bias in [0.0, 0.1] {
         for map in [MapKind::Threshold, MapKind::Fragments] {
             for backend in every_backend() {
-                let settings = Settings { map: Some(map), bias, ..settings(64, [9; 2]) };
+                let settings = settings(64, [9; 2]).with(|s| {
+                    s.map.kind = Some(map);
+                    s.view.bias = bias;
+                });
                 let image = backend.render(&buried, &settings, &Silent).unwrap();
                 // .4 of medium lies above, twice: to the light and to the eye.
                 let ground = 0.5 / std::f32::consts::PI * 4.0 * std::f32::consts::PI;

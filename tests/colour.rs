@@ -83,7 +83,7 @@ fn a_coloured_slab_over_a_white_ground_lets_through_exp_minus_tau_of_each_channe
     let scene = ground_scene(vec![slab]);
     for backend in every_backend() {
         for kind in KINDS {
-            let settings = Settings { map: Some(kind), ..settings(32, [32, 32]) };
+            let settings = settings(32, [32, 32]).with(|s| s.map.kind = Some(kind));
             let image = render(&*backend, &scene, &settings);
             let lit = pixel(&image, [0.05, -0.1]);
             for c in 0..3 {
@@ -114,7 +114,7 @@ fn overlapping_boxes_multiply_their_transmittances() {
     let under_b = DVec3::new(0.2, 1.0, 2.0).to_array().map(|t| (-1.3 * 0.7 * t).exp());
     for backend in every_backend() {
         for kind in KINDS {
-            let settings = Settings { map: Some(kind), ..settings(64, [64, 64]) };
+            let settings = settings(64, [64, 64]).with(|s| s.map.kind = Some(kind));
             let image = render(&*backend, &scene, &settings);
             let places = [([-0.5, -0.3], true, false), ([0.05, 0.1], true, true)];
             for (place, in_a, in_b) in places {
@@ -185,7 +185,7 @@ fn a_volume_split_into_two_renders_as_one() {
     split.media = Media::new(vec![part(&|share| share), part(&|share| 1.0 - share)]);
     for backend in every_backend() {
         for kind in KINDS {
-            let settings = Settings { map: Some(kind), ..settings(64, [48, 40]) };
+            let settings = settings(64, [48, 40]).with(|s| s.map.kind = Some(kind));
             let difference = largest_difference(
                 &render(&*backend, &whole, &settings),
                 &render(&*backend, &split, &settings),
@@ -234,7 +234,7 @@ fn bands_of_a_transfer_function_are_never_stepped_over() {
         across.lights[0].kind = LightKind::Directional { direction: DVec3::X };
         for backend in every_backend() {
             for kind in KINDS {
-                let settings = Settings { map: Some(kind), ..settings(8, [8, 8]) };
+                let settings = settings(8, [8, 8]).with(|s| s.map.kind = Some(kind));
                 let map = backend.map(&across.only_beam().unwrap(), &settings, &Silent).unwrap();
                 let through = map.lookup(1, 0.5, 0.5, 5.0);
                 let error = (f64::from(through) - (-truth).exp()).abs();
@@ -353,7 +353,7 @@ fn octaves_brighten_what_lies_in_the_shadow() {
     let scene = anchor_scene(Preset::Box, 8.0, 32);
     for backend in every_backend() {
         let octaves = |octaves| {
-            let settings = Settings { octaves, ..settings(48, [24, 24]) };
+            let settings = settings(48, [24, 24]).with(|s| s.view.octaves = octaves);
             render(&*backend, &scene, &settings)
         };
         let [none, some, more] = [0, 1, 3].map(octaves);

@@ -70,7 +70,7 @@ impl Shape {
 }
 
 fn settings(kind: MapKind) -> Settings {
-    Settings { map: Some(kind), ..all_settings(512, [PIXELS; 2]) }
+    all_settings(512, [PIXELS; 2]).with(|s| s.map.kind = Some(kind))
 }
 
 /// Radiance of every pixel.
@@ -152,8 +152,10 @@ fn light_along_the_view_is_half_of_one_less_the_square_of_transmittance() {
 #[test]
 fn eight_times_the_quality_leaves_a_fifth_of_a_percent() {
     let error = |shape: Shape, depth: f64| {
-        let settings =
-            Settings { quality: 8.0, image_size: [9; 2], ..settings(MapKind::Fragments) };
+        let settings = settings(MapKind::Fragments).with(|s| {
+            s.quality = 8.0;
+            s.image.size = [9; 2];
+        });
         mean_error(&radiance(&shape.scene(depth), &settings), &closed_form(&shape.scene(depth), 9))
     };
     let complaints = complaints(&[Full, Checks], error, 0.002);
@@ -168,7 +170,7 @@ fn slanted_light_is_what_the_truth_says() {
             let mut scene = shape.scene(depth);
             scene.lights[0].kind = LightKind::Directional { direction };
             let truth = brute_force_image(&scene, [13; 2], 1).unwrap();
-            let settings = Settings { image_size: [13; 2], ..settings(MapKind::Fragments) };
+            let settings = settings(MapKind::Fragments).with(|s| s.image.size = [13; 2]);
             let truth: Vec<f64> = truth.pixels.iter().map(|pixel| f64::from(pixel[0])).collect();
             mean_error(&radiance(&scene, &settings), &truth)
         };
@@ -204,7 +206,7 @@ fn point(value: f64) -> TransferPoint {
 #[test]
 fn deep_images_of_dense_media_are_the_picture() {
     let scene = HardBall.scene(50.0);
-    let settings = Settings { image_size: [9; 2], ..settings(MapKind::Fragments) };
+    let settings = settings(MapKind::Fragments).with(|s| s.image.size = [9; 2]);
     let beam = scene.only_beam().unwrap();
     let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
     let frame = Frame::new(&beam, &settings).unwrap();

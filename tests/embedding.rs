@@ -7,7 +7,7 @@ use deepshadow::frame::Frame;
 use deepshadow::gpu::{GpuShadow, Renderer, Tile, shadow_wgsl};
 use deepshadow::progress::Silent;
 use deepshadow::scene::{LightKind, Scene};
-use deepshadow::settings::{MapKind, Settings};
+use deepshadow::settings::MapKind;
 use deepshadow::shadow::Shadow;
 use deepshadow::volume::presets::Preset;
 use glam::{DVec3, Vec3};
@@ -49,7 +49,7 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
     let mut scene = anchor_scene(Preset::Bucky, 4.0, 32);
     let media = renderer.upload(&scene.media).unwrap();
     for kind in [MapKind::Threshold, MapKind::Fragments] {
-        let settings = Settings { map: Some(kind), ..settings(32, [24, 16]) };
+        let settings = settings(32, [24, 16]).with(|s| s.map.kind = Some(kind));
         let of = |scene: &Scene| Frame::new(&scene.only_beam().unwrap(), &settings).unwrap();
         let image = renderer.image(24, 16).unwrap();
         let map = renderer.map(32).unwrap();
@@ -124,7 +124,7 @@ fn another_program_shades_its_points_with_our_shadow() {
     let renderer = Renderer::new(&device, &queue);
     let volume = renderer.upload(&scene.media).unwrap();
     let parameters = renderer.frame(&frame, &volume).unwrap();
-    let map = renderer.map(settings.map_size).unwrap();
+    let map = renderer.map(settings.map.size).unwrap();
     let mut encoder = device.create_command_encoder(&Default::default());
     renderer.trace_threshold(&mut encoder, &volume, &parameters, &map).unwrap();
 

@@ -23,11 +23,14 @@ const TEXELS: usize = 4_000;
 const DEPTHS: usize = 256;
 
 fn settings(map_size: u32) -> Settings {
-    Settings { map: Some(MapKind::Fragments), ..all_settings(map_size, [8, 8]) }
+    all_settings(map_size, [8, 8]).with(|s| s.map.kind = Some(MapKind::Fragments))
 }
 
 fn raw(map_size: u32) -> Settings {
-    Settings { tolerance: 0.0, truncation: 0.0, ..settings(map_size) }
+    settings(map_size).with(|s| {
+        s.map.fragments.tolerance = 0.0;
+        s.map.fragments.truncation = 0.0;
+    })
 }
 
 fn fragments(scene: &Scene, settings: &Settings) -> FragmentMap {
@@ -72,7 +75,7 @@ fn lists_are_as_exact_as_published() {
         let mut bytes = 0.0;
         for preset in Preset::ALL {
             let scene = anchor_scene(preset, largest, MAP);
-            let planes = Settings { slices: Slices::Planes, ..raw(MAP) };
+            let planes = raw(MAP).with(|s| s.map.fragments.slices = Slices::Planes);
             let ways = [("raw", raw(MAP), 1.0 / 255.0), ("fitted", settings(MAP), 0.0025)];
             for (name, settings, allowed) in ways.into_iter().chain([("planes", planes, 0.02)]) {
                 let map = fragments(&scene, &settings);
@@ -289,8 +292,8 @@ fn drawn_planes_give_the_lists_that_marched_planes_give() {
         if let Some(position) = light {
             scene.lights[0].kind = LightKind::Point { position };
         }
-        let marched = Settings { slices: Slices::Planes, ..raw(40) };
-        let drawn = Settings { slices: Slices::Raster, ..raw(40) };
+        let marched = raw(40).with(|s| s.map.fragments.slices = Slices::Planes);
+        let drawn = raw(40).with(|s| s.map.fragments.slices = Slices::Raster);
         let (a, b) = (fragments(&scene, &marched), fragments(&scene, &drawn));
         assert_eq!(a.runs().starts(), b.runs().starts());
         assert_eq!(a.runs().nodes(), b.runs().nodes());
@@ -306,9 +309,12 @@ fn windows_along_links_are_windows_by_brute_force() {
             scene.lights[0].kind = LightKind::Point { position };
         }
         for filter in [Filter::Pcf3, Filter::Pcf7, Filter::Edsm5] {
-            let linked = Settings { filter, links: true, ..settings(60) };
+            let linked = settings(60).with(|s| {
+                s.map.filter = filter;
+                s.map.fragments.links = true;
+            });
             let map = fragments(&scene, &linked);
-            let plain = fragments(&scene, &Settings { links: false, ..linked });
+            let plain = fragments(&scene, &linked.with(|s| s.map.fragments.links = false));
             assert!(map.links().is_some() && plain.links().is_none());
             let mut random = Random(8);
             let [near, far] = map.view().axial_extent(&scene.media);
@@ -326,7 +332,7 @@ fn windows_along_links_are_windows_by_brute_force() {
 
 #[test]
 fn extreme_volumes_are_right_or_refused() {
-    let settings = Settings { steps: 4096, ..raw(4) };
+    let settings = raw(4).with(|s| s.map.steps = 4096);
     let dense = |extinction: f64| scene(volume([1024, 2, 2], unit_cube(), |_| 1.0), extinction);
     // A texel of 4,096 fragments: down a long row of voxels.
     let mut long = dense(2.0);
@@ -337,7 +343,7 @@ fn extreme_volumes_are_right_or_refused() {
     // Opaque within the first slab.
     let mut opaque = dense(1e9);
     opaque.lights[0].kind = LightKind::Directional { direction: DVec3::X };
-    for settings in [settings.clone(), Settings { tolerance: 0.002, ..settings.clone() }] {
+    for settings in [settings.clone(), settings.with(|s| s.map.fragments.tolerance = 0.002)] {
         let map = fragments(&opaque, &settings);
         assert_eq!(map.texel_transmittance(1, 1, -0.1), 1.0);
         assert!(map.texel_transmittance(1, 1, 1e-3) < 1e-6);

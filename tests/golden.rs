@@ -26,17 +26,22 @@ const ROUNDING: f64 = 2e-6;
 /// Every kind at its usual number, and what else is published.
 fn methods() -> Vec<(String, Settings)> {
     let usual = settings(MAP, [1, 1]);
-    let of = |kind| Settings { map: Some(kind), ..usual.clone() };
+    let of = |kind| usual.with(|s| s.map.kind = Some(kind));
     let mut methods: Vec<(String, Settings)> =
         MapKind::all().map(|kind| (kind.to_string(), of(kind))).collect();
     let (threshold, fragments) = (of(MapKind::Threshold), of(MapKind::Fragments));
-    let paper =
-        Settings { lookup: Lookup::Paper, crossing: Crossing::Smoothstep, ..threshold.clone() };
-    let raw = Settings { tolerance: 0.0, truncation: 0.0, ..fragments };
+    let paper = threshold.with(|s| {
+        s.map.threshold.lookup = Lookup::Paper;
+        s.map.threshold.crossing = Crossing::Smoothstep;
+    });
+    let raw = fragments.with(|s| {
+        s.map.fragments.tolerance = 0.0;
+        s.map.fragments.truncation = 0.0;
+    });
     methods.push(("threshold@paper".to_owned(), paper));
     methods.push((
         "threshold@bucket".to_owned(),
-        Settings { crossing: Crossing::Bucket, ..threshold },
+        threshold.with(|s| s.map.threshold.crossing = Crossing::Bucket),
     ));
     methods.push(("fragments@raw".to_owned(), raw));
     methods

@@ -6,7 +6,7 @@ use deepshadow::cpu::CpuBackend;
 use deepshadow::frame::Frame;
 use deepshadow::progress::Silent;
 use deepshadow::scene::{LightKind, Scene};
-use deepshadow::settings::{MapKind, Settings, Slices};
+use deepshadow::settings::{MapKind, Slices};
 use deepshadow::shadow::Runs;
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
@@ -18,14 +18,13 @@ use crate::support::scenes::{anchor_scene, scene, settings as all_settings, unit
 const MEMORIES: [u64; 2] = [1 << 30, 1 << 20];
 
 fn frame(scene: &Scene, slices: Slices, size: u32, steps: u32, tolerance: f64) -> Frame {
-    let settings = Settings {
-        map: Some(MapKind::Fragments),
-        slices,
-        steps,
-        tolerance,
-        truncation: 0.0,
-        ..all_settings(size, [8, 8])
-    };
+    let settings = all_settings(size, [8, 8]).with(|s| {
+        s.map.kind = Some(MapKind::Fragments);
+        s.map.fragments.slices = slices;
+        s.map.steps = steps;
+        s.map.fragments.tolerance = tolerance;
+        s.map.fragments.truncation = 0.0;
+    });
     Frame::new(&scene.only_beam().unwrap(), &settings).unwrap()
 }
 

@@ -59,7 +59,12 @@ const CASES: [Case; 16] = [
 
 fn all_slabs() -> Settings {
     let map = Some(MapKind::Fragments);
-    Settings { map, tolerance: 0.0, truncation: 0.0, links: false, ..settings(MAP, [1, 1]) }
+    settings(MAP, [1, 1]).with(|s| {
+        s.map.kind = map;
+        s.map.fragments.tolerance = 0.0;
+        s.map.fragments.truncation = 0.0;
+        s.map.fragments.links = false;
+    })
 }
 
 /// A map of `case` of the same slabs that `raw` holds all of.
@@ -89,7 +94,7 @@ fn map_of(case: &Case, scene: &Scene, raw: &FragmentMap) -> Map {
             Map::Visibility(VisibilityMap::new(runs, case.tolerance, view, &frame))
         }
         kind => CpuBackend
-            .map(&scene.only_beam().unwrap(), &Settings { map: Some(kind), ..settings }, &Silent)
+            .map(&scene.only_beam().unwrap(), &settings.with(|s| s.map.kind = Some(kind)), &Silent)
             .unwrap(),
     }
 }
@@ -128,7 +133,7 @@ fn every_representation_errs_as_published() {
 
 fn picture(kind: MapKind) -> Image {
     let scene = anchor_scene(Preset::Bucky, 4.0, 48);
-    let settings = Settings { map: Some(kind), ..settings(48, [32, 24]) };
+    let settings = settings(48, [32, 24]).with(|s| s.map.kind = Some(kind));
     CpuBackend.render(&scene, &settings, &Silent).unwrap()
 }
 
@@ -172,8 +177,11 @@ fn every_kind_is_written_or_says_that_it_is_not() {
 fn a_map_of_fixed_bytes_is_coded_from_every_slab() {
     let scene = anchor_scene(Preset::Rods, 4.0, 32);
     let build = |kind: MapKind, tolerance: f64| {
-        let settings =
-            Settings { map: Some(kind), tolerance, truncation: 0.0, ..settings(32, [1, 1]) };
+        let settings = settings(32, [1, 1]).with(|s| {
+            s.map.kind = Some(kind);
+            s.map.fragments.tolerance = tolerance;
+            s.map.fragments.truncation = 0.0;
+        });
         CpuBackend.map(&scene.only_beam().unwrap(), &settings, &Silent).unwrap()
     };
     let all = build(MapKind::Fragments, 0.0);

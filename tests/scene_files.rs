@@ -165,7 +165,7 @@ octaves = 2
 "#;
     let (scene, settings) = load(text, folder.path()).unwrap();
     let [first, second] = scene.media.bodies() else { panic!("{} bodies", scene.media.name()) };
-    assert_eq!((scene.lights.len(), settings.octaves), (2, 2));
+    assert_eq!((scene.lights.len(), settings.view.octaves), (2, 2));
     assert_eq!(scene.beams().unwrap().len(), 6, "two lights in three channels");
     let (of_preset, _) = first.medium.transfer.as_ref().unwrap().at(1.0);
     assert!(of_preset.y > of_preset.z, "viridis ends yellow");

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use deepshadow::io::vdb::{EVERYWHERE, Grid, IndexBox, Tree, Value, VdbFile};
 use deepshadow::progress::Silent;
 use deepshadow::scene::{Media, Scene};
-use deepshadow::settings::{MapKind, Settings};
+use deepshadow::settings::MapKind;
 use deepshadow::shadow::Map;
 use deepshadow::volume::presets::Preset;
 use deepshadow::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Range, SparseVoxels, Volume, Voxels};
@@ -129,7 +129,7 @@ fn every_backend_sees_the_same_through_blocks() {
         let volume = Volume::clone(&dense.media.first().unwrap().volume).sparse();
         let sparse = pictured(&dense, volume);
         for kind in [MapKind::Threshold, MapKind::Fragments] {
-            let settings = Settings { map: Some(kind), ..settings(48, [40, 32]) };
+            let settings = settings(48, [40, 32]).with(|s| s.map.kind = Some(kind));
             for backend in every_backend() {
                 let of = |scene: &Scene| {
                     let map = backend.map(&scene.only_beam().unwrap(), &settings, &Silent).unwrap();
@@ -169,7 +169,7 @@ fn a_volume_longer_than_textures_is_split() {
     let Some(backend) = gpu() else { return };
     let long = volume([17_000, 3, 2], unit_cube(), |[x, ..]| if x > 16_900 { 1.0 } else { 0.02 });
     let scene = scene(long, 5.0);
-    let settings = Settings { map: Some(MapKind::Threshold), ..settings(32, [32, 32]) };
+    let settings = settings(32, [32, 32]).with(|s| s.map.kind = Some(MapKind::Threshold));
     let [seen, truth] = [backend.as_ref(), &deepshadow::cpu::CpuBackend]
         .map(|backend| backend.render(&scene, &settings, &Silent).unwrap().pixels);
     assert!(truth.iter().any(|pixel| pixel[3] > 0.05));

@@ -14,7 +14,7 @@ use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
 /// Scenes and settings that follow each other: a camera goes round, a light does, a medium gets thicker, another
 /// light is lit, extinction gets a colour, and all of it goes away again.
 fn shots() -> Vec<(Scene, Settings)> {
-    let usual = Settings { map: Some(MapKind::Fragments), ..settings(24, [20, 16]) };
+    let usual = settings(24, [20, 16]).with(|s| s.map.kind = Some(MapKind::Fragments));
     let first = anchor_scene(Preset::Bucky, 4.0, 24);
     let mut turned = first.clone();
     turned.camera.position = DVec3::new(1.5, 0.4, -1.2);
@@ -27,10 +27,10 @@ fn shots() -> Vec<(Scene, Settings)> {
     two.lights.push(Light { kind: LightKind::Point { position }, ..two.lights[0] });
     let mut tinted = two.clone();
     tinted.media.medium_mut().tint = DVec3::new(0.5, 1.0, 1.5);
-    let threshold = Settings { map: Some(MapKind::Threshold), ..usual.clone() };
-    let wide = Settings { filter: Filter::Pcf3, ..usual.clone() };
-    let finer = Settings { map_size: 40, ..usual.clone() };
-    let larger = Settings { image_size: [24, 24], ..usual.clone() };
+    let threshold = usual.with(|s| s.map.kind = Some(MapKind::Threshold));
+    let wide = usual.with(|s| s.map.filter = Filter::Pcf3);
+    let finer = usual.with(|s| s.map.size = 40);
+    let larger = usual.with(|s| s.image.size = [24, 24]);
     vec![
         (first.clone(), usual.clone()),
         (turned, usual.clone()),
@@ -66,7 +66,7 @@ fn a_stage_makes_the_pictures_that_are_made_alone() {
 fn pictures_of_beams_add_up() {
     for backend in every_backend() {
         for (scene, settings) in shots() {
-            let [width, height] = settings.image_size;
+            let [width, height] = settings.image.size;
             let mut sum = deepshadow::image::Image::filled(width, height, [0.0; 4]);
             for beam in scene.beams().unwrap() {
                 let map = backend.map(&beam, &settings, &Silent).unwrap();
@@ -108,8 +108,10 @@ mod gpu {
         let Some(backend) = device() else { return };
         let noise = |[x, y, z]: [usize; 3]| ((x * 7 + y * 13 + z * 31) % 5) as f32;
         let scene = scene(volume([9, 11, 48], unit_cube(), noise), 1.5);
-        let settings =
-            Settings { map: Some(MapKind::Fragments), tolerance: 1e-6, ..settings(24, [20, 16]) };
+        let settings = settings(24, [20, 16]).with(|s| {
+            s.map.kind = Some(MapKind::Fragments);
+            s.map.fragments.tolerance = 1e-6;
+        });
         let beam = scene.only_beam().unwrap();
         let map = backend.map(&beam, &settings, &Silent).unwrap();
         let runs = map.as_fragments().unwrap().runs();

@@ -25,12 +25,11 @@ impl<'a> Bench<'a> {
     /// A scene with maps and pictures of the bench's size.
     pub fn new(gpu: &'a Renderer, name: String, scene: Scene, settings: &Settings) -> Self {
         let size = size();
-        let settings = Settings {
-            map: Some(MapKind::Fragments),
-            map_size: size,
-            image_size: [size; 2],
-            ..settings.clone()
-        };
+        let settings = settings.with(|s| {
+            s.map.kind = Some(MapKind::Fragments);
+            s.map.size = size;
+            s.image.size = [size; 2];
+        });
         let beam = scene.only_beam().unwrap();
         let volume = gpu.upload(&scene.media).unwrap();
         let image = gpu.image(size, size).unwrap();
@@ -45,7 +44,7 @@ impl<'a> Bench<'a> {
     }
 
     pub fn threshold_ms(&self, frame: &GpuFrame) -> f64 {
-        let map = self.gpu.map(self.settings.map_size).unwrap();
+        let map = self.gpu.map(self.settings.map.size).unwrap();
         milliseconds(|passes| {
             self.gpu
                 .submit(|encoder| {
@@ -60,7 +59,7 @@ impl<'a> Bench<'a> {
 
     /// Pass `trace_slices` with room for a number of nodes a texel, if the device has as much.
     pub fn slices(&self, frame: &GpuFrame, nodes: u32) -> Option<(f64, GpuFragments)> {
-        let size = self.settings.map_size;
+        let size = self.settings.map.size;
         let map = self.gpu.fragments(Tile::rows(size, 0, size, nodes)).ok()?;
         let ms = milliseconds(|passes| {
             self.gpu
@@ -86,7 +85,7 @@ impl<'a> Bench<'a> {
     /// Passes `raster_slices` and `sort_fragments`, one submission each, as their buffers are large:
     /// milliseconds and fragments a texel.
     pub fn drawn(&self, frame: &GpuFrame, planes: u32) -> Option<(f64, f64)> {
-        let size = self.settings.map_size;
+        let size = self.settings.map.size;
         let lists = |capacity: u32| self.gpu.lists(Tile::rows(size, 0, size, capacity));
         let draw = |encoder: &mut _, lists: &_| {
             self.gpu.raster_slices(encoder, &self.volume, frame, planes, lists)

@@ -36,7 +36,7 @@ pub fn table(gpu: &Gpu) {
 fn times(clock: &Clock<'_>, bench: &Bench<'_>) -> [f64; 4] {
     let gpu = bench.gpu;
     let frame = bench.frame(&bench.settings, |_| ());
-    let map = gpu.map(bench.settings.map_size).unwrap();
+    let map = gpu.map(bench.settings.map.size).unwrap();
     let lists = fitted(bench, &frame);
     let (media, image) = (&bench.volume, &bench.image);
     let traces =

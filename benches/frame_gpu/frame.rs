@@ -2,7 +2,7 @@
 
 use deepshadow::frame::Frame;
 use deepshadow::gpu::{GpuFragments, GpuFrame, GpuShadow, Tile};
-use deepshadow::settings::{Filter, Lookup, Settings};
+use deepshadow::settings::{Filter, Lookup};
 
 use crate::bench::{Bench, CONVERGED, difference, size};
 use crate::brute_force::{BruteForce, FETCHES, STEPS};
@@ -95,7 +95,7 @@ fn cells(numbers: &[f64], digits: usize) -> String {
 }
 
 fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
-    let (renderer, side) = (bench.gpu, bench.settings.map_size);
+    let (renderer, side) = (bench.gpu, bench.settings.map.size);
     let volume = bench.scene.media.plain().unwrap();
     let shipped = Frame::new(&bench.beam, &bench.settings).unwrap();
     let rays = 2 * side;
@@ -145,7 +145,7 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
 
 /// The fragment map of a frame, with room for all nodes.
 pub fn fitted(bench: &Bench<'_>, frame: &GpuFrame) -> GpuFragments {
-    let (gpu, size) = (bench.gpu, bench.settings.map_size);
+    let (gpu, size) = (bench.gpu, bench.settings.map.size);
     let mut nodes = NODES;
     loop {
         let map = gpu.fragments(Tile::rows(size, 0, size, nodes)).unwrap();
@@ -173,7 +173,7 @@ fn converged(bench: &Bench<'_>, fragments: bool) -> Vec<[f32; 4]> {
 
 fn through_threshold_map(bench: &Bench<'_>, frame: &GpuFrame) -> Vec<[f32; 4]> {
     let gpu = bench.gpu;
-    let map = gpu.map(bench.settings.map_size).unwrap();
+    let map = gpu.map(bench.settings.map.size).unwrap();
     gpu.submit(|encoder| gpu.trace_threshold(encoder, &bench.volume, frame, &map)).unwrap();
     bench.picture(frame, GpuShadow::Threshold(&map))
 }
@@ -181,8 +181,10 @@ fn through_threshold_map(bench: &Bench<'_>, frame: &GpuFrame) -> Vec<[f32; 4]> {
 /// How far the brute-force picture is from the crate's own of many steps with the paper's lookup in the
 /// nearest texel, both without ground: that the former is right.
 fn difference_of_brute_force(gpu: &Gpu, bench: &Bench<'_>, shipped: &Frame) -> (f32, u32) {
-    let settings =
-        Settings { lookup: Lookup::Paper, filter: Filter::Nearest, ..bench.settings.clone() };
+    let settings = bench.settings.with(|s| {
+        s.map.threshold.lookup = Lookup::Paper;
+        s.map.filter = Filter::Nearest;
+    });
     let frame = bench.frame(&settings, |frame| {
         many_steps(frame);
         frame.view.ground.exists = 0;

@@ -39,7 +39,7 @@ pub fn table(gpu: &Gpu) {
 /// Frames a second where the camera moves, or the light.
 fn rate(gpu: &Gpu, bench: &Bench<'_>, light: bool, prepared: bool) -> f64 {
     let renderer = bench.gpu;
-    let map = renderer.map(bench.settings.map_size).unwrap();
+    let map = renderer.map(bench.settings.map.size).unwrap();
     let shadow = GpuShadow::Threshold(&map);
     let held = bench.frame(&bench.settings, |_| ());
     let trace = renderer.prepare_threshold(&bench.volume, &held, &map);

@@ -2,7 +2,7 @@
 
 use deepshadow::frame::Frame;
 use deepshadow::gpu::GpuShadow;
-use deepshadow::settings::{Filter, Lookup, Settings, Slices};
+use deepshadow::settings::{Filter, Lookup, Slices};
 
 use crate::bench::{Bench, CONVERGED, difference};
 
@@ -18,12 +18,12 @@ pub fn maps(benches: &[Bench<'_>]) {
     );
     println!("|---|---|---|---|---|---|---|");
     for bench in benches {
-        let paper = Settings { lookup: Lookup::Paper, ..bench.settings.clone() };
+        let paper = bench.settings.with(|s| s.map.threshold.lookup = Lookup::Paper);
         let naive = bench.threshold_ms(&bench.frame(&paper, |f| {
             f.take_light_steps(NAIVE_STEPS);
         }));
         let threshold = bench.threshold_ms(&bench.frame(&bench.settings, |_| ()));
-        let exact = Settings { tolerance: 0.0, ..bench.settings.clone() };
+        let exact = bench.settings.with(|s| s.map.fragments.tolerance = 0.0);
         let slabs = |f: &mut Frame| f.take_light_steps(SLABS);
         let raw = bench.slices(&bench.frame(&exact, slabs), SLABS + 5);
         let fitted = bench.slices(&bench.frame(&bench.settings, slabs), 64);
@@ -45,12 +45,11 @@ pub fn drawn(benches: &[Bench<'_>]) {
     println!("| volume | raw | fitted | fragments a texel |\n|---|---|---|---|");
     for bench in benches {
         let drawn = |tolerance: f64| {
-            let settings = Settings {
-                slices: Slices::Raster,
-                steps: SLABS,
-                tolerance,
-                ..bench.settings.clone()
-            };
+            let settings = bench.settings.with(|s| {
+                s.map.fragments.slices = Slices::Raster;
+                s.map.steps = SLABS;
+                s.map.fragments.tolerance = tolerance;
+            });
             bench.drawn(&bench.frame(&settings, |_| ()), SLABS)
         };
         let (raw, fitted) = (drawn(0.0), drawn(0.002));
@@ -75,8 +74,8 @@ pub fn views(benches: &[Bench<'_>]) {
         let parameters = bench.frame(&bench.settings, |_| ());
         let Some((_, map)) = bench.slices(&parameters, 64) else { continue };
         let runs = bench.gpu.read_fragments(&map).unwrap();
-        let contiguous = bench.gpu.upload_fragments(&runs, bench.settings.map_size).unwrap();
-        let threshold = bench.gpu.map(bench.settings.map_size).unwrap();
+        let contiguous = bench.gpu.upload_fragments(&runs, bench.settings.map.size).unwrap();
+        let threshold = bench.gpu.map(bench.settings.map.size).unwrap();
         bench
             .gpu
             .submit(|encoder| {
@@ -113,7 +112,10 @@ pub fn filters(benches: &[Bench<'_>]) {
     println!("\nView with n x n filters over raw lists, ms: links / brute force");
     println!("| volume | pcf3 | pcf5 | pcf7 | ratio at 7 |\n|---|---|---|---|---|");
     for bench in benches {
-        let exact = Settings { tolerance: 0.0, truncation: 0.0, ..bench.settings.clone() };
+        let exact = bench.settings.with(|s| {
+            s.map.fragments.tolerance = 0.0;
+            s.map.fragments.truncation = 0.0;
+        });
         let parameters = bench.frame(&exact, |f| f.take_light_steps(SLABS));
         let Some((_, map)) = bench.slices(&parameters, SLABS + 5) else { continue };
         let mut linked = None;
@@ -125,7 +127,7 @@ pub fn filters(benches: &[Bench<'_>]) {
         let linked = linked.unwrap();
         let times = [Filter::Pcf3, Filter::Pcf5, Filter::Pcf7].map(|filter| {
             let [by_links, brute] = [1, 0].map(|links| {
-                let settings = Settings { filter, ..exact.clone() };
+                let settings = exact.with(|s| s.map.filter = filter);
                 let parameters = bench.frame(&settings, |f| f.map.follows_links = links);
                 bench.view_ms(&parameters, GpuShadow::Fragments(&linked))
             });

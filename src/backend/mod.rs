@@ -74,15 +74,15 @@ pub fn check_host(settings: &Settings) -> Result<()> {
     // The sum of all beams, that of one, and the file.
     const COPIES: u64 = 3;
     const PIXEL: u64 = 16;
-    let [width, height] = settings.image_size;
-    let texels = u64::from(settings.map_size) * u64::from(settings.map_size);
-    let texel = match settings.map {
+    let [width, height] = settings.image.size;
+    let texels = u64::from(settings.map.size) * u64::from(settings.map.size);
+    let texel = match settings.map.kind {
         Some(MapKind::Coded(coding)) => codec(coding).stride() as u64,
         // Lists ask for their own.
         Some(_) | None => PIXEL,
     };
     let picture = u64::from(width) * u64::from(height) * PIXEL * COPIES;
     memory::check(picture, &format!("a picture of {width}x{height}"))?;
-    let size = settings.map_size;
+    let size = settings.map.size;
     memory::check(picture + texels * texel * COPIES, &format!("a map of {size}x{size}"))
 }

@@ -132,7 +132,7 @@ pub fn build_map(
 ) -> Result<Map> {
     let frame = Frame::new(beam, settings)?;
     let (media, view) = (&beam.media, beam.view);
-    match settings.map.unwrap_or(passes.default_map()) {
+    match settings.map.kind.unwrap_or(passes.default_map()) {
         MapKind::Threshold => {
             let texels = passes.trace_threshold(media, &frame, progress)?;
             Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)))
@@ -143,7 +143,7 @@ pub fn build_map(
             Ok(Map::Coded(CodedMap::new(bytes, coding, view, &frame)))
         }
         MapKind::Visibility => {
-            let tolerance = settings.finer(settings.tolerance) as f32;
+            let tolerance = settings.finer(settings.map.fragments.tolerance) as f32;
             let lists =
                 passes.trace_visibility(media, &frame.with_all_slabs(), tolerance, progress)?;
             Ok(Map::Visibility(VisibilityMap::new(lists, tolerance, view, &frame)))
@@ -155,9 +155,9 @@ pub fn build_map(
         }
         MapKind::Fragments => {
             let runs = runs(passes, media, &frame, settings, progress)?;
-            let wide = settings.filter.window().0 > 1;
-            let links = if settings.links && wide {
-                Some(passes.link_neighbors(&runs, settings.map_size)?)
+            let wide = settings.map.filter.window().0 > 1;
+            let links = if settings.map.fragments.links && wide {
+                Some(passes.link_neighbors(&runs, settings.map.size)?)
             } else {
                 None
             };
@@ -178,10 +178,12 @@ fn runs(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Runs> {
-    match settings.slices {
-        Slices::Raster => passes.raster_slices(media, frame, settings.memory, progress),
+    match settings.map.fragments.slices {
+        Slices::Raster => {
+            passes.raster_slices(media, frame, settings.map.fragments.memory, progress)
+        }
         Slices::Auto | Slices::Ray | Slices::Planes => {
-            passes.trace_slices(media, frame, settings.memory, progress)
+            passes.trace_slices(media, frame, settings.map.fragments.memory, progress)
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{Beam, LightView, Media, Scene};
-use crate::settings::{MapKind, Settings};
+use crate::settings::{MapKind, MapSettings, Settings};
 use crate::shadow::Map;
 
 /// What makes pictures one after another. Between two of them it keeps what does not change: the shadow maps while
@@ -31,20 +31,23 @@ pub trait Stage {
 pub struct Cause {
     media: Media,
     view: LightView,
-    settings: Settings,
+    map: MapSettings,
+    quality: f64,
 }
 
 impl Cause {
     /// Of the map of `beam`; `kind` is built where `settings` ask for none.
     pub fn of(beam: &Beam, settings: &Settings, kind: MapKind) -> Self {
-        let map = settings.map.or(Some(kind));
-        let settings = Settings { map, ..settings.of_map() };
-        Self { media: beam.media.clone(), view: beam.view, settings }
+        let mut map = settings.map.clone();
+        map.kind.get_or_insert(kind);
+        Self { media: beam.media.clone(), view: beam.view, map, quality: settings.quality }
     }
 
     /// Whether the same map follows from `other`.
     pub fn same(&self, other: &Self) -> bool {
-        self.view == other.view && self.settings == other.settings && self.media.same(&other.media)
+        self.view == other.view
+            && (&self.map, self.quality) == (&other.map, other.quality)
+            && self.media.same(&other.media)
     }
 }
 
@@ -87,7 +90,7 @@ impl Stage for HostStage<'_> {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        let [width, height] = settings.image_size;
+        let [width, height] = settings.image.size;
         let mut image = Image::filled(width, height, [0.0; 4]);
         for (index, beam) in scene.beams()?.iter().enumerate() {
             let passes = self.passes;

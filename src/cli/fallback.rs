@@ -164,8 +164,8 @@ mod tests {
         let volume = Preset::Rods.volume(Axis::Y).unwrap().into();
         let file = SceneFile::default();
         let (scene, mut settings, _) = complete(&file, vec![volume], Surroundings::Studio).unwrap();
-        (settings.image_size, settings.map_size) = ([16, 12], 16);
-        settings.map = Some(MapKind::Threshold);
+        (settings.image.size, settings.map.size) = ([16, 12], 16);
+        settings.map.kind = Some(MapKind::Threshold);
         (scene, settings)
     }
 

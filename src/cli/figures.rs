@@ -82,13 +82,12 @@ fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
     file.image.height = Some(CELL);
     let volume = load_volume(&file.volume[0])?;
     let (scene, settings, _) = complete(&file, vec![volume.into()], Surroundings::Void)?;
-    let settings = Settings {
-        map: Some(MapKind::Threshold),
-        lookup: Lookup::Paper,
-        crossing: Crossing::Smoothstep,
-        shading: Shading::Paper,
-        ..settings
-    };
+    let settings = settings.with(|s| {
+        s.map.kind = Some(MapKind::Threshold);
+        s.map.threshold.lookup = Lookup::Paper;
+        s.map.threshold.crossing = Crossing::Smoothstep;
+        s.view.shading = Shading::Paper;
+    });
     Ok(PresetScene { name: preset.name(), scene, settings })
 }
 
@@ -97,7 +96,7 @@ impl PresetScene {
     fn clear_map(&self) -> Result<Map> {
         let beam = self.scene.only_beam()?;
         let frame = Frame::new(&beam, &self.settings)?;
-        let empty = vec![[0.0; 4]; self.settings.map_size.pow(2) as usize];
+        let empty = vec![[0.0; 4]; self.settings.map.size.pow(2) as usize];
         Ok(Map::Threshold(ThresholdMap::new(empty, &self.settings, beam.view, &frame)))
     }
 }

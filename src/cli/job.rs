@@ -95,7 +95,7 @@ impl<'a> Request<'a> {
             scene.background = None;
         }
         let tell: fn(&str) = if source.quiet { |_| () } else { say };
-        let backend = opening.finish(settings.map, tell)?;
+        let backend = opening.finish(settings.map.kind, tell)?;
         let progress: Box<dyn Progress> =
             if source.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
         let job = Job { scene, settings, backend, progress, quiet: source.quiet };

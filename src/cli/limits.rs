@@ -48,7 +48,7 @@ impl LimitArguments {
             error: self.max_error,
             budget: self.max_map_bytes,
             size: arguments.map_size,
-            kind: arguments.map.as_ref().and(job.settings.map),
+            kind: arguments.map.as_ref().and(job.settings.map.kind),
             own_tolerance: arguments.tolerance.is_some(),
         };
         choose(job.backend, beam, &job.settings, &limits, wanted, progress).map(Some)

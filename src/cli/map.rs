@@ -15,7 +15,7 @@ use crate::io::exr;
 use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
 use crate::io::output::{PendingFile, commit};
 use crate::scene::Media;
-use crate::settings::{MapKind, Settings};
+use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, Map, Shadow, TexelMap};
 
 #[derive(Debug, Args)]
@@ -49,10 +49,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     // A folder that takes no file is better known before the work than after it.
     let tried = PendingFile::create(&path, &inputs)?;
     let job = request.load()?;
-    if let Some(kind) = job.settings.map.filter(|&kind| !written(kind)) {
+    if let Some(kind) = job.settings.map.kind.filter(|&kind| !written(kind)) {
         return Err(unwritten(kind));
     }
-    let no_picture = Settings { image_size: [1; 2], ..job.settings.clone() };
+    let no_picture = job.settings.with(|s| s.image.size = [1; 2]);
     job.backend.check_room(&no_picture)?;
     let beams = job.scene.beams()?;
     let mut built = Vec::new();

@@ -64,7 +64,8 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let request = Request::new(&scene, Some(&picture))?;
     let file = PendingFile::create(&path, &request.inputs)?;
     let job = request.load()?;
-    if format == Format::Deep && (job.settings.samples, job.settings.shading) != ONE_RAY {
+    if format == Format::Deep && (job.settings.image.samples, job.settings.view.shading) != ONE_RAY
+    {
         let why = "a deep image takes one sample a pixel and physical shading";
         return Err(Error::contents(path, why));
     }
@@ -79,10 +80,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         beam_by_beam(&job, &scene, &limits, format, &watch)?
     } else {
         let image = job.backend.render(&job.scene, &job.settings, &watch)?;
-        Lit { image, deep: None, map_size: job.settings.map_size, certificates: Vec::new() }
+        Lit { image, deep: None, map_size: job.settings.map.size, certificates: Vec::new() }
     };
     let [map_time, view_time] = ["shadow map", "picture"].map(|work| watch.time(work));
-    let exposure = job.settings.exposure as f32;
+    let exposure = job.settings.image.exposure as f32;
     let certificate = (!lit.certificates.is_empty()).then(|| lit.certificates.join("\n"));
     let contents = match (format, lit.deep) {
         (Format::Deep, Some(contents)) => contents,
@@ -90,7 +91,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         (Format::Exr | Format::Deep, _) => exr::encode_image(&lit.image, certificate.as_deref())?,
     };
     file.finish_with(&contents)?;
-    let [width, height] = job.settings.image_size;
+    let [width, height] = job.settings.image.size;
     let maps = if beams.len() > 1 { format!("{} maps", beams.len()) } else { "map".to_owned() };
     job.note(&format!(
         "wrote {}: {width}x{height}, {maps} {1}x{1} in {2:.2} s, view in {3:.2} s, {4}",
@@ -126,7 +127,7 @@ fn beam_by_beam(
     watch: &Stopwatch<'_>,
 ) -> Result<Lit> {
     let beams = job.scene.beams()?;
-    let [width, height] = job.settings.image_size;
+    let [width, height] = job.settings.image.size;
     let image = Image::filled(width, height, [0.0; 4]);
     let mut lit = Lit { image, deep: None, map_size: 0, certificates: Vec::new() };
     for beam in &beams {
@@ -146,12 +147,12 @@ fn beam_by_beam(
             let frame = Frame::new(beam, &settings)?;
             let certificate = lit.certificates.first().map(String::as_str);
             let view = DeepView::new(&beam.media, &frame, &map);
-            lit.deep = Some(encode_deep(&view, settings.image_size, certificate)?);
+            lit.deep = Some(encode_deep(&view, settings.image.size, certificate)?);
         } else {
             let picture = job.backend.view(beam, &settings, &map, watch)?;
             beam.add(&picture, &mut lit.image);
         }
-        lit.map_size = settings.map_size;
+        lit.map_size = settings.map.size;
     }
     job.scene.check_radiance(&lit.image)?;
     Ok(lit)

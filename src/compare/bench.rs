@@ -106,8 +106,8 @@ impl<'a> Bench<'a> {
         [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let (beams, size) = (scene.beams()?, settings.map_size);
-        let [width, height] = settings.image_size;
+        let (beams, size) = (scene.beams()?, settings.map.size);
+        let [width, height] = settings.image.size;
         let mut true_image = Image::filled(width, height, [0.0; 4]);
         let mut parts = Vec::new();
         for beam in &beams {
@@ -119,8 +119,8 @@ impl<'a> Bench<'a> {
             let label = beam.label(&beams);
             parts.push(Part { beam: beam.clone(), label, points, frame });
         }
-        let picture = TruePicture::new(&true_image, settings.exposure as f32);
-        let (window, _) = settings.filter.window();
+        let picture = TruePicture::new(&true_image, settings.image.exposure as f32);
+        let (window, _) = settings.map.filter.window();
         Ok(Self { scene, settings, parts, picture, true_image, window })
     }
 
@@ -150,14 +150,14 @@ impl<'a> Bench<'a> {
 
     /// What the maps' resolution alone costs: exact transmittance of every texel, filtered.
     pub fn floor(&self) -> Row {
-        let size = self.settings.map_size;
+        let size = self.settings.map.size;
         let exact: Vec<_> = self.parts.iter().map(|part| part.exact(size)).collect();
         let exact: Vec<&dyn Shadow> = exact.iter().map(|map| map as &dyn Shadow).collect();
         self.row("exact texels", &exact)
     }
 
     fn row(&self, label: &str, maps: &[&dyn Shadow]) -> Row {
-        let [width, height] = self.settings.image_size;
+        let [width, height] = self.settings.image.size;
         let mut image = Image::filled(width, height, [0.0; 4]);
         let (mut each, mut worst) = (Vec::new(), None::<Curve>);
         for (part, &map) in self.parts.iter().zip(maps) {
@@ -180,7 +180,7 @@ impl<'a> Bench<'a> {
         Row {
             label: label.to_owned(),
             bytes: maps.iter().map(|map| map.bytes()).sum(),
-            texels: u64::from(self.settings.map_size).pow(2),
+            texels: u64::from(self.settings.map.size).pow(2),
             build_seconds: 0.0,
             lookup_nanoseconds: 0.0,
             errors,
@@ -194,7 +194,7 @@ impl<'a> Bench<'a> {
     /// The whole ray of a sample.
     fn curve(&self, part: &Part, map: &dyn Shadow, sample: Sample) -> Curve {
         let [u, v, depth] = sample.place;
-        let n = self.settings.map_size;
+        let n = self.settings.map.size;
         let texel = [u, v].map(|c| ((c * n as f32) as u32).min(n - 1));
         let center = texel.map(|i| (f64::from(i) + 0.5) / f64::from(n));
         let exact = Extinction::of(&part.beam.media);

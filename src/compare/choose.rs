@@ -131,7 +131,7 @@ impl<'a> Search<'a> {
         let sizes = match (limits.size, limits.error, limits.budget) {
             (Some(size), ..) => vec![size],
             // However many texels: a limit a texel alone does not ask for another resolution.
-            (None, None, Some(Budget::Texel(_))) => vec![at.settings.map_size],
+            (None, None, Some(Budget::Texel(_))) => vec![at.settings.map.size],
             _ => SIZES.to_vec(),
         };
         let tried = |method: &Method| {
@@ -227,7 +227,7 @@ impl<'a> Search<'a> {
             let per_texel = scout.map.bytes() as f64 / f64::from(SCOUT).powi(2);
             if let Map::Grid(map) = &scout.map {
                 // The same at every resolution.
-                let (size, bytes) = (self.at.settings.map_size, map.bytes() as f64);
+                let (size, bytes) = (self.at.settings.map.size, map.bytes() as f64);
                 if self.budget.is_none_or(|b| b.allows(bytes, f64::from(size).powi(2))) {
                     candidates.push(Candidate { method, size, bytes, expected: scout.errors.rms });
                 }
@@ -247,14 +247,14 @@ impl<'a> Search<'a> {
     }
 
     fn build<'m>(&self, method: &'m Method, size: u32) -> Result<Tried<'m>> {
-        let settings = Settings { map_size: size, ..method.settings(self.at.settings) };
+        let settings = method.settings(self.at.settings).with(|s| s.map.size = size);
         let map = self.at.backend.map(self.at.beam, &settings, &Silent)?;
         let errors = self.errors(&map);
         Ok(Tried { label: &method.label, settings, map, errors })
     }
 
     fn errors(&self, map: &dyn Shadow) -> Errors {
-        let (window, _) = self.at.settings.filter.window();
+        let (window, _) = self.at.settings.map.filter.window();
         self.points.errors(accuracy::Place::Volume, map, window)
     }
 
@@ -280,23 +280,23 @@ fn certified(tried: Tried<'_>) -> Certified {
          from the exact line integral by {:.6} RMS, {:.6} at most; a sample, not a bound",
         described(&tried),
         tried.errors.count,
-        tried.settings.filter.name(),
+        tried.settings.map.filter.name(),
         tried.errors.rms,
         tried.errors.max,
     );
     let fitted = matches!(tried.map, Map::Fragments(_) | Map::Visibility(_));
-    if fitted && tried.settings.tolerance > 0.0 {
+    if fitted && tried.settings.map.fragments.tolerance > 0.0 {
         let _ = write!(
             certificate,
             "; on texels' central rays it is within {} of all slabs together, a bound",
-            tried.settings.tolerance
+            tried.settings.map.fragments.tolerance
         );
     }
     Certified { map: tried.map, settings: tried.settings, certificate }
 }
 
 fn described(tried: &Tried<'_>) -> String {
-    let n = tried.settings.map_size;
+    let n = tried.settings.map.size;
     if let Map::Grid(map) = &tried.map {
         return format!("{}, {} bytes", tried.label, map.bytes());
     }

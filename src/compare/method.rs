@@ -101,16 +101,18 @@ impl Method {
     /// `settings` with what this method changes.
     #[must_use]
     pub fn settings(&self, settings: &Settings) -> Settings {
-        let mut settings = Settings { map: Some(self.kind), ..settings.clone() };
+        let mut settings = settings.with(|s| s.map.kind = Some(self.kind));
         match self.variant {
             Variant::Usual => {}
             Variant::Paper => {
-                settings.lookup = Lookup::Paper;
-                settings.crossing = Crossing::Smoothstep;
+                settings.map.threshold.lookup = Lookup::Paper;
+                settings.map.threshold.crossing = Crossing::Smoothstep;
             }
-            Variant::Bucket => settings.crossing = Crossing::Bucket,
-            Variant::Raw => (settings.tolerance, settings.truncation) = (0.0, 0.0),
-            Variant::Tolerance(tolerance) => settings.tolerance = tolerance,
+            Variant::Bucket => settings.map.threshold.crossing = Crossing::Bucket,
+            Variant::Raw => {
+                (settings.map.fragments.tolerance, settings.map.fragments.truncation) = (0.0, 0.0);
+            }
+            Variant::Tolerance(tolerance) => settings.map.fragments.tolerance = tolerance,
         }
         settings
     }
@@ -121,8 +123,8 @@ impl Method {
 /// # Errors
 /// If `settings` ask for them.
 pub fn check_filter(settings: &Settings) -> Result<()> {
-    if settings.filter.window().1 {
-        let name = settings.filter.name();
+    if settings.map.filter.window().1 {
+        let name = settings.map.filter.name();
         let why = format!("'{name}' tests fragments: its transmittance cannot be measured");
         return Err(Error::value("filter", why));
     }

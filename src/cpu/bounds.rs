@@ -49,7 +49,11 @@ impl Random {
 }
 
 fn settings(kind: MapKind, size: u32) -> Settings {
-    Settings { map: Some(kind), map_size: size, image_size: [size; 2], ..Settings::default() }
+    Settings::default().with(|s| {
+        s.map.kind = Some(kind);
+        s.map.size = size;
+        s.image.size = [size; 2];
+    })
 }
 
 /// What some work gives, and how many samples of density it takes.

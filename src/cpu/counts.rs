@@ -10,7 +10,6 @@ use crate::kernel::density::counted::SAMPLES;
 use crate::progress::Silent;
 use crate::scene::automatic::{Surroundings, complete};
 use crate::scene::descriptor;
-use crate::settings::Settings;
 use crate::volume::Axis;
 use crate::volume::presets::Preset;
 
@@ -43,7 +42,10 @@ fn passes_take_no_more_samples_than_they_did() {
         let volume = preset.volume(up.map_or(Axis::default(), |up| up.parse().unwrap())).unwrap();
         let (scene, settings, _) =
             complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
-        let settings = Settings { map_size: 64, image_size: [64, 64], ..settings };
+        let settings = settings.with(|s| {
+            s.map.size = 64;
+            s.image.size = [64, 64];
+        });
         let (media, frame) =
             (&scene.media, Frame::new(&scene.only_beam().unwrap(), &settings).unwrap());
         let map = CpuBackend.map(&scene.only_beam().unwrap(), &settings, &Silent).unwrap();

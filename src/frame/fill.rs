@@ -95,7 +95,7 @@ impl Space {
     }
 
     pub(super) fn view(self, scene: &Beam, settings: &Settings, march: Marching) -> FrameView {
-        let [width, height] = settings.image_size;
+        let [width, height] = settings.image.size;
         let rays = scene.camera.rays(f64::from(width) / f64::from(height));
         FrameView {
             origin: self.at(rays.origin),
@@ -107,14 +107,14 @@ impl Space {
             world_origin: self.point(DVec3::ZERO),
             per_world: (1.0 / self.unit) as f32,
             ambient: scene.ambient.as_vec3(),
-            octaves: settings.octaves,
+            octaves: settings.view.octaves,
             background: scene.background.map_or(Vec4::ZERO, |b| b.as_vec3().extend(1.0)),
             ground: self.ground(scene),
             width,
             height,
-            samples: settings.samples,
-            shading: u32::from(settings.shading == Shading::Paper),
-            light_samples: settings.light_samples,
+            samples: settings.image.samples,
+            shading: u32::from(settings.view.shading == Shading::Paper),
+            light_samples: settings.view.light_samples,
             opaque: settings.finer(OPAQUE_TRANSMITTANCE) as f32,
             shared_weight: shared_weight(settings),
             shared_length: shared_length(&scene.media, settings),
@@ -142,10 +142,10 @@ impl Space {
         [rays, slabs]: [Marching; 2],
     ) -> FrameMap {
         let [near, far] = light.axial_extent(media).map(|depth| depth / self.unit);
-        let (window, exponential) = settings.filter.window();
+        let (window, exponential) = settings.map.filter.window();
         let sharpness =
             if exponential { EXPONENTIAL_SHARPNESS / (far - near).max(1e-30) } else { 0.0 };
-        let thresholds = Vec3::from_array(settings.thresholds.map(|t| t as f32));
+        let thresholds = Vec3::from_array(settings.map.threshold.levels.map(|t| t as f32));
         FrameMap {
             rays,
             slabs,
@@ -153,13 +153,13 @@ impl Space {
             sharpness: sharpness as f32,
             threshold_depths: -(Vec3::ONE - thresholds).map(f32::ln),
             surface_reach: (reach(settings, light, media) / self.unit) as f32,
-            size: settings.map_size,
-            crossing: match settings.crossing {
+            size: settings.map.size,
+            crossing: match settings.map.threshold.crossing {
                 Crossing::Exact => 0,
                 Crossing::Smoothstep => 1,
                 Crossing::Bucket => 2,
             },
-            lookup: match settings.lookup {
+            lookup: match settings.map.threshold.lookup {
                 Lookup::Default => 0,
                 Lookup::Paper => 1,
             },
@@ -167,10 +167,10 @@ impl Space {
             near: near as f32,
             far: far as f32,
             tolerance: tolerance(settings) as f32,
-            truncation: settings.finer(settings.truncation) as f32,
+            truncation: settings.finer(settings.map.fragments.truncation) as f32,
             planes: planes(settings, light, media),
-            follows_links: u32::from(settings.links),
-            bias: (settings.bias / self.unit) as f32,
+            follows_links: u32::from(settings.map.fragments.links),
+            bias: (settings.view.bias / self.unit) as f32,
             unused: 0,
         }
     }
@@ -182,8 +182,8 @@ fn along(direction: DVec3) -> Vec4 {
 
 /// The tolerance of fits. Exponential tests are made fragment by fragment: all of them are kept.
 pub(super) fn tolerance(settings: &Settings) -> f64 {
-    let (_, exponential) = settings.filter.window();
-    if exponential { 0.0 } else { settings.finer(settings.tolerance) }
+    let (_, exponential) = settings.map.filter.window();
+    if exponential { 0.0 } else { settings.finer(settings.map.fragments.tolerance) }
 }
 
 /// From frame space, of units of as many world lengths, to the light's, whose depths are in them too, and the

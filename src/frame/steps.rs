@@ -66,10 +66,10 @@ pub const VIEW_STEPS_MOST: u32 = 8192;
 
 /// Steps along a light ray at least and at most, and along a camera ray.
 fn counts(settings: &Settings) -> [[u32; 2]; 2] {
-    let paper = settings.shading == Shading::Paper;
+    let paper = settings.view.shading == Shading::Paper;
     // The paper marches with a fixed number of steps.
-    let view = settings.view_steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
-    let light = settings.steps;
+    let view = settings.view.steps.unwrap_or(if paper { 512 } else { VIEW_STEPS_MOST });
+    let light = settings.map.steps;
     let counts = if paper {
         [[light, light], [view, view]]
     } else {
@@ -103,7 +103,7 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [M
     }
     let thickest = media.densest() * media.unit() * quality;
     marching[2].hiding = (HIDDEN_DEPTH / thickest.max(1e-30)) as f32;
-    if settings.shading == Shading::Paper || media.graded().is_none() {
+    if settings.view.shading == Shading::Paper || media.graded().is_none() {
         // Nothing is known of the slopes: all steps are as long as each other.
         return marching;
     }
@@ -129,7 +129,7 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [M
         // Of emission and of colours nothing is known: camera rays take equal steps.
         (view.per_voxel, view.rough, view.longest) = (most[2] as f32, 0.0, 0.0);
     }
-    if settings.crossing != Crossing::Exact {
+    if settings.map.threshold.crossing != Crossing::Exact {
         // Depths are wrong by as much as steps are long.
         (marching[0].per_voxel, marching[0].rough) = (most[0] as f32, 0.0);
     }
@@ -149,10 +149,10 @@ fn smallest_voxel(media: &Media) -> f64 {
 /// within a step of a threshold map's ray and a slab, as a share of the light that is left, and the optical
 /// depth of a sample of a camera ray.
 fn limits(settings: &Settings, tolerance: f64) -> [f32; 3] {
-    if settings.shading == Shading::Paper {
+    if settings.view.shading == Shading::Paper {
         return [UNLIMITED; 3];
     }
-    let bend = match settings.crossing {
+    let bend = match settings.map.threshold.crossing {
         Crossing::Exact => settings.finer(MOST_LIGHT_BEND) as f32,
         Crossing::Smoothstep | Crossing::Bucket => UNLIMITED,
     };
@@ -170,7 +170,7 @@ pub(super) fn shared_weight(settings: &Settings) -> f32 {
 /// [`super::FrameView::shared_length`]: 0, so that no steps share a lookup, where nothing is known of the media.
 pub(super) fn shared_length(media: &Media, settings: &Settings) -> f32 {
     let densest = media.densest() * media.unit();
-    let known = settings.shading != Shading::Paper
+    let known = settings.view.shading != Shading::Paper
         && media.plain().is_some()
         && media.roughness() > 0.0
         && densest > 0.0;
@@ -181,8 +181,11 @@ pub(super) fn shared_length(media: &Media, settings: &Settings) -> f32 {
 /// width; 0 where a texel's width of the densest medium is so thin that none has a front to speak of, and where
 /// lookups are not of depths that are exact.
 pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f64 {
-    let exponential = settings.filter.window() != (0, false);
-    if exponential || settings.lookup == Lookup::Paper || settings.shading == Shading::Paper {
+    let exponential = settings.map.filter.window() != (0, false);
+    if exponential
+        || settings.map.threshold.lookup == Lookup::Paper
+        || settings.view.shading == Shading::Paper
+    {
         return 0.0;
     }
     let [_, far] = light.axial_extent(media);
@@ -192,7 +195,7 @@ pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f6
     };
     let width =
         across(light.origin_u, light.direction_u).max(across(light.origin_v, light.direction_v));
-    let texel = width / f64::from(settings.map_size);
+    let texel = width / f64::from(settings.map.size);
     // Texels that are no finer than voxels see no surface, but one voxel beside another.
     let voxel = smallest_voxel(media);
     let seen = texel < FINE_TEXEL * voxel && media.densest() * texel > THIN_TEXEL;
@@ -213,12 +216,12 @@ pub(super) fn bricks(media: &Media) -> [Vec3; 2] {
 
 /// How many planes all rays share; 0 for slabs of each ray's own.
 pub(super) fn planes(settings: &Settings, light: &LightView, media: &Media) -> u32 {
-    match settings.slices {
+    match settings.map.fragments.slices {
         Slices::Auto | Slices::Ray => 0,
         Slices::Planes | Slices::Raster => {
             let slabs = light.axial_voxels(media) * f64::from(SLABS_PER_VOXEL);
             let slabs =
-                (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.steps);
+                (slabs.ceil() as u32).clamp(LIGHT_STEPS_LEAST, u32::MAX).min(settings.map.steps);
             settings.more(slabs)
         }
     }

@@ -143,12 +143,12 @@ impl Backend for GpuBackend {
     fn check_room(&self, settings: &Settings) -> Result<()> {
         check_host(settings)?;
         self.watch.over(|| {
-            let [width, height] = settings.image_size;
+            let [width, height] = settings.image.size;
             self.renderer.image(width, height)?;
-            match settings.map.unwrap_or(self.default_map()) {
-                MapKind::Threshold => self.renderer.map(settings.map_size).map(drop),
+            match settings.map.kind.unwrap_or(self.default_map()) {
+                MapKind::Threshold => self.renderer.map(settings.map.size).map(drop),
                 // Lists are made in tiles.
-                _ => self.renderer.check_size("map", [settings.map_size; 2]),
+                _ => self.renderer.check_size("map", [settings.map.size; 2]),
             }
         })
     }

@@ -80,7 +80,7 @@ impl<'a> GpuStage<'a> {
     ) -> Result<()> {
         let backend = self.backend;
         let gpu = &backend.renderer;
-        let kind = settings.map.unwrap_or(self.backend.default_map());
+        let kind = settings.map.kind.unwrap_or(self.backend.default_map());
         let cause = Cause::of(beam, settings, kind);
         if let Some(Some(known)) = self.lit.get(index)
             && known.cause.same(&cause)
@@ -145,7 +145,9 @@ impl<'a> GpuStage<'a> {
         let fitted = frame.map.tolerance > 0.0;
         let capacity = if fitted { self.capacity } else { most_nodes(&beam.media, frame) };
         let tile = Tile::rows(size, 0, size, capacity);
-        if settings.slices == Slices::Raster || tile.node_bytes() > settings.memory {
+        if settings.map.fragments.slices == Slices::Raster
+            || tile.node_bytes() > settings.map.fragments.memory
+        {
             return Ok(None);
         }
         let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
@@ -154,7 +156,7 @@ impl<'a> GpuStage<'a> {
         let mut made = None;
         gpu.submit(|encoder| {
             gpu.trace_slices(encoder, media, &frame, &fragments)?;
-            let wide = settings.links && settings.filter.window().0 > 1;
+            let wide = settings.map.fragments.links && settings.map.filter.window().0 > 1;
             made = Some(if wide { gpu.link_neighbors(encoder, fragments)? } else { fragments });
             Ok(())
         })?;
@@ -195,7 +197,7 @@ impl<'a> GpuStage<'a> {
         let mut frame = Frame::new(beam, settings)?;
         frame.map.follows_links = u32::from(shadow.linked());
         let frame = gpu.frame(&frame, media)?;
-        let [width, height] = settings.image_size;
+        let [width, height] = settings.image.size;
         let image = match &self.image {
             // Of the first beam only: others are added to it.
             Some(image) if index == 0 && image.size() == [width, height] => image.clone(),
@@ -204,7 +206,7 @@ impl<'a> GpuStage<'a> {
         gpu.submit(|encoder| gpu.march_view(encoder, media, &frame, shadow.bound(), &image))?;
         progress.advance(1);
         let kept: u64 = self.lit.iter().flatten().map(|lit| lit.shadow.bytes()).sum();
-        if kept > settings.memory {
+        if kept > settings.map.fragments.memory {
             self.lit[index] = None;
         }
         Ok(image)
@@ -219,7 +221,7 @@ impl<'a> GpuStage<'a> {
     ) -> Result<GpuImage> {
         let backend = self.backend;
         let gpu = &backend.renderer;
-        let [width, height] = settings.image_size;
+        let [width, height] = settings.image.size;
         let mut sum: Option<GpuImage> = None;
         for (index, beam) in beams.iter().enumerate() {
             let image = self.view(index, beam, settings, progress)?;
@@ -264,7 +266,7 @@ impl Stage for GpuStage<'_> {
                 Ok((pixels, missing.map(|(count, _)| count).max()))
             })?;
             let Some(needed) = needed else {
-                let [width, height] = settings.image_size;
+                let [width, height] = settings.image.size;
                 let image = Image { width, height, pixels };
                 scene.check_radiance(&image)?;
                 return Ok(image);

@@ -29,15 +29,15 @@ pub struct ThresholdMap {
 }
 
 impl ThresholdMap {
-    /// A map of `settings.map_size` squared `texels`, built with `settings` from `view` for `frame`.
+    /// A map of `settings.map.size` squared `texels`, built with `settings` from `view` for `frame`.
     ///
     /// # Panics
     /// If the number of texels is another one.
     pub fn new(texels: Vec<[f32; 4]>, settings: &Settings, view: LightView, frame: &Frame) -> Self {
-        let size = settings.map_size;
+        let size = settings.map.size;
         assert_eq!(texels.len(), size as usize * size as usize, "texels of a {size}^2 map");
-        let lookup = settings.lookup;
-        let thresholds = settings.thresholds;
+        let lookup = settings.map.threshold.lookup;
+        let thresholds = settings.map.threshold.levels;
         let (curves, frame) = (OnceLock::new(), Box::new(*frame));
         Self { size, texels, thresholds, lookup, view, curves, frame }
     }

@@ -65,5 +65,8 @@ pub fn anchor_scene(preset: Preset, largest: f64, map_size: u32) -> Scene {
 
 /// Small maps and pictures.
 pub fn settings(map_size: u32, image_size: [u32; 2]) -> Settings {
-    Settings { map_size, image_size, ..Settings::default() }
+    Settings::default().with(|s| {
+        s.map.size = map_size;
+        s.image.size = image_size;
+    })
 }

@@ -118,7 +118,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let settings = job.settings.clone();
     let mut deepest = 0.0;
     for beam in job.scene.beams()? {
-        deepest = f64::max(deepest, largest_optical_depth(&beam, settings.map_size));
+        deepest = f64::max(deepest, largest_optical_depth(&beam, settings.map.size));
     }
     if let Some(depth) = arguments.depth {
         let scale = depth / deepest;

@@ -94,7 +94,7 @@ fn about(findings: &Findings<'_>) -> String {
     let Findings { bench, about, .. } = findings;
     let (scene, settings) = (bench.scene, bench.settings);
     let [nx, ny, nz] = scene.media.dims();
-    let [width, height] = settings.image_size;
+    let [width, height] = settings.image.size;
     let counts = Place::ALL.map(|p| format!("{} {}", bench.points().of(p).len(), p.name()));
     let facts = [
         ("volume", format!("{}, {nx} \u{d7} {ny} \u{d7} {nz} voxels", scene.media.name())),
@@ -111,12 +111,15 @@ fn about(findings: &Findings<'_>) -> String {
             "map",
             format!(
                 "{0} \u{d7} {0} texels, at most {1} steps, filter {2}",
-                settings.map_size,
-                settings.steps,
-                settings.filter.name()
+                settings.map.size,
+                settings.map.steps,
+                settings.map.filter.name()
             ),
         ),
-        ("picture", format!("{width} \u{d7} {height} pixels, exposure {}", settings.exposure)),
+        (
+            "picture",
+            format!("{width} \u{d7} {height} pixels, exposure {}", settings.image.exposure),
+        ),
         ("points", format!("{}; seed {}", counts.join(", "), about.seed)),
         ("machine", about.machine.clone()),
         ("made", format!("{} by {}", about.date, about.program)),
@@ -195,8 +198,8 @@ fn worst(findings: &Findings<'_>) -> String {
 
 fn pictures(findings: &Findings<'_>) -> Result<String> {
     let settings = findings.bench.settings;
-    let exposure = settings.exposure as f32;
-    let [width, height] = settings.image_size;
+    let exposure = settings.image.exposure as f32;
+    let [width, height] = settings.image.size;
     let image = |uri: &str, alt: &str| {
         format!(
             "<img src=\"{uri}\" alt=\"{}\" width=\"{width}\" height=\"{height}\" loading=\"lazy\">",

@@ -96,7 +96,7 @@ pub fn complete(
     let bodies = ingredients.into_iter().zip(mediums);
     let bodies = bodies.map(|(own, medium)| Body { volume: own.volume, medium });
     let media = Media::new(bodies.collect());
-    let [width, height] = settings.image_size;
+    let [width, height] = settings.image.size;
     let aspect = f64::from(width) / f64::from(height);
     let camera = camera(&file.camera, &visible, lights.first(), ground, aspect, &mut choices)?;
     let ambient = match (file.ambient.radiance, surroundings) {
