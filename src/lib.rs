@@ -1,9 +1,42 @@
 //! Deep shadow maps for volumes: shadows of things that light passes through.
 //!
-//! A [`volume::Volume`] in a [`scene::Scene`] is marched from the light to build a
-//! [`shadow::Map`], and from the camera with that map, by a [`backend::Backend`]: the
-//! [`cpu::CpuBackend`] or, with feature `gpu`, [`gpu`] on a wgpu device of its own or the caller's.
-//! [`reference`](mod@reference) holds the truth in f64. `ARCHITECTURE.md` explains layers, passes and spaces.
+//! A [`Volume`] in a [`Scene`] is marched from each light to build a [shadow map](shadow::Map), and from the camera
+//! with that map, by a [`Backend`]: the [`CpuBackend`] or, with feature `gpu`, a [`gpu::GpuBackend`] on a wgpu device of
+//! its own. What comes out is an [`Image`] of linear radiance.
+//!
+//! ```
+//! use deepshadow::ndarray::Array3;
+//! use deepshadow::{Backend, CpuBackend, Scene, Settings, Silent, Volume};
+//!
+//! // Densities by (z, y, x), and the edges of a voxel.
+//! let cloud = Array3::from_shape_fn((16, 24, 32), |(z, y, x)| ((x * y + z) % 5) as f32);
+//! let volume = Volume::from_array("cloud", cloud, [0.1; 3])?;
+//! // Light, camera, ground and density are chosen; all of them are fields.
+//! let mut scene = Scene::automatic(volume)?;
+//! scene.camera.position *= 1.1;
+//! let settings = Settings::default().with(|settings| settings.image.size = [64, 48]);
+//! let image = CpuBackend.render(&scene, &settings, &Silent)?;
+//! # let folder = tempfile::tempdir().unwrap();
+//! # std::env::set_current_dir(&folder).unwrap();
+//! image.save("cloud.png", 1.0)?;
+//! # Ok::<(), deepshadow::Error>(())
+//! ```
+//!
+//! From here on:
+//! - [`io::load_volume`] reads files (OpenVDB, NRRD, NIfTI, raw and others), [`scene::automatic::complete`] a whole
+//!   scene file.
+//! - [`Scene::beams`] takes a scene apart into what one map can answer for; [`Backend::map`] builds it,
+//!   [`shadow::Shadow::lookup`] asks it, [`accuracy`] and [`compare`] say how wrong it is.
+//! - [`Backend::stage`] makes pictures one after another.
+//! - [`gpu::Renderer`] records the passes into another wgpu program's encoders; [`gpu::shadow_wgsl`] is the lookup for
+//!   its shaders.
+//! - [`reference`](mod@reference) holds the truth in f64.
+//!
+//! The repository's `examples/` are such programs. `ARCHITECTURE.md` explains layers, passes and spaces.
+//!
+//! # Features
+//! - `gpu` (default): the wgpu backend.
+//! - `cli` (default): the program. A library user can leave it out.
 
 pub mod accuracy;
 pub mod backend;
@@ -26,7 +59,22 @@ pub mod settings;
 pub mod shadow;
 pub mod volume;
 
+pub use backend::Backend;
+pub use cpu::CpuBackend;
 pub use error::{Error, ErrorKind, Result};
+#[cfg(feature = "gpu")]
+pub use gpu::GpuBackend;
+pub use image::Image;
+pub use progress::Silent;
+pub use scene::Scene;
+pub use settings::Settings;
+pub use volume::Volume;
+
+// What stands in signatures.
+pub use glam;
+pub use ndarray;
+#[cfg(feature = "gpu")]
+pub use wgpu;
 
 /// The README's code, so that it is compiled and run.
 #[cfg(doctest)]

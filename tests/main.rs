@@ -16,6 +16,7 @@ mod convert;
 mod dense_media;
 mod domains;
 mod embedding;
+mod examples;
 mod formats;
 mod fragments;
 mod golden;

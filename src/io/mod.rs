@@ -14,6 +14,7 @@ mod load;
 pub mod number;
 mod options;
 pub mod output;
+mod picture;
 pub mod png;
 pub mod raw;
 pub mod remap;

@@ -65,6 +65,15 @@ pub struct Volume {
 }
 
 impl Volume {
+    /// A volume of densities by (z, y, x), at least 0, whose voxels have edges of `spacing` world lengths along x, y and
+    /// z; the first voxel's centre is the world's origin, and y points up.
+    ///
+    /// # Errors
+    /// As [`Volume::new`].
+    pub fn from_array(name: &str, values: Array3<f32>, spacing: [f64; 3]) -> Result<Self> {
+        Self::new(name, values, DMat4::from_scale(spacing.into()))
+    }
+
     /// A dense volume from values of shape (z, y, x). Negative, NaN and infinite values become 0
     /// and are counted ([`Volume::replaced`]).
     ///

@@ -7,7 +7,7 @@ mod medium;
 use glam::DVec3;
 
 use super::computed;
-use super::file::{CameraTable, GroundTable, LightTable, SceneFile};
+use super::file::{CameraTable, GroundTable, LightTable, SceneFile, VolumeTable};
 use super::framing::{frame, middle_of, shown_points};
 use super::{Body, Camera, Ground, Light, LightKind, Media, Medium, Projection, Scene};
 use crate::error::{Error, Result};
@@ -62,6 +62,19 @@ pub fn window(volume: &Volume) -> Option<[f32; 2]> {
     (surrounded && rises).then_some([border, largest])
 }
 
+impl Scene {
+    /// A scene that shows a volume well: light from above, an endless ground under a soft sky, a camera that sees all of
+    /// it, and the density that makes its shadows seen.
+    ///
+    /// # Errors
+    /// If nothing fits the volume.
+    pub fn automatic(volume: Volume) -> Result<Self> {
+        let ingredients = vec![volume.into()];
+        let (scene, ..) = complete(&SceneFile::default(), ingredients, Surroundings::Studio)?;
+        Ok(scene)
+    }
+}
+
 /// The whole scene, and what was chosen for it.
 ///
 /// # Errors
@@ -74,10 +87,13 @@ pub fn complete(
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let settings = computed::settings(file)?;
-    if file.volume.len() != ingredients.len() {
+    // Of volumes that no table speaks of nothing is said.
+    let unsaid = vec![VolumeTable::default(); ingredients.len()];
+    let tables = if file.volume.is_empty() { &unsaid[..] } else { &file.volume };
+    if tables.len() != ingredients.len() {
         return Err(Error::value("volume", "not as many were loaded as the scene has"));
     }
-    let mediums = file.volume.iter().zip(&ingredients);
+    let mediums = tables.iter().zip(&ingredients);
     let mut of_media = Choices(Vec::new());
     let mediums = mediums.map(|(table, own)| medium(table, own, &mut of_media));
     let mediums = mediums.collect::<Result<Vec<Medium>>>()?;

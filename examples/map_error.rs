@@ -1,0 +1,35 @@
+//! How wrong shadow maps are for their bytes: each kind against the exact line integral at random points.
+#![allow(clippy::print_stdout)]
+
+use deepshadow::accuracy::{Place, Points};
+use deepshadow::settings::MapKind;
+use deepshadow::shadow::Shadow;
+use deepshadow::volume::{Axis, presets::Preset};
+use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent};
+
+/// Each kind's bytes and the root mean square of its errors of transmittance in the volume.
+pub fn example() -> Result<Vec<(MapKind, u64, f64)>> {
+    let scene = Scene::automatic(Preset::Rods.volume(Axis::Y)?)?;
+    let beam = scene.only_beam()?;
+    let size = 64;
+    let (count, seed) = (5_000, 1);
+    let points = Points::draw(&beam, size, &[Place::Volume], [count, seed], &Silent);
+    let mut found = Vec::new();
+    for kind in [MapKind::Threshold, MapKind::Fragments, MapKind::Visibility] {
+        let settings = Settings::default().with(|settings| {
+            settings.map.kind = Some(kind);
+            settings.map.size = size;
+        });
+        let map = CpuBackend.map(&beam, &settings, &Silent)?;
+        found.push((kind, map.bytes(), points.errors(Place::Volume, &map, 0).rms));
+    }
+    Ok(found)
+}
+
+#[allow(dead_code)]
+fn main() -> Result<()> {
+    for (kind, bytes, rms) in example()? {
+        println!("{kind:>12}: {bytes:>8} bytes, RMS {rms:.4}");
+    }
+    Ok(())
+}

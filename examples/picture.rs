@@ -1,0 +1,46 @@
+//! A volume's file in, a picture out, on the GPU if there is one: `cargo run --example picture -- smoke.vdb`.
+#![allow(clippy::print_stdout)]
+
+use std::path::{Path, PathBuf};
+
+use deepshadow::io::load_volume;
+use deepshadow::scene::file::VolumeTable;
+use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent};
+
+/// Makes a picture of `input`, or of a preset, in `folder`; its name.
+pub fn example(input: Option<&Path>, folder: &Path) -> Result<PathBuf> {
+    let mut table = VolumeTable::default();
+    match input {
+        Some(path) => table.path = Some(path.to_owned()),
+        None => table.preset = Some("bucky".to_owned()),
+    }
+    let scene = Scene::automatic(load_volume(&table)?)?;
+    let settings = Settings::default().with(|settings| settings.image.size = [320, 240]);
+    let backend = best_backend();
+    let image = backend.render(&scene, &settings, &Silent)?;
+    let name = input.and_then(Path::file_stem).unwrap_or("bucky".as_ref());
+    let path = folder.join(name).with_extension("png");
+    image.save(&path, 1.0)?;
+    println!("{} on {}", path.display(), backend.description());
+    Ok(path)
+}
+
+#[cfg(feature = "gpu")]
+fn best_backend() -> Box<dyn Backend> {
+    use deepshadow::gpu::{AdapterChoice, GpuBackend};
+    match GpuBackend::open(AdapterChoice::Hardware) {
+        Ok(gpu) => Box::new(gpu),
+        Err(_) => Box::new(CpuBackend),
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn best_backend() -> Box<dyn Backend> {
+    Box::new(CpuBackend)
+}
+
+#[allow(dead_code)]
+fn main() -> Result<()> {
+    let input = std::env::args_os().nth(1).map(PathBuf::from);
+    example(input.as_deref(), Path::new(".")).map(drop)
+}

@@ -1,0 +1,118 @@
+//! Another wgpu program: its own device and shader, our shadow map and lookup. It asks how much light gets to a column of
+//! points through a volume.
+#![allow(clippy::print_stdout)]
+
+use deepshadow::frame::Frame;
+use deepshadow::gpu::{Renderer, shadow_wgsl};
+use deepshadow::settings::MapKind;
+use deepshadow::volume::{Axis, presets::Preset};
+use deepshadow::wgpu::BufferUsages as Usage;
+use deepshadow::{Error, Result, Scene, Settings, wgpu};
+
+/// The program's shader; `shadow_at` comes from us, in bind group 1.
+const SHADER: &str = "
+@group(0) @binding(0) var<storage, read> points: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read_write> light: array<f32>;
+
+@compute @workgroup_size(64)
+fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
+    light[id.x] = shadow_at(points[id.x].xyz);
+}
+";
+
+const POINTS: usize = 64;
+
+/// How much light gets to points from above a volume to below it, 0..1.
+pub fn example() -> Result<Vec<f32>> {
+    // A device as any program has it.
+    let failed = |error: &dyn std::fmt::Display| Error::gpu(error.to_string());
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapter = pollster::block_on(instance.request_adapter(&Default::default()));
+    let adapter = adapter.map_err(|error| failed(&error))?;
+    let device = pollster::block_on(adapter.request_device(&Default::default()));
+    let (device, queue) = device.map_err(|error| failed(&error))?;
+
+    // Our map, made on it.
+    let mut scene = Scene::automatic(Preset::Bucky.volume(Axis::Y)?)?;
+    scene.media.medium_mut().density_scale *= 4.0;
+    let settings = Settings::default().with(|settings| settings.map.size = 128);
+    let frame = Frame::new(&scene.only_beam()?, &settings)?;
+    let renderer = Renderer::new(&device, &queue);
+    let media = renderer.upload(&scene.media)?;
+    let frame = renderer.frame(&frame, &media)?;
+    let map = renderer.map(settings.map.size)?;
+    let mut encoder = device.create_command_encoder(&Default::default());
+    renderer.trace_threshold(&mut encoder, &media, &frame, &map)?;
+
+    // The program's points, results and pipeline.
+    let bounds = scene.media.world_bounds();
+    let (middle, size) = (bounds.center().as_vec3(), bounds.size().as_vec3());
+    let column = (0..POINTS).map(|i| {
+        let down = 0.7 - 1.4 * i as f32 / (POINTS - 1) as f32;
+        [middle.x, middle.y + down * size.y, middle.z, 0.0]
+    });
+    let column: Vec<[f32; 4]> = column.collect();
+    let buffer = |size: usize, usage| {
+        device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: size as u64,
+            usage,
+            mapped_at_creation: false,
+        })
+    };
+    let points = buffer(16 * POINTS, Usage::STORAGE | Usage::COPY_DST);
+    let light = buffer(4 * POINTS, Usage::STORAGE | Usage::COPY_SRC);
+    let readback = buffer(4 * POINTS, Usage::MAP_READ | Usage::COPY_DST);
+    queue.write_buffer(&points, 0, bytemuck::cast_slice(&column));
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl((shadow_wgsl(1, MapKind::Threshold)? + SHADER).into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: Some("shade"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let group = |index: u32, entries: &[(u32, wgpu::BindingResource<'_>)]| {
+        let entries: Vec<_> = entries
+            .iter()
+            .map(|(binding, resource)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: resource.clone(),
+            })
+            .collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(index),
+            entries: &entries,
+        })
+    };
+    let theirs = group(0, &[(0, points.as_entire_binding()), (1, light.as_entire_binding())]);
+    let parameters = frame.buffer().as_entire_binding();
+    let texels = wgpu::BindingResource::TextureView(map.view());
+    let ours = group(1, &[(0, parameters), (3, texels)]);
+    {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &theirs, &[]);
+        pass.set_bind_group(1, &ours, &[]);
+        pass.dispatch_workgroups(1, 1, 1);
+    }
+    encoder.copy_buffer_to_buffer(&light, 0, &readback, 0, 4 * POINTS as u64);
+    queue.submit([encoder.finish()]);
+
+    // What it found.
+    readback.map_async(wgpu::MapMode::Read, .., |_| ());
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
+    let bytes = readback.get_mapped_range(..).map_err(|error| failed(&error))?;
+    Ok(bytemuck::cast_slice(&bytes).to_vec())
+}
+
+#[allow(dead_code)]
+fn main() -> Result<()> {
+    println!("light from above to below: {:.2?}", example()?);
+    Ok(())
+}

@@ -1,0 +1,118 @@
+//! Methods to choose from, by name.
+
+/// Declares an enum whose variants have names on the command line and in scene files.
+macro_rules! named {
+    ($(#[$doc:meta])* $name:ident, $what:literal { $($(#[$variant_doc:meta])* $variant:ident = $text:literal,)+ }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[non_exhaustive]
+        pub enum $name { $($(#[$variant_doc])* $variant,)+ }
+
+        impl $name {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$variant),+];
+
+            /// The name on the command line and in scene files.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$variant => $text,)+ }
+            }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = crate::error::Error;
+
+            fn from_str(text: &str) -> Result<Self, Self::Err> {
+                Self::ALL.iter().copied().find(|one| one.name() == text).ok_or_else(|| {
+                    let names: Vec<_> = Self::ALL.iter().map(|one| one.name()).collect();
+                    let why = format!("'{text}' is none of {}", names.join(", "));
+                    crate::error::Error::value($what, why)
+                })
+            }
+        }
+    };
+}
+
+named! {
+    /// How the volume is cut into the slabs of a fragment map.
+    Slices, "slices" {
+        /// The best on every device measured: `ray`.
+        Auto = "auto",
+        /// Equal slabs between each ray's entry and exit, in order, one thread a texel.
+        Ray = "ray",
+        /// Slabs between planes that all rays share, in order, one thread a texel.
+        Planes = "planes",
+        /// The same planes drawn as geometry into unordered lists, which are sorted.
+        Raster = "raster",
+    }
+}
+
+named! {
+    /// Where within a step a threshold is taken to be crossed.
+    Crossing, "crossing" {
+        /// Where the exponential inside the step reaches it.
+        Exact = "exact",
+        /// The paper's: a smoothstep of opacity between the step's ends.
+        Smoothstep = "smoothstep",
+        /// The paper's cheaper way: the greatest depth not past the threshold.
+        Bucket = "bucket",
+    }
+}
+
+named! {
+    /// How transmittance is read from a threshold map.
+    Lookup, "lookup" {
+        /// The best reconstruction of the same four numbers.
+        Default = "default",
+        /// The paper's: steps at the first and last threshold, smoothsteps between.
+        Paper = "paper",
+    }
+}
+
+named! {
+    /// How the texels around a point are combined; always transmittances, never depths.
+    Filter, "filter" {
+        /// The texel that holds the point.
+        Nearest = "nearest",
+        /// The four nearest, weighted.
+        Bilinear = "bilinear",
+        /// The mean of 3 x 3 (percentage-closer filtering, Reeves et al. 1987).
+        Pcf3 = "pcf3",
+        /// The mean of 5 x 5.
+        Pcf5 = "pcf5",
+        /// The mean of 7 x 7.
+        Pcf7 = "pcf7",
+        /// The nearest, each fragment's shadow test an exponential (Annen et al. 2008).
+        Edsm = "edsm",
+        /// The mean of 3 x 3 such.
+        Edsm3 = "edsm3",
+        /// The mean of 5 x 5 such.
+        Edsm5 = "edsm5",
+    }
+}
+
+impl Filter {
+    /// Texels along each edge of the window, 0 for the bilinear one, and whether shadow tests are
+    /// exponential.
+    pub fn window(self) -> (u32, bool) {
+        match self {
+            Self::Nearest => (1, false),
+            Self::Bilinear => (0, false),
+            Self::Pcf3 => (3, false),
+            Self::Pcf5 => (5, false),
+            Self::Pcf7 => (7, false),
+            Self::Edsm => (1, true),
+            Self::Edsm3 => (3, true),
+            Self::Edsm5 => (5, true),
+        }
+    }
+}
+
+named! {
+    /// How the camera march turns density and shadow into colour.
+    Shading, "shading" {
+        /// Single scattering, each step lit through the map.
+        Physical = "physical",
+        /// The paper's: the sampled value in all channels, darkened by the ray's mean shadow.
+        Paper = "paper",
+    }
+}
