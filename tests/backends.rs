@@ -4,24 +4,20 @@
 
 use std::sync::Arc;
 
-use deepshadow::backend::{Backend, HostStage, Passes, Stage, build_map, view_through};
+use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
-use deepshadow::error::Result;
-use deepshadow::frame::Frame;
 use deepshadow::image::Image;
 use deepshadow::math::Aabb;
-use deepshadow::progress::{Progress, Silent};
+use deepshadow::progress::Silent;
 use deepshadow::reference::brute_force_image;
 use deepshadow::scene::transfer::preset;
-use deepshadow::scene::{
-    Beam, Body, Emission, Ground, LightKind, Media, Medium, Projection, Scene,
-};
+use deepshadow::scene::{Body, Emission, Ground, LightKind, Media, Medium, Projection, Scene};
 use deepshadow::settings::{Crossing, Filter, Lookup, MapKind, Settings, Shading, Slices};
-use deepshadow::shadow::{Links, Map, Runs, Shadow};
+use deepshadow::shadow::{Map, Shadow};
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 
-use crate::support::backends::{every_backend, gpu, interpolates_in_f32};
+use crate::support::backends::{Bent, every_backend, gpu, interpolates_in_f32};
 use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
 use crate::support::{Random, rms};
 
@@ -52,90 +48,6 @@ fn tolerance(backend: &dyn Backend) -> &'static Tolerance {
 
 /// Steps, texels and the four numbers stand between a picture and brute force.
 const TRUTH_RMS: f64 = 6e-3;
-
-/// A backend whose every density is a little off: what the suite must notice.
-struct Bent(f32);
-
-impl Bent {
-    fn bend(&self, frame: &Frame) -> Frame {
-        let mut frame = *frame;
-        frame.media.extinction *= self.0;
-        frame
-    }
-}
-
-impl Backend for Bent {
-    fn description(&self) -> String {
-        format!("bent by {}", self.0)
-    }
-
-    fn default_map(&self) -> MapKind {
-        CpuBackend.default_map()
-    }
-
-    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        build_map(self, beam, settings, progress)
-    }
-
-    fn view(
-        &self,
-        beam: &Beam,
-        settings: &Settings,
-        map: &Map,
-        progress: &dyn Progress,
-    ) -> Result<Image> {
-        view_through(self, beam, settings, map, progress)
-    }
-
-    fn stage(&self) -> Box<dyn Stage + '_> {
-        Box::new(HostStage::new(self))
-    }
-}
-
-impl Passes for Bent {
-    fn trace_threshold(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        progress: &dyn Progress,
-    ) -> Result<Vec<[f32; 4]>> {
-        CpuBackend.trace_threshold(media, &self.bend(frame), progress)
-    }
-
-    fn trace_slices(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        memory: u64,
-        progress: &dyn Progress,
-    ) -> Result<Runs> {
-        CpuBackend.trace_slices(media, &self.bend(frame), memory, progress)
-    }
-
-    fn raster_slices(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        memory: u64,
-        progress: &dyn Progress,
-    ) -> Result<Runs> {
-        CpuBackend.raster_slices(media, &self.bend(frame), memory, progress)
-    }
-
-    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
-        CpuBackend.link_neighbors(runs, size)
-    }
-
-    fn march_view(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        map: &Map,
-        progress: &dyn Progress,
-    ) -> Result<Image> {
-        CpuBackend.march_view(media, &self.bend(frame), map, progress)
-    }
-}
 
 /// Scenes that between them use every branch of the passes.
 fn scenes() -> Vec<(&'static str, Scene, Settings)> {

@@ -13,6 +13,15 @@ use crate::shadow::{Map, codec};
 pub use passes::{Passes, build_map, view_through};
 pub use stage::{Cause, HostStage, Stage};
 
+/// What is known of a scene before it is loaded: one volume under parallel light, with the usual settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expected {
+    /// Whose extinction is its density times a number.
+    Plain,
+    /// Seen through a transfer function.
+    Function,
+}
+
 /// A renderer. What it makes on the way to a picture stays where it is made, on the host or on a device; maps cross
 /// over where they are asked for ([`Backend::map`]) or brought ([`Backend::view`]), and pictures at their end.
 pub trait Backend: Send + Sync {
@@ -27,6 +36,10 @@ pub trait Backend: Send + Sync {
     fn builds(&self, kind: MapKind) -> bool {
         matches!(kind, MapKind::Threshold | MapKind::Fragments)
     }
+
+    /// Makes ready, before a scene is there, what its pictures through maps of `kind` will take, if they are as
+    /// `expected`. A hint: what it says wrong costs time alone.
+    fn expect(&self, _kind: Option<MapKind>, _expected: Expected) {}
 
     /// Makes sure, before any work, that there is room for the picture and the map of `settings`.
     ///

@@ -4,7 +4,7 @@ use std::str::FromStr;
 use std::thread::{self, JoinHandle};
 
 use super::fallback::Fallback;
-use crate::backend::Backend;
+use crate::backend::{Backend, Expected};
 use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -40,12 +40,22 @@ pub(super) struct Opening {
 }
 
 impl Opening {
-    /// Begins to look for what `choice` means on this machine. No adapter is looked for if the CPU was asked for.
-    pub(super) fn begin(choice: BackendChoice) -> Self {
-        let gpu = thread::spawn(move || match choice {
-            BackendChoice::Cpu => Ok(None),
-            BackendChoice::Gpu => gpu().map(Some),
-            BackendChoice::Auto => Ok(gpu_hardware()),
+    /// Begins to look for what `choice` means on this machine, and makes it ready for what is expected. No adapter is
+    /// looked for if the CPU was asked for.
+    pub(super) fn begin(
+        choice: BackendChoice,
+        expected: Option<(Option<MapKind>, Expected)>,
+    ) -> Self {
+        let gpu = thread::spawn(move || {
+            let gpu = match choice {
+                BackendChoice::Cpu => None,
+                BackendChoice::Gpu => Some(gpu()?),
+                BackendChoice::Auto => gpu_hardware(),
+            };
+            if let (Some(gpu), Some((kind, expected))) = (&gpu, expected) {
+                gpu.expect(kind, expected);
+            }
+            Ok(gpu)
         });
         Self { choice, gpu }
     }

@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
     let tell: fn(&str) = if arguments.quiet { |_| () } else { say };
     let painter =
-        Painter { backend: Opening::begin(arguments.backend).finish(None, tell)?, progress };
+        Painter { backend: Opening::begin(arguments.backend, None).finish(None, tell)?, progress };
     let [cube, bucky, rods, clouds] = Preset::ALL.map(|preset| preset_scene(preset, true));
     let (cube, bucky, rods, clouds) = (cube?, bucky?, rods?, clouds?);
     let floating_cube = preset_scene(Preset::Box, false)?;

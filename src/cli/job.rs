@@ -8,7 +8,7 @@ use super::arguments::{PictureArguments, SceneArguments, SourceArguments};
 use super::backend::{BackendChoice, Opening};
 use super::progress::Bars;
 use super::say;
-use crate::backend::Backend;
+use crate::backend::{Backend, Expected};
 use crate::error::{Error, ErrorKind, Result};
 use crate::io::dense::DEFAULT_MAX_BYTES;
 use crate::io::{Inputs, load_ingredients, source_files};
@@ -16,7 +16,7 @@ use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Choice, Surroundings, complete};
 use crate::scene::file::VolumeTable;
 use crate::scene::{Scene, SceneFile, descriptor};
-use crate::settings::Settings;
+use crate::settings::{MapKind, Settings};
 use crate::volume::presets::Preset;
 
 /// What is asked for, before anything large is read.
@@ -25,6 +25,8 @@ pub(super) struct Request<'a> {
     choice: BackendChoice,
     file: SceneFile,
     surroundings: Surroundings,
+    /// Whether it is a picture.
+    picture: bool,
     /// All files that it is read from.
     pub inputs: Inputs,
 }
@@ -44,12 +46,13 @@ impl<'a> Request<'a> {
         arguments: &'a SceneArguments,
         picture: Option<&PictureArguments>,
     ) -> Result<Self> {
-        Self::open(&arguments.source, arguments.backend, |file| {
+        let request = Self::open(&arguments.source, arguments.backend, |file| {
             arguments.overlay(file);
             if let Some(picture) = picture {
                 picture.overlay(file);
             }
-        })
+        })?;
+        Ok(Self { picture: picture.is_some(), ..request })
     }
 
     /// What `source` names, with what `overlay` puts over its scene file, to be computed by `choice`.
@@ -66,13 +69,13 @@ impl<'a> Request<'a> {
         for table in file.volume.iter() {
             inputs.extend(source_files(table)?);
         }
-        Ok(Self { source, choice, file, surroundings, inputs })
+        Ok(Self { source, choice, file, surroundings, picture: false, inputs })
     }
 
     /// Loads what is asked for, chooses what is left open, and says so.
     pub(super) fn load(self) -> Result<Job> {
-        let Self { source, choice, file, surroundings, .. } = self;
-        let opening = Opening::begin(choice);
+        let Self { source, choice, file, surroundings, picture, .. } = self;
+        let opening = Opening::begin(choice, expected(&file).filter(|_| picture));
         // A scene file's absolute parameters speak of stored values.
         let scan = surroundings == Surroundings::Studio;
         let (mut ingredients, mut notes) = (Vec::new(), Vec::new());
@@ -118,6 +121,29 @@ impl Job {
             say(line);
         }
     }
+}
+
+/// What is known of a scene whose volumes have not been looked at: nothing, but of one volume under parallel light with
+/// settings that most pictures have.
+fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
+    let [volume] = &file.volume[..] else { return None };
+    let shadow = &file.shadow;
+    let usual = shadow.lookup.is_none()
+        && shadow.filter.is_none()
+        && shadow.shading.is_none()
+        && shadow.octaves.is_none()
+        && file.light.iter().all(|light| light.kind.is_none())
+        && volume.color.is_none()
+        && volume.emission.is_none();
+    // Scans may get a window, which is a function.
+    let grid = volume.path.as_ref().is_none_or(|path| path.extension() == Some("vdb".as_ref()));
+    let expected = match &volume.transfer {
+        Some(function) if function.gradient.is_none() => Expected::Function,
+        None if grid && volume.window.is_none() => Expected::Plain,
+        _ => return None,
+    };
+    let kind = shadow.map.as_ref().map(|name| name.parse()).transpose().ok()?;
+    usual.then_some((kind, expected))
 }
 
 /// An error of too much memory with what other volumes have taken already.

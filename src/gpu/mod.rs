@@ -32,7 +32,7 @@ mod tiles;
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::backend::{Backend, Passes, Stage, build_map, check_host, view_through};
+use crate::backend::{Backend, Expected, Passes, Stage, build_map, check_host, view_through};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
@@ -138,6 +138,17 @@ impl Backend for GpuBackend {
 
     fn default_map(&self) -> MapKind {
         MapKind::Fragments
+    }
+
+    /// Compiles the passes.
+    fn expect(&self, kind: Option<MapKind>, expected: Expected) {
+        let media = match expected {
+            Expected::Plain => MediaKind::Plain,
+            Expected::Function => MediaKind::OneField,
+        };
+        let passes = stage::passes(kind.unwrap_or(self.default_map()));
+        // What goes wrong goes wrong again where it is needed, and is told there.
+        let _ = self.renderer.programs.compile(&passes, media, true);
     }
 
     fn check_room(&self, settings: &Settings) -> Result<()> {

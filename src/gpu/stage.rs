@@ -42,6 +42,14 @@ enum Shadow {
     Fragments(GpuFragments),
 }
 
+/// The passes of pictures through maps of `kind`.
+pub(super) fn passes(kind: MapKind) -> [Pass; 2] {
+    match kind {
+        MapKind::Threshold => [Pass::TraceThreshold, Pass::MarchThreshold],
+        _ => [Pass::TraceSlices, Pass::MarchFragments],
+    }
+}
+
 impl Shadow {
     fn bound(&self) -> GpuShadow<'_> {
         match self {
@@ -91,10 +99,7 @@ impl<'a> GpuStage<'a> {
         self.lit.truncate(index);
         let frame = Frame::new(beam, settings)?;
         let media_kind = GpuMedia::kind_of(gpu.device(), &beam.media);
-        let passes = match kind {
-            MapKind::Threshold => [Pass::TraceThreshold, Pass::MarchThreshold],
-            _ => [Pass::TraceSlices, Pass::MarchFragments],
-        };
+        let passes = passes(kind);
         // Drivers take as long to compile as it takes to bring a volume over.
         let (compiled, media) = rayon::join(
             || gpu.programs.compile(&passes, media_kind, frame.is_usual()),

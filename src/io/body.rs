@@ -178,7 +178,7 @@ fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Re
             let ([low, high], [least, most]) = (function.range(), data);
             facts.notes.push(format!(
                 "transfer function over {low}..{high} is spread over the data, {least}..{most} \
-                 (--transfer-range {low},{high} keeps it)"
+                 (`volume.transfer.range` {low},{high} keeps it)"
             ));
             let function = function.rescaled(data.map(f64::from))?;
             Ok(Loaded::stored(volume, Some(function)))

@@ -1,7 +1,14 @@
 //! The backends that tests run on.
 
-use deepshadow::backend::{Backend, Passes};
+use deepshadow::backend::{Backend, HostStage, Passes, Stage, build_map, view_through};
 use deepshadow::cpu::CpuBackend;
+use deepshadow::error::Result;
+use deepshadow::frame::Frame;
+use deepshadow::image::Image;
+use deepshadow::progress::Progress;
+use deepshadow::scene::{Beam, Media};
+use deepshadow::settings::{MapKind, Settings};
+use deepshadow::shadow::{Links, Map, Runs};
 
 /// The GPU backend, where tests want one.
 #[cfg(feature = "gpu")]
@@ -33,4 +40,88 @@ pub fn every_backend() -> Vec<Box<dyn Passes>> {
 pub fn interpolates_in_f32(backend: &dyn Backend) -> bool {
     let name = backend.description();
     ["cpu", "bent", "llvmpipe"].iter().any(|exact| name.contains(exact))
+}
+
+/// A backend whose every density is a little off: what the suite must notice.
+pub struct Bent(pub f32);
+
+impl Bent {
+    fn bend(&self, frame: &Frame) -> Frame {
+        let mut frame = *frame;
+        frame.media.extinction *= self.0;
+        frame
+    }
+}
+
+impl Backend for Bent {
+    fn description(&self) -> String {
+        format!("bent by {}", self.0)
+    }
+
+    fn default_map(&self) -> MapKind {
+        CpuBackend.default_map()
+    }
+
+    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        build_map(self, beam, settings, progress)
+    }
+
+    fn view(
+        &self,
+        beam: &Beam,
+        settings: &Settings,
+        map: &Map,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        view_through(self, beam, settings, map, progress)
+    }
+
+    fn stage(&self) -> Box<dyn Stage + '_> {
+        Box::new(HostStage::new(self))
+    }
+}
+
+impl Passes for Bent {
+    fn trace_threshold(
+        &self,
+        media: &Media,
+        frame: &Frame,
+        progress: &dyn Progress,
+    ) -> Result<Vec<[f32; 4]>> {
+        CpuBackend.trace_threshold(media, &self.bend(frame), progress)
+    }
+
+    fn trace_slices(
+        &self,
+        media: &Media,
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        CpuBackend.trace_slices(media, &self.bend(frame), memory, progress)
+    }
+
+    fn raster_slices(
+        &self,
+        media: &Media,
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Runs> {
+        CpuBackend.raster_slices(media, &self.bend(frame), memory, progress)
+    }
+
+    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
+        CpuBackend.link_neighbors(runs, size)
+    }
+
+    fn march_view(
+        &self,
+        media: &Media,
+        frame: &Frame,
+        map: &Map,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        CpuBackend.march_view(media, &self.bend(frame), map, progress)
+    }
 }
