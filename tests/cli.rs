@@ -247,17 +247,17 @@ fn bad_input_exits_with_1_and_one_line_that_names_it() {
 fn a_failed_run_leaves_the_older_picture() {
     let folder = Folder::new();
     fs::write(folder.path().join("box.png"), "older").unwrap();
-    // Found wrong only after the output was promised: the light stands in the volume.
-    let inside = "[volume]\npreset = \"box\"\n[light]\nkind = \"point\"\nposition = [0, 0, 0]\n";
-    fs::write(folder.path().join("inside.toml"), inside).unwrap();
-    let output = folder.run(&format!("render inside.toml {SMALL} -o box.png"));
+    // Found wrong only after the output was promised: the light stands nowhere.
+    let nowhere = "[volume]\npreset = \"box\"\n[light]\nkind = \"point\"\n";
+    fs::write(folder.path().join("nowhere.toml"), nowhere).unwrap();
+    let output = folder.run(&format!("render nowhere.toml {SMALL} -o box.png"));
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    assert!(stderr(&output).contains("inside the volume"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("a point light needs one"), "{}", stderr(&output));
     assert_eq!(fs::read_to_string(folder.path().join("box.png")).unwrap(), "older");
-    assert_eq!(folder.names(), ["box.png", "inside.toml"]);
+    assert_eq!(folder.names(), ["box.png", "nowhere.toml"]);
     must_succeed(&folder.run(&format!("render box {SMALL}")));
     assert!(fs::read(folder.path().join("box.png")).unwrap().starts_with(b"\x89PNG"));
-    assert_eq!(folder.names(), ["box.png", "inside.toml"]);
+    assert_eq!(folder.names(), ["box.png", "nowhere.toml"]);
 }
 
 /// Hounsfield units: a ball of 100 in air of -1000 is the same picture as both shifted by 1000.

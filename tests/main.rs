@@ -35,3 +35,4 @@ mod sparse;
 mod stage;
 mod stored_values;
 mod support;
+mod twins;

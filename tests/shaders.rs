@@ -36,7 +36,7 @@ fn every_pass_is_valid_and_declares_its_entry_point() {
             for media in
                 [MediaKind::Plain, MediaKind::Blocks, MediaKind::OneField, MediaKind::Mixed]
             {
-                let module = validated(&linked(source, map, media).unwrap());
+                let module = validated(&linked(source, map, media).unwrap().text);
                 let entry = module.entry_points.iter().find(|entry| entry.name == name);
                 let entry = entry.unwrap_or_else(|| panic!("{name}"));
                 if entry.stage == naga::ShaderStage::Compute {
@@ -58,6 +58,26 @@ fn the_lookup_for_other_programs_is_valid_in_any_bind_group() {
             assert_eq!(variable.binding.map(|binding| binding.group), expected);
         }
     }
+}
+
+/// A compiler's line leads to the file and the line that a person can open.
+#[test]
+fn lines_of_linked_shaders_are_found_in_their_files() {
+    for PassSource { name, source, .. } in pass_sources() {
+        let linked = linked(source, MapKind::Fragments, MediaKind::Mixed).unwrap();
+        for (i, line) in linked.text.lines().enumerate() {
+            let (file, number) = linked.place(i + 1).unwrap();
+            let file = if file.is_empty() { name } else { file };
+            let path = crate::support::project().join("shaders").join(file).with_extension("wgsl");
+            let text = std::fs::read_to_string(path).unwrap();
+            assert_eq!(text.lines().nth(number - 1), Some(line), "{file}, line {number}");
+        }
+    }
+    let wrong = "#import kernel/ray\n\nfn wrong() -> f32 { return 1u; }\n";
+    let linked = linked(wrong, MapKind::Threshold, MediaKind::Plain).unwrap();
+    let line = linked.text.lines().count();
+    let said = linked.explained("wrong", &format!("error at wgsl:{line}:21: type"));
+    assert!(said.starts_with("shaders/wrong.wgsl, line 3: error"), "{said}");
 }
 
 #[test]
@@ -118,7 +138,7 @@ fn scalar(name: &'static str) -> &'static str {
 const MIXTURE: &str = "#import media/mixture\n";
 
 fn same_layout(root: &str, name: &str, ours: &[(&str, usize, &str)], bytes: usize) {
-    let text = linked(root, MapKind::Threshold, MediaKind::Mixed).unwrap();
+    let text = linked(root, MapKind::Threshold, MediaKind::Mixed).unwrap().text;
     let module = parsed(&text);
     let (members, span) = module
         .types
@@ -234,7 +254,7 @@ fn constants_are_the_same_on_both_sides() {
         (MapKind::Threshold, MediaKind::Blocks, &thresholds[..], &blocks[..]),
         (MapKind::Fragments, MediaKind::Mixed, &lists[..], &mixtures[..]),
     ] {
-        let module = parsed(&linked(ALL_CONSTANTS, map, media).unwrap());
+        let module = parsed(&linked(ALL_CONSTANTS, map, media).unwrap().text);
         for (name, value) in common.iter().chain(own).chain(more) {
             assert_eq!(constant(&module, name), *value, "{name}");
         }

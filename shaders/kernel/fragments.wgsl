@@ -27,7 +27,7 @@ fn packed_link(neighbor: List, place: u32) -> u32 {
 }
 
 // Optical depth at a depth between the nodes a, in front of it, and b, behind it.
-fn optical_depth_at(a: vec2<f32>, b: vec2<f32>, depth: f32) -> f32 {
+fn optical_depth_between(a: vec2<f32>, b: vec2<f32>, depth: f32) -> f32 {
     return a.y + (b.y - a.y) * ((depth - a.x) / (b.x - a.x));
 }
 

@@ -109,7 +109,7 @@ fn place_transmittance(list: List, place: Place, depth: f32) -> f32 {
         let in_front = node_of(list, max(place.before, 2u) - 2u);
         return exponential_transmittance(in_front, place.a, place.b, depth, frame.map.sharpness);
     }
-    return exp(-optical_depth_at(place.a, place.b, depth));
+    return exp(-optical_depth_between(place.a, place.b, depth));
 }
 
 // Optical depth where a shadow's front is taken to be.

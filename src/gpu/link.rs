@@ -53,11 +53,39 @@ pub enum MediaKind {
     Mixed,
 }
 
+/// Shader files joined, and where each line comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Linked {
+    /// All of them, imports first.
+    pub text: String,
+    /// Of each line its file's name, empty for the root's, and its number there, from 1.
+    lines: Vec<(&'static str, usize)>,
+}
+
+impl Linked {
+    /// Where line `number` of the text, from 1, stands: its file below `shaders`, without ending and empty for the
+    /// root, and its number there.
+    pub fn place(&self, number: usize) -> Option<(&'static str, usize)> {
+        self.lines.get(number.checked_sub(1)?).copied()
+    }
+
+    /// What a compiler says of the text, with the places that a person can open behind the lines that it names;
+    /// `root` is the root's name.
+    pub fn explained(&self, root: &str, message: &str) -> String {
+        let number = message.split("wgsl:").nth(1).and_then(|rest| rest.split(':').next());
+        match number.and_then(|number| number.parse().ok()).and_then(|number| self.place(number)) {
+            Some(("", line)) => format!("shaders/{root}.wgsl, line {line}: {message}"),
+            Some((file, line)) => format!("shaders/{file}.wgsl, line {line}: {message}"),
+            None => message.to_owned(),
+        }
+    }
+}
+
 /// `root` with all that it imports in front of it, imports first.
 ///
 /// # Errors
 /// If it imports a file that does not exist.
-pub fn linked(root: &str, map: MapKind, media: MediaKind) -> Result<String> {
+pub fn linked(root: &str, map: MapKind, media: MediaKind) -> Result<Linked> {
     let map = if map == MapKind::Threshold { "map/curves" } else { "map/fragments" };
     joined(root, Kinds { map, media })
 }
@@ -85,10 +113,10 @@ impl Kinds {
     }
 }
 
-fn joined(root: &str, kinds: Kinds) -> Result<String> {
-    let mut text = String::new();
-    append(root, kinds, &mut Vec::new(), &mut text)?;
-    Ok(text)
+fn joined(root: &str, kinds: Kinds) -> Result<Linked> {
+    let mut linked = Linked::default();
+    append(("", root), kinds, &mut Vec::new(), &mut linked)?;
+    Ok(linked)
 }
 
 /// The WGSL that another wgpu program puts in front of its own shaders to shade its objects with a
@@ -102,31 +130,31 @@ fn joined(root: &str, kinds: Kinds) -> Result<String> {
 pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
     // Other programs need not bind what passes work out for each other.
     let map = if map == MapKind::Threshold { "map/threshold" } else { "map/fragments" };
-    let text = joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain })?;
-    Ok(text.replace("@group(0)", &format!("@group({group})")))
+    let linked = joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain })?;
+    Ok(linked.text.replace("@group(0)", &format!("@group({group})")))
 }
 
-fn append<'a>(
-    source: &'a str,
+fn append(
+    (file, source): (&'static str, &str),
     kinds: Kinds,
-    done: &mut Vec<&'a str>,
-    text: &mut String,
+    done: &mut Vec<&'static str>,
+    linked: &mut Linked,
 ) -> Result<()> {
-    for line in source.lines() {
+    for (number, line) in (1..).zip(source.lines()) {
         let Some(name) = line.strip_prefix("#import ") else {
-            text.push_str(line);
-            text.push('\n');
+            linked.text.push_str(line);
+            linked.text.push('\n');
+            linked.lines.push((file, number));
             continue;
         };
         let name = kinds.file(name);
-        if done.contains(&name) {
-            continue;
+        let imported = FILES.iter().find(|(file, _)| *file == name);
+        let &(name, source) = imported
+            .ok_or_else(|| Error::value("shader", format!("no file '{name}' to import")))?;
+        if !done.contains(&name) {
+            done.push(name);
+            append((name, source), kinds, done, linked)?;
         }
-        done.push(name);
-        let file = FILES.iter().find(|(file, _)| *file == name);
-        let (_, source) =
-            file.ok_or_else(|| Error::value("shader", format!("no file '{name}' to import")))?;
-        append(source, kinds, done, text)?;
     }
     Ok(())
 }

@@ -44,7 +44,7 @@ use adapter::Watch;
 pub use adapter::{AdapterChoice, adapters};
 pub use blocks::NO_BLOCK;
 pub use fragments::GpuFragments;
-pub use link::{MediaKind, linked, shadow_wgsl};
+pub use link::{Linked, MediaKind, linked, shadow_wgsl};
 pub use lists::GpuLists;
 pub use media::GpuMedia;
 pub use passes::{PassSource, pass_sources};

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::bindings::{self, checked};
 use super::link::{self, MediaKind};
 use super::passes::{Declaration, Pass};
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
 
 /// The shaders' constant that leaves all but the usual settings out.
 const USUAL: &str = "USUAL";
@@ -150,11 +150,15 @@ fn module(
     Declaration { name, source, map, .. }: &Declaration,
     media: MediaKind,
 ) -> Result<wgpu::ShaderModule> {
-    let text = link::linked(source, *map, media)?;
-    Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(name),
-        source: wgpu::ShaderSource::Wgsl(text.into()),
-    }))
+    let linked = link::linked(source, *map, media)?;
+    let text = wgpu::ShaderSource::Wgsl(linked.text.as_str().into());
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: text };
+    checked(device, || Ok(device.create_shader_module(descriptor))).map_err(|error| {
+        match error.kind() {
+            ErrorKind::Gpu { why } => Error::gpu(linked.explained(name, why)),
+            _ => error,
+        }
+    })
 }
 
 /// All programs of a device that were asked for, by pass and kind of media.
