@@ -1,7 +1,6 @@
 //! Pictures one after another: what a stage keeps is what would be made anew, and a GPU brings nothing to the host
 //! but pictures.
 
-use deepshadow::backend::Backend;
 use deepshadow::progress::Silent;
 use deepshadow::scene::{Light, LightKind, Scene};
 use deepshadow::settings::{Filter, MapKind, Settings};
@@ -9,7 +8,7 @@ use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 
 use crate::support::backends::every_backend;
-use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
+use crate::support::scenes::{anchor_scene, settings};
 
 /// Scenes and settings that follow each other: a camera goes round, a light does, a medium gets thicker, another
 /// light is lit, extinction gets a colour, and all of it goes away again.
@@ -82,9 +81,11 @@ fn pictures_of_beams_add_up() {
 
 #[cfg(feature = "gpu")]
 mod gpu {
+    use deepshadow::backend::Backend;
     use deepshadow::gpu::{AdapterChoice, GpuBackend};
 
     use super::*;
+    use crate::support::scenes::{scene, unit_cube, volume};
 
     fn device() -> Option<GpuBackend> {
         crate::support::backends::gpu()?;

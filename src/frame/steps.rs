@@ -6,7 +6,7 @@ use super::Marching;
 use crate::scene::{LightView, Media};
 use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
 
-/// Steps along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all.
+/// Steps along a light ray for each voxel length that it crosses at most, and [`crate::settings::MapSettings::steps`] in all.
 pub const LIGHT_STEPS_PER_VOXEL: f32 = 8.0;
 /// Steps along a light ray at least, for small volumes.
 pub const LIGHT_STEPS_LEAST: u32 = 64;
@@ -16,7 +16,7 @@ pub const VIEW_STEPS_PER_VOXEL: f32 = 0.8;
 /// Four steps of a camera ray, or two, share one sample of the light if they add no more than this share of
 /// the pixel's light.
 pub const LOOKUP_WEIGHT: f32 = 1.0 / 16.0;
-/// Slabs along a light ray for each voxel length that it crosses at most, and [`Settings::steps`] in all. More
+/// Slabs along a light ray for each voxel length that it crosses at most, and [`crate::settings::MapSettings::steps`] in all. More
 /// than steps of a threshold map: between slabs optical depth is taken to be linear.
 pub const SLABS_PER_VOXEL: f32 = 8.0;
 /// Steps for each voxel length at least, of any kind.
@@ -61,7 +61,7 @@ const BATCH_VOXELS: f64 = 9.0;
 pub const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
 /// Steps along a camera ray at least.
 pub const VIEW_STEPS_LEAST: u32 = 72;
-/// Steps along a camera ray at most, unless [`Settings::view_steps`] says otherwise.
+/// Steps along a camera ray at most, unless [`crate::settings::ViewSettings::steps`] says otherwise.
 pub const VIEW_STEPS_MOST: u32 = 8192;
 
 /// Steps along a light ray at least and at most, and along a camera ray.
