@@ -8,7 +8,7 @@ use deepshadow::ndarray::Array3;
 use deepshadow::shadow::Shadow;
 use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent, Volume};
 
-/// Makes `puff.png` in `folder`; transmittance from the light to five points below one another.
+/// Makes `puff.png` in `folder`; how much light gets to five points one behind the other.
 pub fn example(folder: &Path) -> Result<Vec<f32>> {
     // A soft ball: densities by (z, y, x).
     let puff = Array3::from_shape_fn((48, 48, 48), |(z, y, x)| {
@@ -28,7 +28,8 @@ pub fn example(folder: &Path) -> Result<Vec<f32>> {
     let beam = scene.only_beam()?;
     let map = CpuBackend.map(&beam, &settings, &Silent)?;
     let middle = scene.media.world_bounds().center();
-    let points = [0.6, 0.3, 0.0, -0.3, -0.6].map(|y| middle + DVec3::new(0.0, y, 0.0));
+    let way = beam.light.direction_at(middle);
+    let points = [-0.6, -0.3, 0.0, 0.3, 0.6].map(|distance| middle + distance * way);
     let light_at = |point: DVec3| {
         let place = beam.view.coordinates(point)?.as_vec3();
         Some(map.lookup(0, place.x, place.y, place.z))
@@ -38,6 +39,6 @@ pub fn example(folder: &Path) -> Result<Vec<f32>> {
 
 #[allow(dead_code)]
 fn main() -> Result<()> {
-    println!("light from above to below: {:.3?}", example(Path::new("."))?);
+    println!("light from front to back: {:.3?}", example(Path::new("."))?);
     Ok(())
 }

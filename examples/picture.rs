@@ -18,8 +18,9 @@ pub fn example(input: Option<&Path>, folder: &Path) -> Result<PathBuf> {
     let settings = Settings::default().with(|settings| settings.image.size = [320, 240]);
     let backend = best_backend();
     let image = backend.render(&scene, &settings, &Silent)?;
-    let name = input.and_then(Path::file_stem).unwrap_or("bucky".as_ref());
-    let path = folder.join(name).with_extension("png");
+    let mut name = input.and_then(Path::file_stem).unwrap_or("bucky".as_ref()).to_owned();
+    name.push(".png");
+    let path = folder.join(name);
     image.save(&path, 1.0)?;
     println!("{} on {}", path.display(), backend.description());
     Ok(path)

@@ -1,5 +1,5 @@
-//! Another wgpu program: its own device and shader, our shadow map and lookup. It asks how much light gets to a column of
-//! points through a volume.
+//! Another wgpu program: its own device and shader, our shadow map and lookup. It asks how much light gets to points along
+//! its way through a volume.
 #![allow(clippy::print_stdout)]
 
 use deepshadow::frame::Frame;
@@ -22,7 +22,7 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
 
 const POINTS: usize = 64;
 
-/// How much light gets to points from above a volume to below it, 0..1.
+/// How much light gets to points from in front of a volume to behind it, 0..1.
 pub fn example() -> Result<Vec<f32>> {
     // A device as any program has it.
     let failed = |error: &dyn std::fmt::Display| Error::gpu(error.to_string());
@@ -46,12 +46,12 @@ pub fn example() -> Result<Vec<f32>> {
 
     // The program's points, results and pipeline.
     let bounds = scene.media.world_bounds();
-    let (middle, size) = (bounds.center().as_vec3(), bounds.size().as_vec3());
-    let column = (0..POINTS).map(|i| {
-        let down = 0.7 - 1.4 * i as f32 / (POINTS - 1) as f32;
-        [middle.x, middle.y + down * size.y, middle.z, 0.0]
+    let way = scene.lights[0].direction_at(bounds.center());
+    let way_through = (0..POINTS).map(|i| {
+        let share = i as f64 / (POINTS - 1) as f64 - 0.5;
+        (bounds.center() + share * bounds.size().length() * way).as_vec3().extend(0.0).to_array()
     });
-    let column: Vec<[f32; 4]> = column.collect();
+    let way_through: Vec<[f32; 4]> = way_through.collect();
     let buffer = |size: usize, usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -63,7 +63,7 @@ pub fn example() -> Result<Vec<f32>> {
     let points = buffer(16 * POINTS, Usage::STORAGE | Usage::COPY_DST);
     let light = buffer(4 * POINTS, Usage::STORAGE | Usage::COPY_SRC);
     let readback = buffer(4 * POINTS, Usage::MAP_READ | Usage::COPY_DST);
-    queue.write_buffer(&points, 0, bytemuck::cast_slice(&column));
+    queue.write_buffer(&points, 0, bytemuck::cast_slice(&way_through));
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl((shadow_wgsl(1, MapKind::Threshold)? + SHADER).into()),
@@ -113,6 +113,6 @@ pub fn example() -> Result<Vec<f32>> {
 
 #[allow(dead_code)]
 fn main() -> Result<()> {
-    println!("light from above to below: {:.2?}", example()?);
+    println!("light from front to back: {:.2?}", example()?);
     Ok(())
 }

@@ -4,7 +4,7 @@ use deepshadow::image::Image;
 use deepshadow::progress::Silent;
 use deepshadow::reference::brute_force_image;
 use deepshadow::scene::{Ground, Light, LightKind, Media, Projection, Scene};
-use deepshadow::settings::MapKind;
+use deepshadow::settings::{MapKind, Shading};
 use glam::DVec3;
 
 use crate::support::backends::{every_backend, interpolates_in_f32};
@@ -59,6 +59,20 @@ fn a_light_in_a_volume_is_what_brute_force_says() {
                 assert!(mean.abs() < allowed, "{kind:?}, {map} on {name}: {mean}");
             }
         }
+    }
+}
+
+/// The paper's shading knows no place of a light: of one among the media it would add up six times.
+#[test]
+fn the_papers_shading_refuses_a_light_in_a_volume() {
+    let settings = settings(16, [8, 8]).with(|s| {
+        s.map.kind = Some(MapKind::Threshold);
+        s.view.shading = Shading::Paper;
+    });
+    for backend in every_backend() {
+        let lamp = lamp(LightKind::Point { position: INSIDE });
+        let error = backend.render(&lamp, &settings, &Silent).unwrap_err().to_string();
+        assert!(error.starts_with("light: the paper's shading"), "{error}");
     }
 }
 

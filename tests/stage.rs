@@ -3,7 +3,7 @@
 
 use deepshadow::progress::Silent;
 use deepshadow::scene::{Light, LightKind, Scene};
-use deepshadow::settings::{Filter, MapKind, Settings};
+use deepshadow::settings::{Filter, MapKind, Settings, Shading};
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 
@@ -29,6 +29,7 @@ fn shots() -> Vec<(Scene, Settings)> {
     let threshold = usual.with(|s| s.map.kind = Some(MapKind::Threshold));
     let wide = usual.with(|s| s.map.filter = Filter::Pcf3);
     let finer = usual.with(|s| s.map.size = 40);
+    let paper = threshold.with(|s| s.view.shading = Shading::Paper);
     let larger = usual.with(|s| s.image.size = [24, 24]);
     vec![
         (first.clone(), usual.clone()),
@@ -39,6 +40,7 @@ fn shots() -> Vec<(Scene, Settings)> {
         (tinted.clone(), usual.clone()),
         (tinted, threshold.clone()),
         (first.clone(), threshold),
+        (first.clone(), paper),
         (first.clone(), wide),
         (first.clone(), finer),
         (first.clone(), larger),
@@ -109,16 +111,24 @@ mod gpu {
         let Some(backend) = device() else { return };
         let noise = |[x, y, z]: [usize; 3]| ((x * 7 + y * 13 + z * 31) % 5) as f32;
         let scene = scene(volume([9, 11, 48], unit_cube(), noise), 1.5);
-        let settings = settings(24, [20, 16]).with(|s| {
-            s.map.kind = Some(MapKind::Fragments);
-            s.map.fragments.tolerance = 1e-6;
-        });
         let beam = scene.only_beam().unwrap();
-        let map = backend.map(&beam, &settings, &Silent).unwrap();
-        let runs = map.as_fragments().unwrap().runs();
-        let longest = (0..runs.texels()).map(|texel| runs.of(texel).len()).max().unwrap();
-        assert!(longest > 40, "{longest} nodes are few");
-        let expected = backend.view(&beam, &settings, &map, &Silent).unwrap();
-        assert!(backend.render(&scene, &settings, &Silent).unwrap() == expected);
+        let mut stage = backend.stage();
+        for (tolerance, quality) in [(1e-6, 1.0), (0.0, 2.0)] {
+            let settings = settings(24, [20, 16]).with(|s| {
+                s.map.kind = Some(MapKind::Fragments);
+                s.map.fragments.tolerance = tolerance;
+                s.quality = quality;
+            });
+            let map = backend.map(&beam, &settings, &Silent).unwrap();
+            let runs = map.as_fragments().unwrap().runs();
+            let longest = (0..runs.texels()).map(|texel| runs.of(texel).len()).max().unwrap();
+            assert!(longest > 40, "{longest} nodes are few");
+            let expected = backend.view(&beam, &settings, &map, &Silent).unwrap();
+            // What a picture leaves behind that cannot be made is no part of the next.
+            let huge = settings.with(|s| s.image.size = [40_000; 2]);
+            assert!(stage.render(&scene, &huge, &Silent).is_err());
+            assert!(stage.render(&scene, &settings, &Silent).unwrap() == expected, "{tolerance}");
+            assert!(backend.render(&scene, &settings, &Silent).unwrap() == expected, "{tolerance}");
+        }
     }
 }

@@ -46,16 +46,19 @@ impl Errors {
 }
 
 impl Errors {
-    /// What the errors of several channels or lights come to together, each taken at as many points; the
-    /// size that 99.9 % do not exceed is the largest of theirs.
+    /// What the errors of several channels or lights come to together; the size that 99.9 % do not exceed is the
+    /// largest of theirs.
     pub fn together(all: &[Self]) -> Self {
-        let share = 1.0 / all.len().max(1) as f64;
-        let mean = |f: fn(&Self) -> f64| all.iter().map(f).sum::<f64>() * share;
+        let count: usize = all.iter().map(|errors| errors.count).sum();
+        let mean = |f: fn(&Self) -> f64| {
+            let sum: f64 = all.iter().map(|errors| errors.count as f64 * f(errors)).sum();
+            sum / count.max(1) as f64
+        };
         let most = |f: fn(&Self) -> f64| {
             all.iter().map(f).fold(0.0, |a: f64, b| if a.total_cmp(&b).is_lt() { b } else { a })
         };
         Self {
-            count: all.iter().map(|errors| errors.count).sum(),
+            count,
             rms: mean(|errors| errors.rms * errors.rms).sqrt(),
             bias: mean(|errors| errors.bias),
             p999: most(|errors| errors.p999),

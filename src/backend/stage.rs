@@ -5,8 +5,8 @@ use crate::error::Result;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{Beam, LightView, Media, Scene};
-use crate::settings::{MapKind, MapSettings, Settings};
-use crate::shadow::Map;
+use crate::settings::{MapKind, MapSettings, Settings, Shading};
+use crate::shadow::{Map, Shadow};
 
 /// What makes pictures one after another. Between two of them it keeps what does not change: the shadow maps while
 /// media, lights and how maps are built stay the same, and media on a device while they do. Scenes share their
@@ -32,6 +32,8 @@ pub struct Cause {
     media: Media,
     view: LightView,
     map: MapSettings,
+    /// The paper's takes other steps.
+    shading: Shading,
     quality: f64,
 }
 
@@ -40,22 +42,26 @@ impl Cause {
     pub fn of(beam: &Beam, settings: &Settings, kind: MapKind) -> Self {
         let mut map = settings.map.clone();
         map.kind.get_or_insert(kind);
-        Self { media: beam.media.clone(), view: beam.view, map, quality: settings.quality }
+        let (shading, quality) = (settings.view.shading, settings.quality);
+        Self { media: beam.media.clone(), view: beam.view, map, shading, quality }
     }
 
     /// Whether the same map follows from `other`.
     pub fn same(&self, other: &Self) -> bool {
         self.view == other.view
-            && (&self.map, self.quality) == (&other.map, other.quality)
+            && (&self.map, self.shading, self.quality) == (&other.map, other.shading, other.quality)
             && self.media.same(&other.media)
     }
 }
 
+/// Bytes of maps ([`Shadow::bytes`]) that are kept between pictures; those of what lookups share come on top.
+const KEPT_BYTES: u64 = 64 << 20;
+
 /// Pictures by passes from and to memory of the host.
 pub struct HostStage<'a> {
     passes: &'a dyn Passes,
-    /// The maps of the last picture's beams.
-    maps: Vec<(Cause, Map)>,
+    /// The maps of the last picture's beams, where they are small enough to be kept.
+    maps: Vec<Option<(Cause, Map)>>,
 }
 
 impl<'a> HostStage<'a> {
@@ -64,22 +70,31 @@ impl<'a> HostStage<'a> {
         Self { passes, maps: Vec::new() }
     }
 
-    /// The map of a beam, the `index`th of its scene.
+    /// The map of a beam, the `index`th of its scene, and what it follows from.
     fn map(
         &mut self,
         index: usize,
         beam: &Beam,
         settings: &Settings,
         progress: &dyn Progress,
-    ) -> Result<&Map> {
+    ) -> Result<(Cause, Map)> {
         let cause = Cause::of(beam, settings, self.passes.default_map());
-        if !self.maps.get(index).is_some_and(|(known, _)| known.same(&cause)) {
-            // Rather not two at once.
-            self.maps.truncate(index);
-            let map = self.passes.map(beam, settings, progress)?;
-            self.maps.push((cause, map));
+        let known = self.maps.get_mut(index).and_then(Option::take);
+        match known.filter(|(known, _)| known.same(&cause)) {
+            Some(known) => Ok(known),
+            None => {
+                // Rather not two at once.
+                self.maps.truncate(index);
+                Ok((cause, self.passes.map(beam, settings, progress)?))
+            }
         }
-        Ok(&self.maps[index].1)
+    }
+
+    /// Keeps a beam's map for the next picture, if there is room for it.
+    fn keep(&mut self, index: usize, known: (Cause, Map)) {
+        let held: u64 = self.maps.iter().flatten().map(|(_, map)| map.bytes()).sum();
+        self.maps.resize_with(self.maps.len().max(index + 1), || None);
+        self.maps[index] = (held + known.1.bytes() <= KEPT_BYTES).then_some(known);
     }
 }
 
@@ -94,8 +109,9 @@ impl Stage for HostStage<'_> {
         let mut image = Image::filled(width, height, [0.0; 4]);
         for (index, beam) in scene.beams()?.iter().enumerate() {
             let passes = self.passes;
-            let map = self.map(index, beam, settings, progress)?;
-            beam.add(&passes.view(beam, settings, map, progress)?, &mut image);
+            let known = self.map(index, beam, settings, progress)?;
+            beam.add(&passes.view(beam, settings, &known.1, progress)?, &mut image);
+            self.keep(index, known);
         }
         scene.check_radiance(&image)?;
         Ok(image)

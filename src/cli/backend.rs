@@ -33,10 +33,14 @@ impl FromStr for BackendChoice {
     }
 }
 
+/// A GPU, if there is one.
+type Found = Result<Option<Box<dyn Backend>>>;
+
 /// A backend that is being looked for on a thread of its own, since drivers take their time.
 pub(super) struct Opening {
     choice: BackendChoice,
-    gpu: JoinHandle<Result<Option<Box<dyn Backend>>>>,
+    /// `None` where no thread looks.
+    gpu: Option<JoinHandle<Found>>,
 }
 
 impl Opening {
@@ -46,17 +50,24 @@ impl Opening {
         choice: BackendChoice,
         expected: Option<(Option<MapKind>, Expected)>,
     ) -> Self {
-        let gpu = thread::spawn(move || {
+        let look = move || {
             let gpu = match choice {
                 BackendChoice::Cpu => None,
                 BackendChoice::Gpu => Some(gpu()?),
                 BackendChoice::Auto => gpu_hardware(),
             };
-            if let (Some(gpu), Some((kind, expected))) = (&gpu, expected) {
+            if let (Some(gpu), Some((kind, expected))) = (&gpu, expected)
+                && kind.is_none_or(|kind| gpu.builds(kind))
+            {
                 gpu.expect(kind, expected);
             }
             Ok(gpu)
-        });
+        };
+        // Where there is no thread to be had, the program looks when it needs to know.
+        let gpu = match choice {
+            BackendChoice::Cpu => None,
+            BackendChoice::Gpu | BackendChoice::Auto => thread::Builder::new().spawn(look).ok(),
+        };
         Self { choice, gpu }
     }
 
@@ -66,7 +77,12 @@ impl Opening {
         kind: Option<MapKind>,
         say: fn(&str),
     ) -> Result<&'static dyn Backend> {
-        let found = self.gpu.join().map_err(|_| Error::gpu("the driver failed"));
+        let found = match (self.gpu, self.choice) {
+            (Some(looking), _) => looking.join().map_err(|_| Error::gpu("the driver failed")),
+            (None, BackendChoice::Gpu) => Ok(gpu().map(Some)),
+            (None, BackendChoice::Auto) => Ok(Ok(gpu_hardware())),
+            (None, BackendChoice::Cpu) => Ok(Ok(None)),
+        };
         let found = match (found, self.choice) {
             (Ok(found), _) => found?,
             (Err(_), BackendChoice::Auto) => None,

@@ -129,6 +129,8 @@ fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
     let [volume] = &file.volume[..] else { return None };
     let shadow = &file.shadow;
     let usual = shadow.lookup.is_none()
+        && shadow.thresholds.is_none()
+        && shadow.crossing.is_none()
         && shadow.filter.is_none()
         && shadow.shading.is_none()
         && shadow.octaves.is_none()

@@ -1,7 +1,7 @@
 //! What the library calls by the names of scene files, as the command line spells it.
 
 /// Names between backticks, as the library writes them, and options.
-const OPTIONS: [(&str, &str); 9] = [
+const OPTIONS: [(&str, &str); 10] = [
     ("`volume.density_scale`", "--density-scale"),
     ("`volume.window`", "--window"),
     ("`volume.transfer.range`", "--transfer-range"),
@@ -9,6 +9,7 @@ const OPTIONS: [(&str, &str); 9] = [
     ("`volume.grid`", "--grid"),
     ("`volume.dims`", "--dims"),
     ("`volume.type`", "--type"),
+    ("`volume.spacing`", "--spacing"),
     ("`light.direction`", "--light"),
     ("`magnitude`", "--magnitude"),
 ];

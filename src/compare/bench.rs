@@ -124,9 +124,10 @@ impl<'a> Bench<'a> {
         Ok(Self { scene, settings, parts, picture, true_image, window })
     }
 
-    /// The points that maps are asked at, of each beam as many.
-    pub fn points(&self) -> &Points {
-        &self.parts[0].points
+    /// How many points of a place maps are asked at, for each beam on the average.
+    pub fn points(&self, place: Place) -> usize {
+        let all: usize = self.parts.iter().map(|part| part.points.of(place).len()).sum();
+        all.div_ceil(self.parts.len().max(1))
     }
 
     /// Builds and measures the maps of `method`.

@@ -15,7 +15,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::error::{Error, Result};
 use crate::scene::{Beam, Media};
-use crate::settings::Settings;
+use crate::settings::{Settings, Shading};
 use fill::{Space, tolerance};
 pub use mixture::{
     FARTHEST_CELL, Field, LEAST_CELLS, MOST_FIELDS, MOST_PARTS, Mixture, Part, TABLE_CELLS,
@@ -61,9 +61,13 @@ impl Frame {
     /// The frame of `beam` under `settings`.
     ///
     /// # Errors
-    /// If a scene is too large or too far away for f32.
+    /// If a scene is too large or too far away for f32, or if a light among the media is to be shaded as in the paper.
     pub fn new(beam: &Beam, settings: &Settings) -> Result<Self> {
         let media = &beam.media;
+        if settings.view.shading == Shading::Paper && beam.view.face.is_some() {
+            let why = "the paper's shading takes none that stands in the volume or next to it";
+            return Err(Error::value("light", why));
+        }
         let space = Space { center: media.world_bounds().center(), unit: media.unit() };
         let [rays, slabs, march] = marching(media, settings, tolerance(settings));
         let frame = Self {

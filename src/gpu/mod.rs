@@ -81,7 +81,7 @@ impl GpuBackend {
         // uploading lets a thread of a pool take up other work, which may come here too.
         let known = || self.uploaded.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((held, uploaded)) = &*known()
-            && held.same(media)
+            && same_on_the_device(held, media)
         {
             return Ok(uploaded.clone());
         }
@@ -265,4 +265,12 @@ fn uploaded(gpu: &Renderer, map: &FragmentMap) -> Result<GpuFragments> {
         Some(links) => gpu.upload_links(fragments, links.links()),
         None => fragments,
     })
+}
+
+/// Whether media are held on the device as others are: of plain ones their volume alone is.
+fn same_on_the_device(held: &Media, media: &Media) -> bool {
+    match (held.plain(), media.plain()) {
+        (Some(held), Some(volume)) => std::ptr::eq(held, volume),
+        _ => held.same(media),
+    }
 }

@@ -1,8 +1,7 @@
 //! The passes' pipelines, compiled when they are first recorded, since drivers take up to seconds for one.
 
 use std::sync::{Arc, Mutex, PoisonError};
-
-use rayon::prelude::*;
+use std::thread::{self, Builder};
 
 use super::bindings::{self, checked};
 use super::link::{self, MediaKind};
@@ -204,7 +203,15 @@ impl Programs {
     /// # Errors
     /// If the device refuses a shader.
     pub(super) fn compile(&self, passes: &[Pass], media: MediaKind, usual: bool) -> Result<()> {
-        let compile = |&pass: &Pass| self.compute(pass, media).pipeline(usual).map(drop);
-        passes.par_iter().try_for_each(compile)
+        let compile = |pass: Pass| self.compute(pass, media).pipeline(usual).map(drop);
+        let [first, others @ ..] = passes else { return Ok(()) };
+        thread::scope(|scope| {
+            let spawn = |&pass: &Pass| Builder::new().spawn_scoped(scope, move || compile(pass));
+            // Where there is no thread to be had, a pass is compiled when it is recorded.
+            let others: Vec<_> = others.iter().filter_map(|pass| spawn(pass).ok()).collect();
+            let first = compile(*first);
+            let joined = others.into_iter().map(|other| other.join().unwrap_or(Ok(())));
+            std::iter::once(first).chain(joined).collect()
+        })
     }
 }

@@ -23,16 +23,23 @@ pub(super) struct GpuStage<'a> {
     /// What is kept of the last picture's beams, where there is room for it.
     lit: Vec<Option<Lit>>,
     image: Option<GpuImage>,
-    /// Nodes a texel that fitted lists get room for.
-    capacity: u32,
+    /// Nodes a texel that raw lists get room for at least, and fitted ones.
+    room: [u32; 2],
     /// Of the lists made for this picture, how many nodes a texel asked for at most, and had room for.
-    counted: Vec<(wgpu::Buffer, u32)>,
+    counted: Vec<Counted>,
+}
+
+/// Lists that may have been cut short.
+struct Counted {
+    fitted: bool,
+    /// Nodes a texel that they had room for.
+    room: u32,
+    counters: wgpu::Buffer,
 }
 
 /// A beam on the device.
 struct Lit {
     cause: Cause,
-    media: GpuMedia,
     shadow: Shadow,
 }
 
@@ -75,7 +82,7 @@ impl Shadow {
 impl<'a> GpuStage<'a> {
     pub(super) fn new(backend: &'a GpuBackend) -> Self {
         let (lit, counted) = (Vec::new(), Vec::new());
-        Self { backend, lit, image: None, capacity: FITTED_NODES, counted }
+        Self { backend, lit, image: None, room: [0, FITTED_NODES], counted }
     }
 
     /// Makes the media, the programs and the map of a beam ready, the `index`th of its scene.
@@ -116,7 +123,7 @@ impl<'a> GpuStage<'a> {
             Some(shadow) => shadow,
             None => self.by_way_of_the_host(beam, settings, progress)?,
         };
-        self.lit.push(Some(Lit { cause, media, shadow }));
+        self.lit.push(Some(Lit { cause, shadow }));
         Ok(())
     }
 
@@ -148,7 +155,8 @@ impl<'a> GpuStage<'a> {
         let gpu = &backend.renderer;
         let size = frame.map.size;
         let fitted = frame.map.tolerance > 0.0;
-        let capacity = if fitted { self.capacity } else { most_nodes(&beam.media, frame) };
+        let least = if fitted { 0 } else { most_nodes(&beam.media, frame) };
+        let capacity = self.room[usize::from(fitted)].max(least);
         let tile = Tile::rows(size, 0, size, capacity);
         if settings.map.fragments.slices == Slices::Raster
             || tile.node_bytes() > settings.map.fragments.memory
@@ -167,7 +175,7 @@ impl<'a> GpuStage<'a> {
         })?;
         progress.advance(1);
         if let Some(map) = &made {
-            self.counted.push((map.counters.clone(), capacity));
+            self.counted.push(Counted { fitted, room: capacity, counters: map.counters.clone() });
         }
         Ok(made.map(Shadow::Fragments))
     }
@@ -195,7 +203,8 @@ impl<'a> GpuStage<'a> {
     ) -> Result<GpuImage> {
         self.light(index, beam, settings, progress)?;
         let gpu = &self.backend.renderer;
-        let Some(Some(Lit { media, shadow, .. })) = self.lit.get(index) else {
+        let media = &self.backend.upload(&beam.media)?;
+        let Some(Some(Lit { shadow, .. })) = self.lit.get(index) else {
             return Err(Error::gpu("a beam has no light"));
         };
         progress.begin("picture", 1);
@@ -262,22 +271,29 @@ impl Stage for GpuStage<'_> {
         let watch = &self.backend.watch;
         loop {
             self.counted.clear();
-            let (pixels, needed) = watch.over(|| {
+            let made = watch.over(|| {
                 let picture = self.pictures(&beams, settings, progress)?;
-                let (counters, room): (Vec<_>, Vec<_>) = self.counted.drain(..).unzip();
-                let (pixels, counts) =
-                    self.backend.renderer.read_with(picture.texture(), &counters)?;
-                let missing = counts.into_iter().zip(room).filter(|(count, room)| count > room);
-                Ok((pixels, missing.map(|(count, _)| count).max()))
-            })?;
-            let Some(needed) = needed else {
+                let counters: Vec<_> =
+                    self.counted.iter().map(|lists| lists.counters.clone()).collect();
+                self.backend.renderer.read_with(picture.texture(), &counters)
+            });
+            // Nothing is kept that may be cut short or was never made.
+            let (pixels, counts) = made.inspect_err(|_| self.lit.clear())?;
+            let mut whole = true;
+            for (lists, count) in self.counted.iter().zip(counts) {
+                if count > lists.room {
+                    let room = &mut self.room[usize::from(lists.fitted)];
+                    *room = count.max(*room);
+                    whole = false;
+                }
+            }
+            if whole {
                 let [width, height] = settings.image.size;
                 let image = Image { width, height, pixels };
                 scene.check_radiance(&image)?;
                 return Ok(image);
-            };
-            // Some lists were cut short: all over again with room for the longest.
-            self.capacity = needed;
+            }
+            // All over again with room for the longest.
             self.lit.clear();
         }
     }

@@ -59,7 +59,7 @@ pub(super) fn most_nodes(media: &Media, frame: &Frame) -> u32 {
         return frame.map.planes + 1;
     }
     let voxels = media.domain().size().length() as f32;
-    let slabs = (voxels * SLABS_PER_VOXEL).ceil() as u32 + 1;
+    let slabs = (voxels * frame.map.slabs.per_voxel.max(SLABS_PER_VOXEL)).ceil() as u32 + 1;
     // The last batch of four may hold shorter ones.
     slabs.clamp(frame.map.slabs.least, frame.map.slabs.most) + 5
 }

@@ -165,7 +165,9 @@ impl Media {
     pub fn same(&self, other: &Self) -> bool {
         let same =
             |(a, b): (&Body, &Body)| Arc::ptr_eq(&a.volume, &b.volume) && a.medium.same(&b.medium);
-        self.bodies.len() == other.bodies.len() && self.bodies.iter().zip(&other.bodies).all(same)
+        (self.world_from_index, self.domain) == (other.world_from_index, other.domain)
+            && self.bodies.len() == other.bodies.len()
+            && self.bodies.iter().zip(&other.bodies).all(same)
     }
 
     /// The bodies.

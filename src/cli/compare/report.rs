@@ -34,7 +34,7 @@ pub(super) fn html(findings: &Findings<'_>) -> Result<String> {
                 "random points behind the volume: the shadow that it casts on the ground and on others"
             }
         };
-        let count = findings.bench.points().of(place).len();
+        let count = findings.bench.points(place);
         format!(
             "<h3 id=\"{0}\">{0}</h3><p>{count} {about}.</p>{1}",
             place.name(),
@@ -95,7 +95,7 @@ fn about(findings: &Findings<'_>) -> String {
     let (scene, settings) = (bench.scene, bench.settings);
     let [nx, ny, nz] = scene.media.dims();
     let [width, height] = settings.image.size;
-    let counts = Place::ALL.map(|p| format!("{} {}", bench.points().of(p).len(), p.name()));
+    let counts = Place::ALL.map(|p| format!("{} {}", bench.points(p), p.name()));
     let facts = [
         ("volume", format!("{}, {nx} \u{d7} {ny} \u{d7} {nz} voxels", scene.media.name())),
         ("light", about.light.clone()),

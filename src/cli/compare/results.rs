@@ -17,7 +17,7 @@ pub(super) fn json(findings: &Findings<'_>) -> String {
     let Findings { bench, about, .. } = findings;
     let settings = bench.settings;
     let methods: Vec<Json> = findings.rows.iter().map(row).collect();
-    let points = Place::ALL.map(|place| (place.name(), bench.points().of(place).len()));
+    let points = Place::ALL.map(|place| (place.name(), bench.points(place)));
     let points: serde_json::Map<String, Json> =
         points.into_iter().map(|(name, count)| (name.to_owned(), count.into())).collect();
     let object = json!({

@@ -186,7 +186,7 @@ fn place(
         if fields.get(&["axis mins"]).is_some() && fields.get(&["centerings", "centers"]).is_none()
         {
             let note = "axis mins without centerings: they are taken for the borders of voxels, as \
-                        teem does (--spacing)";
+                        teem does (`volume.spacing`)";
             header.notes.push(note.to_owned());
         }
     }

@@ -209,7 +209,8 @@ fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Lig
         light.irradiance = radiance_of("light.irradiance", irradiance)?;
     } else if let Some(position) = light.position() {
         // Of a light among the medium, as bright half of an edge away.
-        let least = 0.5 * bounds.size().max_element();
+        let among = position.cmpge(bounds.min).all() && position.cmple(bounds.max).all();
+        let least = if among { 0.5 * bounds.size().max_element() } else { 0.0 };
         light.irradiance *= (position - bounds.center()).length().max(least).powi(2);
         choices.took("light irradiance at distance 1 (light.irradiance)", short(light.irradiance));
     }
