@@ -10,7 +10,8 @@ use crate::progress::Progress;
 use crate::scene::{Beam, Scene};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Map, codec};
-pub use passes::{Passes, build_map, view_through};
+pub use passes::Passes;
+use passes::{build_map, view_through};
 pub use stage::{Cause, HostStage, Stage};
 
 /// What is known of a scene before it is loaded: one volume under parallel light, with the usual settings.
@@ -31,6 +32,9 @@ pub trait Backend: Send + Sync {
     /// The kind of map that is built where none is asked for: the exact one where it costs little more
     /// than the other.
     fn default_map(&self) -> MapKind;
+
+    /// The passes that all else is made by, one by one.
+    fn passes(&self) -> &dyn Passes;
 
     /// Whether maps of `kind` are built and marched through here.
     fn builds(&self, kind: MapKind) -> bool {
@@ -53,7 +57,9 @@ pub trait Backend: Send + Sync {
     ///
     /// # Errors
     /// If maps of the kind are not built here, or if the device fails or runs out of memory.
-    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map>;
+    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
+        build_map(self.passes(), beam, settings, progress)
+    }
 
     /// The picture of `beam`, lit through a map that the host holds.
     ///
@@ -65,10 +71,14 @@ pub trait Backend: Send + Sync {
         settings: &Settings,
         map: &Map,
         progress: &dyn Progress,
-    ) -> Result<Image>;
+    ) -> Result<Image> {
+        view_through(self.passes(), beam, settings, map, progress)
+    }
 
     /// What makes pictures one after another, and keeps what stays the same between them.
-    fn stage(&self) -> Box<dyn Stage + '_>;
+    fn stage(&self) -> Box<dyn Stage + '_> {
+        Box::new(HostStage::new(self.passes()))
+    }
 
     /// A picture of `scene`: for each of its beams the map, then the camera march.
     ///

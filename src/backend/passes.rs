@@ -124,7 +124,7 @@ pub trait Passes: Backend {
 ///
 /// # Errors
 /// As [`Backend::map`].
-pub fn build_map(
+pub(super) fn build_map(
     passes: &dyn Passes,
     beam: &Beam,
     settings: &Settings,
@@ -192,7 +192,7 @@ fn runs(
 ///
 /// # Errors
 /// As [`Backend::view`].
-pub fn view_through(
+pub(super) fn view_through(
     passes: &dyn Passes,
     beam: &Beam,
     settings: &Settings,

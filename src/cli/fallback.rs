@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use crate::backend::{Backend, Stage};
+use crate::backend::{Backend, Passes, Stage};
 use crate::cpu::CpuBackend;
 use crate::error::{Error, ErrorKind, Result};
 use crate::image::Image;
@@ -62,6 +62,10 @@ impl Backend for Fallback {
 
     fn default_map(&self) -> MapKind {
         self.gpu.default_map()
+    }
+
+    fn passes(&self) -> &dyn Passes {
+        if self.has_failed() { &CpuBackend } else { self.gpu.passes() }
     }
 
     fn builds(&self, kind: MapKind) -> bool {
@@ -143,8 +147,8 @@ mod tests {
         fn default_map(&self) -> MapKind {
             MapKind::Fragments
         }
-        fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-            CpuBackend.map(beam, settings, progress)
+        fn passes(&self) -> &dyn Passes {
+            &CpuBackend
         }
         fn view(&self, _: &Beam, _: &Settings, _: &Map, _: &dyn Progress) -> Result<Image> {
             Err((self.0)())

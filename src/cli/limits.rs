@@ -6,7 +6,6 @@ use super::arguments::{SceneArguments, above_0, parse};
 use super::job::Job;
 use crate::compare::{Budget, Certified, Limits, choose};
 use crate::error::Result;
-use crate::progress::Progress;
 use crate::scene::Beam;
 use crate::settings::MapKind;
 
@@ -39,7 +38,6 @@ impl LimitArguments {
         beam: &Beam,
         arguments: &SceneArguments,
         wanted: fn(MapKind) -> bool,
-        progress: &dyn Progress,
     ) -> Result<Option<Certified>> {
         if !self.any() {
             return Ok(None);
@@ -51,6 +49,6 @@ impl LimitArguments {
             kind: arguments.map.as_ref().and(job.settings.map.kind),
             own_tolerance: arguments.tolerance.is_some(),
         };
-        choose(job.backend, beam, &job.settings, &limits, wanted, progress).map(Some)
+        choose(job.backend, beam, &job.settings, &limits, wanted, &*job.progress).map(Some)
     }
 }

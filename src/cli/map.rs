@@ -58,7 +58,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let mut built = Vec::new();
     let begun = Instant::now();
     for beam in &beams {
-        let (map, certificate) = match limits.choose(&job, beam, &scene, written, &*job.progress)? {
+        let (map, certificate) = match limits.choose(&job, beam, &scene, written)? {
             Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
             None => (job.backend.map(beam, &job.settings, &*job.progress)?, None),
         };

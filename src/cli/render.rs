@@ -16,6 +16,7 @@ use crate::image::Image;
 use crate::io::deep_exr::{self, Channel, DeepHeader};
 use crate::io::{PendingFile, exr, png};
 use crate::progress::Progress;
+use crate::scene::Beam;
 use crate::settings::Shading;
 
 #[derive(Debug, Args)]
@@ -77,7 +78,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     job.backend.check_room(&job.settings)?;
     let watch = Stopwatch::new(&*job.progress);
     let lit = if format == Format::Deep || limits.any() {
-        beam_by_beam(&job, &scene, &limits, format, &watch)?
+        beam_by_beam((&job, &beams), &scene, &limits, format, &watch)?
     } else {
         let image = job.backend.render(&job.scene, &job.settings, &watch)?;
         Lit { image, deep: None, map_size: job.settings.map.size, certificates: Vec::new() }
@@ -120,21 +121,20 @@ struct Lit {
 
 /// A picture through maps that the host holds, because they are to keep limits or are marched into a deep image.
 fn beam_by_beam(
-    job: &Job,
+    (job, beams): (&Job, &[Beam]),
     arguments: &SceneArguments,
     limits: &LimitArguments,
     format: Format,
     watch: &Stopwatch<'_>,
 ) -> Result<Lit> {
-    let beams = job.scene.beams()?;
     let [width, height] = job.settings.image.size;
     let image = Image::filled(width, height, [0.0; 4]);
     let mut lit = Lit { image, deep: None, map_size: 0, certificates: Vec::new() };
-    for beam in &beams {
+    for beam in beams {
         watch.begin("shadow map", 1);
-        let (map, settings) = match limits.choose(job, beam, arguments, |_| true, &*job.progress)? {
+        let (map, settings) = match limits.choose(job, beam, arguments, |_| true)? {
             Some(Certified { map, settings, certificate }) => {
-                lit.certificates.push(match beam.label(&beams) {
+                lit.certificates.push(match beam.label(beams) {
                     Some(label) => format!("{label}: {certificate}"),
                     None => certificate,
                 });

@@ -17,13 +17,13 @@ mod trace_slices;
 mod trace_threshold;
 mod trace_visibility;
 
-use crate::backend::{Backend, HostStage, Passes, Stage, build_map, view_through};
+use crate::backend::{Backend, Passes};
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{Beam, Media};
-use crate::settings::{MapKind, Settings};
+use crate::scene::Media;
+use crate::settings::MapKind;
 use crate::shadow::{Codec, Links, Map, Runs, Shadow, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
 
@@ -58,22 +58,8 @@ impl Backend for CpuBackend {
         true
     }
 
-    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        build_map(self, beam, settings, progress)
-    }
-
-    fn view(
-        &self,
-        beam: &Beam,
-        settings: &Settings,
-        map: &Map,
-        progress: &dyn Progress,
-    ) -> Result<Image> {
-        view_through(self, beam, settings, map, progress)
-    }
-
-    fn stage(&self) -> Box<dyn Stage + '_> {
-        Box::new(HostStage::new(self))
+    fn passes(&self) -> &dyn Passes {
+        self
     }
 }
 

@@ -32,12 +32,12 @@ mod tiles;
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::backend::{Backend, Expected, Passes, Stage, build_map, check_host, view_through};
+use crate::backend::{Backend, Expected, Passes, Stage, check_host};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{Beam, Media};
+use crate::scene::Media;
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{FragmentMap, Links, Map, Runs, TexelMap};
 use adapter::Watch;
@@ -164,18 +164,8 @@ impl Backend for GpuBackend {
         })
     }
 
-    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        build_map(self, beam, settings, progress)
-    }
-
-    fn view(
-        &self,
-        beam: &Beam,
-        settings: &Settings,
-        map: &Map,
-        progress: &dyn Progress,
-    ) -> Result<Image> {
-        view_through(self, beam, settings, map, progress)
+    fn passes(&self) -> &dyn Passes {
+        self
     }
 
     fn stage(&self) -> Box<dyn Stage + '_> {

@@ -22,6 +22,7 @@ pub(super) enum Pass {
 }
 
 /// A pass as it is compiled and recorded.
+#[derive(Debug)]
 pub(super) struct Declaration {
     /// The shader's and its entry point's.
     pub(super) name: &'static str,

@@ -16,6 +16,7 @@ const USUAL: &str = "USUAL";
 pub(super) struct Program {
     device: wgpu::Device,
     pass: Pass,
+    declaration: Declaration,
     media: MediaKind,
     pub(super) layout: wgpu::BindGroupLayout,
     /// For all settings, and for the usual ones.
@@ -24,17 +25,18 @@ pub(super) struct Program {
 
 impl Program {
     pub(super) fn new(device: &wgpu::Device, pass: Pass, media: MediaKind) -> Self {
-        let layout = layout(device, &pass.declaration(), media);
-        Self { device: device.clone(), pass, media, layout, compiled: Default::default() }
+        let (device, declaration) = (device.clone(), pass.declaration());
+        let layout = layout(&device, &declaration, media);
+        Self { device, pass, declaration, media, layout, compiled: Default::default() }
     }
 
     pub(super) fn workgroup(&self) -> [u32; 2] {
-        self.pass.declaration().workgroup
+        self.declaration.workgroup
     }
 
     /// The pipeline for the usual settings or for all, compiled if it is the first time.
     pub(super) fn pipeline(&self, usual: bool) -> Result<wgpu::ComputePipeline> {
-        let declaration = self.pass.declaration();
+        let declaration = &self.declaration;
         let usual = usual && declaration.usual;
         // A thread that panicked left it empty or whole.
         let mut compiled =
@@ -43,7 +45,7 @@ impl Program {
             return Ok(pipeline.clone());
         }
         let pipeline = checked(&self.device, || {
-            let module = module(&self.device, &declaration, self.media)?;
+            let module = module(&self.device, declaration, self.media)?;
             let constants = if usual { &[(USUAL, 1.0)][..] } else { &[] };
             Ok(self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(declaration.name),

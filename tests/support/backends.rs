@@ -1,13 +1,13 @@
 //! The backends that tests run on.
 
-use deepshadow::backend::{Backend, HostStage, Passes, Stage, build_map, view_through};
+use deepshadow::backend::{Backend, Passes};
 use deepshadow::cpu::CpuBackend;
 use deepshadow::error::Result;
 use deepshadow::frame::Frame;
 use deepshadow::image::Image;
 use deepshadow::progress::Progress;
-use deepshadow::scene::{Beam, Media};
-use deepshadow::settings::{MapKind, Settings};
+use deepshadow::scene::Media;
+use deepshadow::settings::MapKind;
 use deepshadow::shadow::{Links, Map, Runs};
 
 /// The GPU backend, where tests want one.
@@ -62,22 +62,8 @@ impl Backend for Bent {
         CpuBackend.default_map()
     }
 
-    fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
-        build_map(self, beam, settings, progress)
-    }
-
-    fn view(
-        &self,
-        beam: &Beam,
-        settings: &Settings,
-        map: &Map,
-        progress: &dyn Progress,
-    ) -> Result<Image> {
-        view_through(self, beam, settings, map, progress)
-    }
-
-    fn stage(&self) -> Box<dyn Stage + '_> {
-        Box::new(HostStage::new(self))
+    fn passes(&self) -> &dyn Passes {
+        self
     }
 }
 
