@@ -1,5 +1,5 @@
-//! The CPU's small functions, each over many calls at places that a march would visit: samples of density,
-//! walks over bricks, fits, lookups.
+//! The CPU's small functions, each over many calls at places that a march would visit: samples of
+//! density, walks over bricks, fits, lookups.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::hint::black_box;

@@ -8,8 +8,8 @@ use deepshadow::shadow::Shadow;
 use deepshadow::volume::{Axis, presets::Preset};
 use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent};
 
-/// Each kind's bytes and the root mean square of its errors of transmittance on texels' rays, without what the map's
-/// resolution costs.
+/// Each kind's bytes and the root mean square of its errors of transmittance on texels' rays,
+/// without what the map's resolution costs.
 pub fn example() -> Result<Vec<(MapKind, u64, f64)>> {
     let scene = Scene::automatic(Preset::Rods.volume(Axis::Y)?)?;
     let beam = scene.only_beam()?;

@@ -1,4 +1,5 @@
-//! A volume's file in, a picture out, on the GPU if there is one: `cargo run --example picture -- smoke.vdb`.
+//! A volume's file in, a picture out, on the GPU if there is one:
+//! `cargo run --example picture -- smoke.vdb`.
 #![allow(clippy::print_stdout)]
 
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! Another wgpu program: its own device and shader, our shadow map and lookup. It asks how much light gets to points along
-//! its way through a volume.
+//! Another wgpu program: its own device and shader, our shadow map and lookup. It asks how much
+//! light gets to points along its way through a volume.
 #![allow(clippy::print_stdout)]
 
 use deepshadow::frame::Frame;

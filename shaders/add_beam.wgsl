@@ -1,4 +1,5 @@
-// Pass add_beam: the picture of one more light or colour channel on top of those before it. One thread a pixel.
+// Pass add_beam: the picture of one more light or colour channel on top of those before it. One
+// thread a pixel.
 
 @group(0) @binding(4) var output: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(26) var sum: texture_2d<f32>;

@@ -1,5 +1,5 @@
-// Pass link_neighbors: from each node of a texel to the nearest in depth of the texels to the right and
-// above. One thread a texel. (Real-time deep shadow maps for hair, "Neighbor Linking".)
+// Pass link_neighbors: from each node of a texel to the nearest in depth of the texels to the right
+// and above. One thread a texel. (Real-time deep shadow maps for hair, "Neighbor Linking".)
 #import kernel/fragments
 #import kernel/tile
 
@@ -11,8 +11,9 @@ fn depth_of(list: List, k: u32) -> f32 {
     return nodes[list.first + k * list.stride].x;
 }
 
-// How far from node `at` of a neighbour's list the depth-nearest one is, going back never: both lists rise
-// in depth, so one pass over each does. Of two equally near ones the one nearer to the light.
+// How far from node `at` of a neighbour's list the depth-nearest one is, going back never: both
+// lists rise in depth, so one pass over each does. Of two equally near ones the one nearer to the
+// light.
 fn nearest(neighbor: List, start: u32, depth: f32) -> u32 {
     var at = start;
     while (at + 1u < neighbor.count) {

@@ -33,7 +33,8 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
     return Steps(media_ray, inside.x, inside.x + extent, count);
 }
 
-// Four steps of equal length of a ray in the space that media are sampled in, with two samples each.
+// Four steps of equal length of a ray in the space that media are sampled in, with two samples
+// each.
 struct Batch {
     ray: Ray,
     begin: f32,
@@ -57,8 +58,8 @@ fn four_samples(batch: Batch, first: f32) -> vec4<f32> {
     return densities * (frame.media.extinction * (0.5 * batch.step));
 }
 
-// Radiance that reaches the camera of what the samples emit, each behind as much of itself as lies in front of it;
-// `before` is the transmittance in front of the first.
+// Radiance that reaches the camera of what the samples emit, each behind as much of itself as lies
+// in front of it; `before` is the transmittance in front of the first.
 fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3<f32> {
     let reach = 0.25 * batch.step;
     var sum = vec3<f32>(0.0);
@@ -79,7 +80,8 @@ fn light_coordinates_of(ray: Ray) -> Ray {
     return Ray(light_coordinates(ray.origin), vec3<f32>(dot(rows[0], d), dot(rows[1], d), dot(rows[2], d)));
 }
 
-// (u, v, depth) in the map of a point of a ray, whose points lie on `lookups` there if light is parallel.
+// (u, v, depth) in the map of a point of a ray, whose points lie on `lookups` there if light is
+// parallel.
 fn light_place(ray: Ray, lookups: Ray, at: f32) -> vec3<f32> {
     if (USUAL) {
         return ray_at(lookups, at);
@@ -95,8 +97,8 @@ fn arriving_at(ray: Ray, anywhere: Arriving, at: f32, reach: f32) -> Arriving {
     return arriving_over(ray, at, reach);
 }
 
-// Radiance scattered towards the camera by steps k and k + 2 of a batch. Their lookups are under way at once; a
-// step without weight has no place: it looks where the other does.
+// Radiance scattered towards the camera by steps k and k + 2 of a batch. Their lookups are under
+// way at once; a step without weight has no place: it looks where the other does.
 fn lit_pair(
     ray: Ray,
     steps: Steps,
@@ -127,8 +129,8 @@ fn lit_pair(
 }
 
 // Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes two
-// samples of density; a step, or several that add little, take one of the light, in the middle of what
-// they hold. Eight samples of density are under way at once.
+// samples of density; a step, or several that add little, take one of the light, in the middle of
+// what they hold. Eight samples of density are under way at once.
 fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     let emits = frame.media.emits == 1u;
     let arrives = arriving(ray, ray.origin);
@@ -172,7 +174,8 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         }
         let first = sample_distance(batch, 0.0);
         let added = scattered(through, early, late, first, 0.5 * batch.step);
-        // Views through lists gain up to a tenth from the two pairs written out, those through curves lose as much.
+        // Views through lists gain up to a tenth from the two pairs written out, those through
+        // curves lose as much.
         if (LISTS) {
             light += lit_pair(ray, steps, lookups, arrives, batch, added, 0u);
             light += lit_pair(ray, steps, lookups, arrives, batch, added, 1u);

@@ -1,5 +1,5 @@
-// Pass raster_slices: planes across the light's view, drawn as geometry; each fragment integrates its
-// slab along its texel's own ray and goes on the texel's linked list. Draws to no target.
+// Pass raster_slices: planes across the light's view, drawn as geometry; each fragment integrates
+// its slab along its texel's own ray and goes on the texel's linked list. Draws to no target.
 #import kernel/lists
 #import kernel/slices
 #import kernel/tile

@@ -1,5 +1,6 @@
-// Pass sort_fragments: each texel's linked list, sorted by depth, becomes a contiguous run of nodes: all
-// of them, truncated, or as few as the tolerance allows. One thread a texel; lists of any length.
+// Pass sort_fragments: each texel's linked list, sorted by depth, becomes a contiguous run of
+// nodes: all of them, truncated, or as few as the tolerance allows. One thread a texel; lists of
+// any length.
 #import kernel/fitting
 #import kernel/frame
 #import kernel/lists

@@ -1,5 +1,6 @@
-// Pass trace_slices: every slab of a texel's ray, in order, into nodes: all of them, or as few as the
-// tolerance allows, fitted while marching so that no raw list is ever written. One thread a texel.
+// Pass trace_slices: every slab of a texel's ray, in order, into nodes: all of them, or as few as
+// the tolerance allows, fitted while marching so that no raw list is ever written. One thread a
+// texel.
 #import kernel/fitting
 #import kernel/fragments
 #import kernel/occupancy
@@ -35,7 +36,8 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     if (any(id.xy >= tile.extent)) {
         return;
     }
-    // The nodes of a block of 8 x 8 texels lie side by side: their first ones, their second ones, ...
+    // The nodes of a block of 8 x 8 texels lie side by side: their first ones, their second ones,
+    // ...
     let block = id.y / 8u * ((tile.extent.x + 7u) / 8u) + id.x / 8u;
     let lane = id.y % 8u * 8u + id.x % 8u;
     list = List(block * INTERLEAVED_STRIDE * tile.capacity + lane, 0u, INTERLEAVED_STRIDE);
@@ -51,8 +53,8 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     let limit = select(frame.map.slabs.limit, 3e38, frame.map.planes > 0u);
     var t = next_place(&walk, slabs.enter);
     var next = f32(slabs.first);
-    // What steps that proved too long are cut to. Texels take them again in turns of the one loop: in a loop of its
-    // own all texels side by side would wait for those that do.
+    // What steps that proved too long are cut to. Texels take them again in turns of the one loop:
+    // in a loop of its own all texels side by side would wait for those that do.
     var longest: f32 = 3e38;
     while (t < slabs.exit && !fitter_is_dark()) {
         let step = min(step_from(walk, t), longest);

@@ -1,5 +1,5 @@
-// Pass trace_threshold: from the light through every texel of the map, into its four numbers and the curve
-// that they say. One thread a texel.
+// Pass trace_threshold: from the light through every texel of the map, into its four numbers and
+// the curve that they say. One thread a texel.
 #import kernel/curves
 #import kernel/light
 #import kernel/occupancy
@@ -18,9 +18,10 @@ struct LightRay {
     lengths: vec3<f32>,
 }
 
-// Where some batches of the ray end, and the optical depth there: they tell where a threshold is crossed
-// without marching the whole ray again. They wait where the texel's curve will be written, two in each cubic
-// and the last one in the ends. (Workgroup memory is taken from what caches the volume, which costs more.)
+// Where some batches of the ray end, and the optical depth there: they tell where a threshold is
+// crossed without marching the whole ray again. They wait where the texel's curve will be written,
+// two in each cubic and the last one in the ends. (Workgroup memory is taken from what caches the
+// volume, which costs more.)
 const CHECKPOINTS: u32 = 8u;
 
 fn checkpoint(texel: u32, k: u32) -> vec2<f32> {
@@ -64,8 +65,8 @@ struct FourSteps {
     taus: vec4<f32>,
 }
 
-// Four steps from t on, behind an optical depth, as long as the walk allows or cut where the medium is dense. They
-// follow from t alone, so that a second march takes the same.
+// Four steps from t on, behind an optical depth, as long as the walk allows or cut where the medium
+// is dense. They follow from t alone, so that a second march takes the same.
 fn four_steps(ray: Ray, walk: Walk, t: f32, tau: f32) -> FourSteps {
     var step = step_from(walk, t);
     var taus: vec4<f32>;

@@ -25,7 +25,8 @@ impl Image {
         self.pixels[y as usize * self.width as usize + x as usize]
     }
 
-    /// What a screen shows: colour times `exposure`, sRGB-encoded, 8 bits a channel, straight alpha.
+    /// What a screen shows: colour times `exposure`, sRGB-encoded, 8 bits a channel, straight
+    /// alpha.
     pub fn to_srgb8(&self, exposure: f32) -> Vec<u8> {
         self.pixels
             .iter()

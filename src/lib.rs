@@ -1,8 +1,9 @@
 //! Deep shadow maps for volumes: shadows of things that light passes through.
 //!
-//! A [`Volume`] in a [`Scene`] is marched from each light to build a [shadow map](shadow::Map), and from the camera
-//! with that map, by a [`Backend`]: the [`CpuBackend`] or, with feature `gpu`, a [`gpu::GpuBackend`] on a wgpu device of
-//! its own. What comes out is an [`Image`] of linear radiance.
+//! A [`Volume`] in a [`Scene`] is marched from each light to build a [shadow map](shadow::Map), and
+//! from the camera with that map, by a [`Backend`]: the [`CpuBackend`] or, with feature `gpu`, a
+//! [`gpu::GpuBackend`] on a wgpu device of its own. What comes out is an [`Image`] of linear
+//! radiance.
 //!
 //! ```
 //! use deepshadow::ndarray::Array3;
@@ -23,16 +24,17 @@
 //! ```
 //!
 //! From here on:
-//! - [`io::load_volume`] reads files (OpenVDB, NRRD, NIfTI, raw and others), [`scene::automatic::complete`] a whole
-//!   scene file.
-//! - [`Scene::beams`] takes a scene apart into what one map can answer for; [`Backend::map`] builds it,
-//!   [`shadow::Shadow::lookup`] asks it, [`accuracy`] and [`compare`] say how wrong it is.
+//! - [`io::load_volume`] reads files (OpenVDB, NRRD, NIfTI, raw and others),
+//!   [`scene::automatic::complete`] a whole scene file.
+//! - [`Scene::beams`] takes a scene apart into what one map can answer for; [`Backend::map`] builds
+//!   it, [`shadow::Shadow::lookup`] asks it, [`accuracy`] and [`compare`] say how wrong it is.
 //! - [`Backend::stage`] makes pictures one after another.
-//! - [`gpu::Renderer`] records the passes into another wgpu program's encoders; [`gpu::shadow_wgsl`] is the lookup for
-//!   its shaders.
+//! - [`gpu::Renderer`] records the passes into another wgpu program's encoders;
+//!   [`gpu::shadow_wgsl`] is the lookup for its shaders.
 //! - [`reference`](mod@reference) holds the truth in f64.
 //!
-//! The repository's `examples/` are such programs. `ARCHITECTURE.md` explains layers, passes and spaces.
+//! The repository's `examples/` are such programs. `ARCHITECTURE.md` explains layers, passes and
+//! spaces.
 //!
 //! # Features
 //! - `gpu` (default): the wgpu backend.

@@ -55,9 +55,9 @@ fn linear_ramp_integrates_to_its_parabola() {
     }
 }
 
-/// A Gaussian ball exp(-r^2 / 2 s^2): along a chord at distance b from the centre, up to t behind its
-/// middle, the integral is s sqrt(pi/2) exp(-b^2 / 2 s^2) (erf(t / s sqrt 2) + 1). What is left is
-/// the voxels' own error, which falls with the square of their size.
+/// A Gaussian ball exp(-r^2 / 2 s^2): along a chord at distance b from the centre, up to t behind
+/// its middle, the integral is s sqrt(pi/2) exp(-b^2 / 2 s^2) (erf(t / s sqrt 2) + 1). What is left
+/// is the voxels' own error, which falls with the square of their size.
 #[test]
 fn gaussian_ball_converges_to_its_erf_with_the_square_of_the_voxel_size() {
     let sigma = 0.08;
@@ -156,8 +156,9 @@ fn light_views_fit_tightly() {
     }
 }
 
-/// A light in the volume, or so near that no view is wide enough, sees it through the faces of a cube: every point
-/// lies in the map of the face that answers for it, and only one does. A spot has the faces that it shines through.
+/// A light in the volume, or so near that no view is wide enough, sees it through the faces of a
+/// cube: every point lies in the map of the face that answers for it, and only one does. A spot has
+/// the faces that it shines through.
 #[test]
 fn a_light_in_or_too_near_the_volume_has_the_faces_of_a_cube() {
     let cube = Media::from(volume([4; 3], unit_cube(), |_| 1.0));

@@ -1,4 +1,5 @@
-//! The layers of ARCHITECTURE.md, read from the sources: a module imports only from layers below it.
+//! The layers of ARCHITECTURE.md, read from the sources: a module imports only from layers below
+//! it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -46,8 +47,8 @@ fn module_of(path: &Path, root: &Path) -> String {
     Path::new(first.as_os_str()).file_stem().unwrap().to_string_lossy().into_owned()
 }
 
-/// Names after each `crate::` (and those in braces right after it), with `Error` and `Result`, which
-/// the crate's root re-exports, as what they are.
+/// Names after each `crate::` (and those in braces right after it), with `Error` and `Result`,
+/// which the crate's root re-exports, as what they are.
 fn imports(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("crate::") {
@@ -106,7 +107,8 @@ fn files_stay_small_enough_to_hold_in_the_head() {
     }
 }
 
-/// The library speaks of scene files' names; what the command line calls them is known in one place.
+/// The library speaks of scene files' names; what the command line calls them is known in one
+/// place.
 #[test]
 fn options_of_the_command_line_are_known_to_it_alone() {
     for file in sources(&project().join("src")) {
@@ -124,7 +126,8 @@ fn options_of_the_command_line_are_known_to_it_alone() {
     }
 }
 
-/// Passes that hosts need not run: a threshold map works its curves out itself, and pictures are added up there.
+/// Passes that hosts need not run: a threshold map works its curves out itself, and pictures are
+/// added up there.
 #[cfg(feature = "gpu")]
 const GPU_ONLY: [&str; 2] = ["fit_curves", "add_beam"];
 

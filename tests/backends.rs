@@ -27,16 +27,18 @@ struct Tolerance {
     picture: (f32, f64),
 }
 
-/// Where the texture unit interpolates in f32: rounding only, of sums over some hundred steps, and of where
-/// a jump over empty bricks ends, which may be a step earlier or later and moves where lookups are.
+/// Where the texture unit interpolates in f32: rounding only, of sums over some hundred steps, and
+/// of where a jump over empty bricks ends, which may be a step earlier or later and moves where
+/// lookups are.
 const F32_TEXTURES: Tolerance = Tolerance { map: (2e-5, 1e-6), picture: (1e-4, 4e-6) };
 /// Graphics hardware weighs voxels with 8 bits, which moves a sample by up to 1/512 voxel; such
-/// errors have both signs and average out along a ray. A level that is reached where there is hardly any
-/// density moves further (an H100: by 1.0e-2 at most).
+/// errors have both signs and average out along a ray. A level that is reached where there is
+/// hardly any density moves further (an H100: by 1.0e-2 at most).
 const EIGHT_BIT_WEIGHTS: Tolerance = Tolerance { map: (1.2e-2, 2e-4), picture: (3e-3, 1.5e-4) };
-/// Rounding decides where a fit ends a line, so two fits of one function differ by up to twice their
-/// tolerance at some places. The paper's lookup jumps by up to 0.4 where a depth moves by one bit, bucket depths move by whole
-/// steps, and the nearest texel changes at a line: single values say less there.
+/// Rounding decides where a fit ends a line, so two fits of one function differ by up to twice
+/// their tolerance at some places. The paper's lookup jumps by up to 0.4 where a depth moves by one
+/// bit, bucket depths move by whole steps, and the nearest texel changes at a line: single values
+/// say less there.
 const JUMPS: f32 = 100.0;
 
 /// Mixtures read means from tables of integrals, whose differences keep fewer digits.
@@ -127,7 +129,8 @@ fn scenes() -> Vec<(&'static str, Scene, Settings)> {
     ]
 }
 
-/// Two bodies with all that a medium can have: transfer function, colour, modulation, emission, tint.
+/// Two bodies with all that a medium can have: transfer function, colour, modulation, emission,
+/// tint.
 fn mixture() -> Media {
     let grid = |seed: usize| {
         Arc::new(volume([7, 9, 8], unit_cube(), |[x, y, z]| ((x * y + seed * z) % 6) as f32 / 5.0))

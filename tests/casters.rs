@@ -76,8 +76,9 @@ fn the_papers_shading_refuses_a_light_in_a_volume() {
     }
 }
 
-/// In a medium that is the same in every direction from the light, nothing tells where one face of the cube ends and
-/// the next begins: pixels at equal distances from the light's image are equally bright.
+/// In a medium that is the same in every direction from the light, nothing tells where one face of
+/// the cube ends and the next begins: pixels at equal distances from the light's image are equally
+/// bright.
 #[test]
 fn no_seam_shows_between_faces() {
     let mut scene = scene(volume([24; 3], unit_cube(), |_| 1.0), 3.0);
@@ -153,8 +154,8 @@ fn a_scene_without_volumes_is_its_ground() {
     }
 }
 
-/// A bias moves where surfaces are looked up towards the light: the ground's shadow then begins as much later in the
-/// medium that it lies in.
+/// A bias moves where surfaces are looked up towards the light: the ground's shadow then begins as
+/// much later in the medium that it lies in.
 #[test]
 fn ground_in_a_medium_is_shadowed_by_what_lies_above_it() {
     let mut buried = scene(volume([16; 3], unit_cube(), |_| 1.0), 3.0);

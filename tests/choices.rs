@@ -1,4 +1,5 @@
-//! What is chosen where nothing is said does not hang on a few voxels, on how a volume lies, or on its unit.
+//! What is chosen where nothing is said does not hang on a few voxels, on how a volume lies, or on
+//! its unit.
 
 use std::path::Path;
 
@@ -30,7 +31,8 @@ fn egg(at: [usize; 3], dims: [usize; 3]) -> f32 {
     (1.0 - r).max(0.0) * if at[0] > dims[0] / 2 { 2.0 } else { 1.0 }
 }
 
-/// The same voxels in the same places, with the array's axes in another order, one of them reversed.
+/// The same voxels in the same places, with the array's axes in another order, one of them
+/// reversed.
 fn laid(order: [usize; 3], reversed: usize, unit: f64) -> Volume {
     let dims = [10, 18, 7];
     let steps = [DVec3::X * 3.0, DVec3::Y, DVec3::Z * 5.0].map(|step| step * unit);
@@ -92,7 +94,8 @@ fn pictures_are_the_same_however_a_volume_lies() {
     }
 }
 
-/// Optical depth through the face that most of a section is seen through: at least a third of what a cube has.
+/// Optical depth through the face that most of a section is seen through: at least a third of what
+/// a cube has.
 #[test]
 fn thin_sections_and_single_slices_are_visible() {
     for thickness in [1, 3, 40] {

@@ -300,7 +300,8 @@ fn a_deep_picture_flattens_to_the_flat_one() {
     };
     for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
         for (pixel, flat) in flattened.pixels.iter().zip(channel(name)) {
-            // The march ends where a thousandth of the light is left; the flat picture calls it none.
+            // The march ends where a thousandth of the light is left; the flat picture calls it
+            // none.
             assert!((pixel[c] - flat).abs() < 2e-3, "{name}: {} for {flat}", pixel[c]);
         }
     }

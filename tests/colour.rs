@@ -1,5 +1,5 @@
-//! Colour: transfer functions, coloured media and shadows, several volumes and lights, against closed
-//! forms, on every backend.
+//! Colour: transfer functions, coloured media and shadows, several volumes and lights, against
+//! closed forms, on every backend.
 
 use std::sync::Arc;
 
@@ -205,8 +205,8 @@ fn function(points: &[(f64, [f64; 3], f64)]) -> Arc<TransferFunction> {
     Arc::new(TransferFunction::new(points.iter().map(point).collect()).unwrap())
 }
 
-/// Density rises evenly along x; a band of it is opaque. The integral is the band's width times the mean
-/// of its opacity, however thin it is.
+/// Density rises evenly along x; a band of it is opaque. The integral is the band's width times the
+/// mean of its opacity, however thin it is.
 #[test]
 fn bands_of_a_transfer_function_are_never_stepped_over() {
     let ramp = volume([16, 4, 4], unit_cube(), |[x, _, _]| x as f32 / 15.0);

@@ -1,5 +1,5 @@
-//! `convert` as others call it: values and places survive, losses are said, files come whole or not at
-//! all.
+//! `convert` as others call it: values and places survive, losses are said, files come whole or not
+//! at all.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! Media of any density: the closed form of single scattering with the light behind the camera, and the
-//! f64 truth under slanted light.
+//! Media of any density: the closed form of single scattering with the light behind the camera, and
+//! the f64 truth under slanted light.
 
 use std::sync::Arc;
 
@@ -55,8 +55,8 @@ impl Shape {
         }
     }
 
-    /// A cube of it with edges of length 1, of an optical depth a voxel where density is 1, seen and lit from
-    /// the front.
+    /// A cube of it with edges of length 1, of an optical depth a voxel where density is 1, seen
+    /// and lit from the front.
     fn scene(self, depth: f64) -> Scene {
         let volume = volume([VOXELS; 3], unit_cube(), |voxel| self.density(voxel));
         let mut scene = scene(volume, depth * VOXELS as f64);
@@ -79,8 +79,8 @@ fn radiance(scene: &Scene, settings: &Settings) -> Vec<f64> {
     image.pixels.iter().map(|pixel| f64::from(pixel[0])).collect()
 }
 
-/// What every pixel of a white, isotropic medium is with the light along the view, over E / 4 pi, which is 1: half
-/// of 1 - T^2, T the ray's transmittance.
+/// What every pixel of a white, isotropic medium is with the light along the view, over E / 4 pi,
+/// which is 1: half of 1 - T^2, T the ray's transmittance.
 fn closed_form(scene: &Scene, pixels: u32) -> Vec<f64> {
     let extinction = Extinction::of(&scene.media);
     let rays = scene.camera.rays(1.0);
@@ -179,8 +179,8 @@ fn slanted_light_is_what_the_truth_says() {
     }
 }
 
-/// With a transfer function and emission the same steps are taken: what glows in a dense medium is seen as
-/// deep as one sees, emission over extinction.
+/// With a transfer function and emission the same steps are taken: what glows in a dense medium is
+/// seen as deep as one sees, emission over extinction.
 #[test]
 fn emission_of_a_dense_medium_is_that_over_its_extinction() {
     for depth in [0.5, 5.0, 50.0, 500.0] {

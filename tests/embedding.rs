@@ -40,8 +40,9 @@ fn their_device() -> Option<(wgpu::Instance, wgpu::Device, wgpu::Queue)> {
     Some((instance, device, queue))
 }
 
-/// A camera that goes round and a light that does, over passes that were prepared once: every picture is the one
-/// that passes recorded anew give, and from frame to frame nothing is left behind on the device.
+/// A camera that goes round and a light that does, over passes that were prepared once: every
+/// picture is the one that passes recorded anew give, and from frame to frame nothing is left
+/// behind on the device.
 #[test]
 fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
     let Some((instance, device, queue)) = their_device() else { return };

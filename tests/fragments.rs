@@ -1,6 +1,6 @@
-//! The fragment map against the exact integral and against itself: how wrong it is on texel-centre rays
-//! and at random points, that its tolerance is a guarantee, and that every way to build it gives the
-//! same lists.
+//! The fragment map against the exact integral and against itself: how wrong it is on texel-centre
+//! rays and at random points, that its tolerance is a guarantee, and that every way to build it
+//! gives the same lists.
 
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
@@ -67,8 +67,8 @@ fn error_on_rays(scene: &Scene, map: &FragmentMap) -> (f64, f64) {
     (most, (sum / (TEXELS * DEPTHS) as f64).sqrt())
 }
 
-/// 512 slabs a ray: within 1/255 everywhere; fitted within 0.002: at most 0.0025 and 72 bytes a texel
-/// on average; 512 clipped planes: within 0.02.
+/// 512 slabs a ray: within 1/255 everywhere; fitted within 0.002: at most 0.0025 and 72 bytes a
+/// texel on average; 512 clipped planes: within 0.02.
 #[test]
 fn lists_are_as_exact_as_published() {
     for largest in [4.0, 16.0] {
@@ -94,8 +94,8 @@ fn lists_are_as_exact_as_published() {
     }
 }
 
-/// At random points the map's own resolution is what is left: the exact transmittance of every texel,
-/// filtered the same way, is hardly better.
+/// At random points the map's own resolution is what is left: the exact transmittance of every
+/// texel, filtered the same way, is hardly better.
 #[test]
 fn at_random_points_only_the_maps_resolution_is_left() {
     for preset in Preset::ALL {
@@ -169,8 +169,8 @@ fn nodes_of(fragments: &[Fragment], tolerance: f32) -> Vec<Node> {
     nodes
 }
 
-/// Slabs thin and thick, clear and opaque, gaps, surfaces, in any order of sizes: the fit stays within
-/// its tolerance at every depth, also between the points that it was held to.
+/// Slabs thin and thick, clear and opaque, gaps, surfaces, in any order of sizes: the fit stays
+/// within its tolerance at every depth, also between the points that it was held to.
 #[test]
 fn a_fits_tolerance_is_a_guarantee() {
     let mut random = Random(5);

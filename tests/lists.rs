@@ -1,5 +1,5 @@
-//! Fragment lists are the same whoever builds them: drawn or marched, CPU or GPU, with room for all or
-//! for few, in one tile or many.
+//! Fragment lists are the same whoever builds them: drawn or marched, CPU or GPU, with room for all
+//! or for few, in one tile or many.
 
 use deepshadow::backend::{Backend, Passes};
 use deepshadow::cpu::CpuBackend;
@@ -39,8 +39,8 @@ fn lists(backend: &dyn Passes, scene: &Scene, frame: &Frame, drawn: bool, memory
     built.unwrap()
 }
 
-/// The same counts but where rounding makes or unmakes a sliver at a volume's edge; the same numbers to
-/// what sums of f32 and, on graphics hardware, 8-bit texture weights allow.
+/// The same counts but where rounding makes or unmakes a sliver at a volume's edge; the same
+/// numbers to what sums of f32 and, on graphics hardware, 8-bit texture weights allow.
 fn assert_same(ours: &Runs, truth: &Runs, what: &str, exact: bool) {
     assert_eq!(ours.texels(), truth.texels(), "{what}");
     let (mut slivers, mut worst_depth, mut worst_tau) = (0, 0.0_f32, 0.0_f32);

@@ -34,7 +34,8 @@ impl<M: Shadow> Shadow for Off<M> {
     }
 }
 
-/// Parallel, point and spot light: the exact integral in the place of a map is off by rounding alone.
+/// Parallel, point and spot light: the exact integral in the place of a map is off by rounding
+/// alone.
 #[test]
 fn the_exact_map_is_measured_as_exact() {
     let mut scene = anchor_scene(Preset::Bucky, 4.0, MAP);

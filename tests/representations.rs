@@ -27,7 +27,8 @@ struct Case {
     bytes: f64,
     /// Root mean square error of transmittance at the largest optical depths 4 and 16, to 5 %.
     errors: [f64; 2],
-    /// The prototype's figures, where it had this representation: not to be exceeded by more than 5 %.
+    /// The prototype's figures, where it had this representation: not to be exceeded by more than 5
+    /// %.
     published: Option<[f64; 2]>,
 }
 
@@ -36,8 +37,8 @@ const fn case(kind: &'static str, bytes: f64, errors: [f64; 2], published: [f64;
 }
 
 /// Better than the prototype's: `relative` (its shares were not tuned; lookups know where the ray
-/// enters), `adaptive` (points are judged by the triangle that they span), `visibility` (lines go through
-/// the truth where they may, and need fewer points). The others agree with it to 2 %.
+/// enters), `adaptive` (points are judged by the triangle that they span), `visibility` (lines go
+/// through the truth where they may, and need fewer points). The others agree with it to 2 %.
 const CASES: [Case; 16] = [
     Case { published: None, ..case("nested", 16.0, [0.0030, 0.0053], [0.0; 2]) },
     case("relative", 16.0, [0.0053, 0.0065], [0.0062, 0.0083]),

@@ -258,7 +258,8 @@ fn constants_are_the_same_on_both_sides() {
         for (name, value) in common.iter().chain(own).chain(more) {
             assert_eq!(constant(&module, name), *value, "{name}");
         }
-        // Whether media are mixed, of one grid, and maps are lists is the shaders' own business: truth values.
+        // Whether media are mixed, of one grid, and maps are lists is the shaders' own business:
+        // truth values.
         let named = usize::from(media == MediaKind::Mixed);
         let shared = common.len() + own.len() + more.len() + 2 + named;
         assert_eq!(module.constants.len(), shared, "each constant is compared");

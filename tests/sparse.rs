@@ -83,7 +83,8 @@ fn check_edges_of(voxels: &SparseVoxels, what: &str) {
     }
 }
 
-/// Block 0 is the same everywhere, but its last voxel, which block 1 begins with, feels the jump beyond it.
+/// Block 0 is the same everywhere, but its last voxel, which block 1 begins with, feels the jump
+/// beyond it.
 #[test]
 fn a_gradient_is_felt_across_the_end_of_an_even_block() {
     let jump = volume([40, 1, 1], unit_cube(), |[x, ..]| if x > 16 { 1.0 } else { 0.0 });

@@ -1,5 +1,5 @@
-//! Pictures one after another: what a stage keeps is what would be made anew, and a GPU brings nothing to the host
-//! but pictures.
+//! Pictures one after another: what a stage keeps is what would be made anew, and a GPU brings
+//! nothing to the host but pictures.
 
 use deepshadow::progress::Silent;
 use deepshadow::scene::{Light, LightKind, Scene};
@@ -10,8 +10,8 @@ use glam::DVec3;
 use crate::support::backends::every_backend;
 use crate::support::scenes::{anchor_scene, settings};
 
-/// Scenes and settings that follow each other: a camera goes round, a light does, a medium gets thicker, another
-/// light is lit, extinction gets a colour, and all of it goes away again.
+/// Scenes and settings that follow each other: a camera goes round, a light does, a medium gets
+/// thicker, another light is lit, extinction gets a colour, and all of it goes away again.
 fn shots() -> Vec<(Scene, Settings)> {
     let usual = settings(24, [20, 16]).with(|s| s.map.kind = Some(MapKind::Fragments));
     let first = anchor_scene(Preset::Bucky, 4.0, 24);

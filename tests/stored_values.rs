@@ -1,4 +1,5 @@
-//! Functions of stored values are applied between voxels, where those have been interpolated: closed forms.
+//! Functions of stored values are applied between voxels, where those have been interpolated:
+//! closed forms.
 
 use std::path::Path;
 
@@ -52,7 +53,8 @@ fn windows_and_functions_are_applied_between_voxels() {
     let folder = tempfile::tempdir().unwrap();
     write_npy(&folder.path().join("v.npy"), [4, 4, 2], |[x, ..]| [-1000.0, 1000.0][x]);
     for (how, expected) in [
-        // From -1000 to 1000 in a voxel: a ramp over .05 of it, .45 behind that, half a voxel of border.
+        // From -1000 to 1000 in a voxel: a ramp over .05 of it, .45 behind that, half a voxel of
+        // border.
         ("window = [0.0, 100.0]", 0.025 + 0.45 + 0.5),
         ("window = [-200.0, 200.0]", 0.1 + 0.4 + 0.5),
         ("transfer = { points = [[0, 1, 1, 1, 0], [100, 1, 1, 1, 1]] }", 0.025 + 0.45 + 0.5),
@@ -106,7 +108,8 @@ fn a_function_that_begins_high_makes_no_bricks() {
         let (scene, settings, _) = described(&text, folder.path());
         (scene, settings)
     };
-    // Over many cells of either table, of which the two have different ones: a silhouette shows them else.
+    // Over many cells of either table, of which the two have different ones: a silhouette shows
+    // them else.
     let step = "[0.45, 1, 1, 1, 0], [0.55, 1, 1, 1, 1], [1, 1, 1, 1, 1]";
     let (high, settings) = scene(step);
     let (low, _) = scene(&format!("[-2, 1, 1, 1, 0], {step}"));
@@ -154,7 +157,8 @@ fn ranges_that_do_not_meet_the_data_are_spread_over_it() {
     assert!(error.contains("two numbers nor \"data\"") && error.contains("line 3"), "{error}");
 }
 
-/// Doubles may lie above what volumes hold. They are no empty picture, whatever file they come from.
+/// Doubles may lie above what volumes hold. They are no empty picture, whatever file they come
+/// from.
 #[test]
 fn numbers_above_what_f32_holds_are_an_error_that_names_them() {
     let folder = Folder::new();

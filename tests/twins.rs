@@ -1,4 +1,5 @@
-//! A function of a shader is the twin of one in Rust, by its name and its file's, unless it is declared here.
+//! A function of a shader is the twin of one in Rust, by its name and its file's, unless it is
+//! declared here.
 #![cfg(feature = "gpu")]
 
 use std::collections::BTreeSet;
@@ -7,8 +8,8 @@ use std::path::Path;
 
 use crate::support::project;
 
-/// Shaders' functions whose twin is called or stands otherwise: `file::function` and `file::function`, methods by their
-/// own name.
+/// Shaders' functions whose twin is called or stands otherwise: `file::function` and
+/// `file::function`, methods by their own name.
 const OTHERWISE: [(&str, &str); 39] = [
     ("kernel/blocks::sample_density", "kernel/density::sample_density"),
     ("kernel/fitting::fitter_start", "kernel/fitting::new"),

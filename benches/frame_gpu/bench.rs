@@ -82,8 +82,8 @@ impl<'a> Bench<'a> {
         format!("{:.1}, at most {most}", runs.nodes().len() as f64 / runs.texels() as f64)
     }
 
-    /// Passes `raster_slices` and `sort_fragments`, one submission each, as their buffers are large:
-    /// milliseconds and fragments a texel.
+    /// Passes `raster_slices` and `sort_fragments`, one submission each, as their buffers are
+    /// large: milliseconds and fragments a texel.
     pub fn drawn(&self, frame: &GpuFrame, planes: u32) -> Option<(f64, f64)> {
         let size = self.settings.map.size;
         let lists = |capacity: u32| self.gpu.lists(Tile::rows(size, 0, size, capacity));
@@ -139,7 +139,8 @@ pub fn size() -> u32 {
     std::env::var("DEEPSHADOW_BENCH_SIZE").ok().and_then(|n| n.parse().ok()).unwrap_or(512)
 }
 
-/// The largest difference over pixels and channels, in 1/255, and how many pixels differ by more than 1.
+/// The largest difference over pixels and channels, in 1/255, and how many pixels differ by more
+/// than 1.
 pub fn difference(picture: &[[f32; 4]], truth: &[[f32; 4]]) -> (f32, u32) {
     let differences = picture.iter().zip(truth).map(|(a, b)| {
         let channels = a.iter().zip(b).map(|(a, b)| (a - b).abs());

@@ -1,4 +1,5 @@
-//! The same scenes with their volumes in blocks, as sparse grids are held: what the look into the table costs.
+//! The same scenes with their volumes in blocks, as sparse grids are held: what the look into the
+//! table costs.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! The frame by brute force, and the texture units' own speed, by shaders that share nothing with the
-//! crate's but the parameters of a frame.
+//! The frame by brute force, and the texture units' own speed, by shaders that share nothing with
+//! the crate's but the parameters of a frame.
 
 use deepshadow::frame::Frame;
 use deepshadow::volume::Volume;

@@ -1,7 +1,8 @@
-// The frame by brute force: a threshold map and a camera march of 512 equal steps on every ray that hits
-// the volume's box, one trilinear fetch a step, nothing skipped and no ray ended early. Shares no code with
-// what it is compared with but the uniform `frame`: shaders/kernel/frame.wgsl is put in front of it. Parallel
-// light, one ray a pixel, no ground. What does not change along a ray is computed before its loop.
+// The frame by brute force: a threshold map and a camera march of 512 equal steps on every ray that
+// hits the volume's box, one trilinear fetch a step, nothing skipped and no ray ended early. Shares
+// no code with what it is compared with but the uniform `frame`: shaders/kernel/frame.wgsl is put
+// in front of it. Parallel light, one ray a pixel, no ground. What does not change along a ray is
+// computed before its loop.
 
 @group(0) @binding(1) var voxels: texture_3d<f32>;
 @group(0) @binding(2) var trilinear: sampler;

@@ -15,7 +15,8 @@ const SUBMISSION_MS: f64 = 30.0;
 /// Records one frame, or whatever is timed, into an encoder.
 pub type Record<'a> = &'a dyn Fn(&mut CommandEncoder);
 
-/// Timestamps of the device around the passes of a submission, or the wall clock around the submission.
+/// Timestamps of the device around the passes of a submission, or the wall clock around the
+/// submission.
 pub struct Clock<'a> {
     gpu: &'a Gpu,
     timestamps: Option<Timestamps>,
@@ -63,8 +64,8 @@ impl<'a> Clock<'a> {
         }
     }
 
-    /// Milliseconds of each subject: medians of submissions in turns, each with as many repetitions as
-    /// fill it.
+    /// Milliseconds of each subject: medians of submissions in turns, each with as many repetitions
+    /// as fill it.
     pub fn interleaved<const N: usize>(&self, subjects: [Record<'_>; N]) -> [f64; N] {
         let repetitions = subjects.map(|record| {
             self.submission_ms(1, record);

@@ -47,8 +47,8 @@ impl Octave {
     }
 }
 
-/// The cloud of `n` cubed voxels, and the density scale that gives its central lines, on average, their
-/// optical depth.
+/// The cloud of `n` cubed voxels, and the density scale that gives its central lines, on average,
+/// their optical depth.
 pub fn cloud(n: usize) -> (Volume, f64) {
     let octaves: Vec<Octave> = (0..OCTAVES).map(|index| Octave::new(index, n)).collect();
     let mut values = vec![0.0_f32; n.pow(3)];

@@ -1,5 +1,5 @@
-// How fast a texture is sampled: 512 trilinear fetches a thread from one face of the volume to the other,
-// along paths that neighbours share, eight under way at once.
+// How fast a texture is sampled: 512 trilinear fetches a thread from one face of the volume to the
+// other, along paths that neighbours share, eight under way at once.
 
 @group(0) @binding(1) var voxels: texture_3d<f32>;
 @group(0) @binding(2) var trilinear: sampler;

@@ -178,8 +178,8 @@ fn through_threshold_map(bench: &Bench<'_>, frame: &GpuFrame) -> Vec<[f32; 4]> {
     bench.picture(frame, GpuShadow::Threshold(&map))
 }
 
-/// How far the brute-force picture is from the crate's own of many steps with the paper's lookup in the
-/// nearest texel, both without ground: that the former is right.
+/// How far the brute-force picture is from the crate's own of many steps with the paper's lookup in
+/// the nearest texel, both without ground: that the former is right.
 fn difference_of_brute_force(gpu: &Gpu, bench: &Bench<'_>, shipped: &Frame) -> (f32, u32) {
     let settings = bench.settings.with(|s| {
         s.map.threshold.lookup = Lookup::Paper;

@@ -1,5 +1,5 @@
-//! A program that draws frame after frame: wall-clock time with all that the host does, whether it keeps its passes
-//! prepared or records them anew.
+//! A program that draws frame after frame: wall-clock time with all that the host does, whether it
+//! keeps its passes prepared or records them anew.
 
 use std::collections::VecDeque;
 use std::time::Instant;

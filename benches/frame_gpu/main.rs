@@ -1,8 +1,8 @@
-//! The GPU backend: the shipped frame against brute force (table frame), frames drawn
-//! one after another (loops), volumes in blocks (blocks), and every pass on the presets
-//! as milliseconds a pass from many passes in one submission (maps, drawn, views, filters). Prints the
-//! tables named as arguments, or all; 512 x 512 maps and pictures, unless `DEEPSHADOW_BENCH_SIZE` makes
-//! them smaller.
+//! The GPU backend: the shipped frame against brute force (table frame), frames drawn one after
+//! another (loops), volumes in blocks (blocks), and every pass on the presets as milliseconds a
+//! pass from many passes in one submission (maps, drawn, views, filters). Prints the tables named
+//! as arguments, or all; 512 x 512 maps and pictures, unless `DEEPSHADOW_BENCH_SIZE` makes them
+//! smaller.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench;

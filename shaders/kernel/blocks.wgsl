@@ -1,11 +1,12 @@
-// Density between voxels of a volume that is stored in blocks, of which equal ones share one: trilinear by the
-// texture unit in a block, clamped at the border.
+// Density between voxels of a volume that is stored in blocks, of which equal ones share one:
+// trilinear by the texture unit in a block, clamped at the border.
 #import kernel/frame
 
 // The stored blocks side by side.
 @group(0) @binding(1) var voxels: texture_3d<f32>;
 @group(0) @binding(2) var trilinear: sampler;
-// For each block where it is stored, in blocks along x, y and z, ten bits each; NO_BLOCK if there is nothing.
+// For each block where it is stored, in blocks along x, y and z, ten bits each; NO_BLOCK if there
+// is nothing.
 @group(0) @binding(25) var blocks: texture_3d<u32>;
 
 const NO_BLOCK: u32 = 0xffffffffu;

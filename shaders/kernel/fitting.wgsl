@@ -1,7 +1,7 @@
 // How fragments become nodes (depth, optical depth): all of them, or as few as a tolerance on
-// transmittance allows. The way and its bound: src/kernel/fitting.rs. A root that imports this defines
-// `keep_node(node: vec2<f32>)`, which takes each node once it is settled, and `kept_node(k: u32)`, which
-// gives back the k-th.
+// transmittance allows. The way and its bound: src/kernel/fitting.rs. A root that imports this
+// defines `keep_node(node: vec2<f32>)`, which takes each node once it is settled, and
+// `kept_node(k: u32)`, which gives back the k-th.
 
 const POINT_SPACING: f32 = 0.25;
 const FIT_SHARE: f32 = 0.82;
@@ -138,8 +138,8 @@ fn fitter_close() {
     keep_node(fitter.anchor);
 }
 
-// How many of `count` raw nodes to keep so that one line to the last one stands for the rest: what is left
-// out lies where transmittance minus its final value is below `truncation`.
+// How many of `count` raw nodes to keep so that one line to the last one stands for the rest: what
+// is left out lies where transmittance minus its final value is below `truncation`.
 fn truncated(count: u32, truncation: f32) -> u32 {
     let end = exp(-kept_node(count - 1u).y);
     var low: u32 = 0u;

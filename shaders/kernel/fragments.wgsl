@@ -1,5 +1,5 @@
-// Lists of nodes (depth, optical depth up to there) in storage buffers, and transmittance from them.
-// Between two nodes optical depth is linear.
+// Lists of nodes (depth, optical depth up to there) in storage buffers, and transmittance from
+// them. Between two nodes optical depth is linear.
 
 // The nodes of a texel: the first, how many, and how far apart in the buffer.
 struct List {
@@ -18,8 +18,8 @@ fn list_of_run(run: vec2<u32>) -> List {
     return List(run.x, run.y & ~INTERLEAVED, select(1u, INTERLEAVED_STRIDE, interleaved));
 }
 
-// A link: the place of a node in the list of the texel to the right in the lower sixteen bits, of the one
-// above in the upper; NO_LINK where that list is empty or the place is beyond them.
+// A link: the place of a node in the list of the texel to the right in the lower sixteen bits, of
+// the one above in the upper; NO_LINK where that list is empty or the place is beyond them.
 const NO_LINK: u32 = 0xffffu;
 
 fn packed_link(neighbor: List, place: u32) -> u32 {
@@ -31,9 +31,9 @@ fn optical_depth_between(a: vec2<f32>, b: vec2<f32>, depth: f32) -> f32 {
     return a.y + (b.y - a.y) * ((depth - a.x) / (b.x - a.x));
 }
 
-// The same for transmittance with each fragment's shadow test an exponential of the way from its front
-// (exponential deep shadow maps); `before` is the node in front of a, a itself if there is none, and
-// b is a behind the last node.
+// The same for transmittance with each fragment's shadow test an exponential of the way from its
+// front (exponential deep shadow maps); `before` is the node in front of a, a itself if there is
+// none, and b is a behind the last node.
 fn exponential_transmittance(
     before: vec2<f32>,
     a: vec2<f32>,

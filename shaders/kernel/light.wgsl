@@ -65,14 +65,15 @@ fn cone_share(direction: vec3<f32>) -> f32 {
     return x * x * (3.0 - 2.0 * x);
 }
 
-// Angle over which a cone's share is taken at one place, in radians, and how many such places a piece has at most.
+// Angle over which a cone's share is taken at one place, in radians, and how many such places a
+// piece has at most.
 const ANGLE: f32 = 0.05;
 const MOST_ANGLES: u32 = 64u;
 
-// Unshadowed irradiance on the average over a piece of a ray, from its begin over its middle to its end, of a light
-// among the media, close to which it changes by much. The integral of one over the squared distance is the angle
-// that the piece takes up as the light sees it, over the light's distance from the ray; a cone's share is a mean over
-// that angle.
+// Unshadowed irradiance on the average over a piece of a ray, from its begin over its middle to its
+// end, of a light among the media, close to which it changes by much. The integral of one over the
+// squared distance is the angle that the piece takes up as the light sees it, over the light's
+// distance from the ray; a cone's share is a mean over that angle.
 fn irradiance_over(begin: vec3<f32>, middle: vec3<f32>, end: vec3<f32>) -> vec3<f32> {
     let a = begin - frame.light.position;
     let m = middle - frame.light.position;
@@ -98,8 +99,8 @@ fn irradiance_over(begin: vec3<f32>, middle: vec3<f32>, end: vec3<f32>) -> vec3<
     return frame.light.irradiance * (share / f32(parts) * angle / area);
 }
 
-// The face of a cube that a direction from its middle goes through, whose edges belong to one face each: +x, -x, +y,
-// -y, +z, -z are 0 to 5.
+// The face of a cube that a direction from its middle goes through, whose edges belong to one face
+// each: +x, -x, +y, -y, +z, -z are 0 to 5.
 fn face_of(direction: vec3<f32>) -> u32 {
     let far = abs(direction);
     if (far.x >= far.y && far.x >= far.z) {

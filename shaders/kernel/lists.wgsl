@@ -1,5 +1,5 @@
-// Linked lists of fragments: a head buffer, an element buffer and a counter. Any caster may push. (Real-
-// time deep shadow maps for hair, "Creating list entries".)
+// Linked lists of fragments: a head buffer, an element buffer and a counter. Any caster may push.
+// (Real- time deep shadow maps for hair, "Creating list entries".)
 #import kernel/tile
 
 struct Element {
@@ -18,8 +18,8 @@ struct Element {
 
 const OPAQUE_OPTICAL_DEPTH: f32 = 87.0;
 
-// Puts a slab (or, with equal bounds, a surface) on a texel's list. What finds no room is counted, so
-// that the pass can run again with more.
+// Puts a slab (or, with equal bounds, a surface) on a texel's list. What finds no room is counted,
+// so that the pass can run again with more.
 fn push_fragment(texel: u32, bounds: vec2<f32>, optical_depth: f32) {
     let at = atomicAdd(&counters[0], 1u);
     if (at < tile.capacity) {

@@ -18,8 +18,9 @@ fn arriving(ray: Ray, point: vec3<f32>) -> Arriving {
     return Arriving(irradiance, cosine, irradiance * phase(frame.media.phase_g, cosine));
 }
 
-// Light that arrives over a piece of a ray, around a place and of half a length: that of its middle, but of a light
-// that stands among the media, whose square of the distance may change by much over a piece.
+// Light that arrives over a piece of a ray, around a place and of half a length: that of its
+// middle, but of a light that stands among the media, whose square of the distance may change by
+// much over a piece.
 fn arriving_over(ray: Ray, at: f32, reach: f32) -> Arriving {
     let middle = ray_at(ray, at);
     if (frame.light.spread < 2u) {

@@ -23,7 +23,8 @@ fn phase(g: f32, cosine: f32) -> f32 {
     return (1.0 - g * g) / (FOUR_PI * spread * sqrt(spread));
 }
 
-// Light scattered into an angle of the given cosine behind a transmittance, with `count` octaves more.
+// Light scattered into an angle of the given cosine behind a transmittance, with `count` octaves
+// more.
 fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     var share: f32 = 1.0;
     var narrow = g;
@@ -40,8 +41,8 @@ fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     return sum / shares;
 }
 
-// What four steps of a ray add to a picture: where to sample the light for each of them, or for several at
-// once, which then stand in the first one's place and leave the others without weight.
+// What four steps of a ray add to a picture: where to sample the light for each of them, or for
+// several at once, which then stand in the first one's place and leave the others without weight.
 struct Scattered {
     // Share of the ray's light.
     weights: vec4<f32>,
@@ -51,8 +52,8 @@ struct Scattered {
     through: f32,
 }
 
-// Four steps with two samples each: optical depths in order, the distance of the first sample and the distance
-// between samples, and the transmittance from the camera in front of them.
+// Four steps with two samples each: optical depths in order, the distance of the first sample and
+// the distance between samples, and the transmittance from the camera in front of them.
 fn scattered(
     through: f32,
     early: vec4<f32>,

@@ -38,8 +38,8 @@ fn intersect_box(ray: Ray, lowest: vec3<f32>, highest: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(enter, min(far.x, min(far.y, far.z)));
 }
 
-// Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at most those that the
-// frame allows for all of it.
+// Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at
+// most those that the frame allows for all of it.
 fn voxels_over(ray: Ray, along: f32, extent: f32) -> f32 {
     let most = frame.media.most_voxels / max(max(extent, along), 1.1754944e-38);
     return along * min(length(ray.direction), most);

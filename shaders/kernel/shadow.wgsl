@@ -1,5 +1,5 @@
-// Transmittance from the light, read from a shadow map of one of the kinds in shaders/map/. What another
-// program imports to shade its own objects: `shadow_at(world position)`.
+// Transmittance from the light, read from a shadow map of one of the kinds in shaders/map/. What
+// another program imports to shade its own objects: `shadow_at(world position)`.
 #import kernel/light
 #import map
 
@@ -15,8 +15,8 @@ fn brute_force_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     return sum / (extent.x * extent.y);
 }
 
-// Bilinear between four texels whose shadows are moved in depth so that they begin at one, as long as their fronts
-// are those of one surface.
+// Bilinear between four texels whose shadows are moved in depth so that they begin at one, as long
+// as their fronts are those of one surface.
 fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
     let upper_right = vec2<u32>(high.x, low.y);
     let lower_left = vec2<u32>(low.x, high.y);

@@ -16,8 +16,8 @@ struct Slabs {
     samples: u32,
 }
 
-// The slabs of the ray through (u, v): of the ray's own, from entry to exit, or between planes across
-// the light's axis that all rays share.
+// The slabs of the ray through (u, v): of the ray's own, from entry to exit, or between planes
+// across the light's axis that all rays share.
 fn slabs_of(u: f32, v: f32) -> Slabs {
     let ray = index_ray_of(light_ray(u, v));
     let inside = intersect_box(ray, frame.media.domain_min, frame.media.domain_max);
@@ -78,8 +78,8 @@ struct Batch {
     next: f32,
 }
 
-// Four slabs as long as `step` from depth t on; with planes, the four from the one that holds t on, but none in
-// front of slab `next`.
+// Four slabs as long as `step` from depth t on; with planes, the four from the one that holds t on,
+// but none in front of slab `next`.
 fn batch_of(slabs: Slabs, t: f32, step: f32, next: f32) -> Batch {
     let planes = frame.map.planes > 0u;
     let start = select(t, slabs.start, planes);
@@ -93,7 +93,8 @@ fn batch_of(slabs: Slabs, t: f32, step: f32, next: f32) -> Batch {
     return Batch(max(fronts, vec4<f32>(slabs.enter)), inside, backs.w, first + 4.0);
 }
 
-// Their optical depths: as the passes wait for samples more than they compute, four are under way at once.
+// Their optical depths: as the passes wait for samples more than they compute, four are under way
+// at once.
 fn four_optical_depths(slabs: Slabs, batch: Batch) -> vec4<f32> {
     let steps = max(batch.backs - batch.fronts, vec4<f32>(0.0)) / f32(slabs.samples);
     var sums = vec4<f32>(0.0);

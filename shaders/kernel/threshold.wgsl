@@ -52,8 +52,8 @@ fn parabola_share(y: f32, bend: f32) -> f32 {
     return 2.0 * y / max(first + sqrt(max(first * first + 2.0 * limited * y, 0.0)), 1e-30);
 }
 
-// Where within a step from depth z.x to z.y a level of optical depth tau is crossed; bend is how much more
-// than this step the next one holds.
+// Where within a step from depth z.x to z.y a level of optical depth tau is crossed; bend is how
+// much more than this step the next one holds.
 fn crossing_depth(crossing: u32, z: vec2<f32>, tau: f32, ends: vec2<f32>, bend: f32) -> f32 {
     var share: f32 = 0.0;
     if (crossing == 0u) {
@@ -69,8 +69,8 @@ fn crossing_depth(crossing: u32, z: vec2<f32>, tau: f32, ends: vec2<f32>, bend: 
 struct Curve {
     // Depths where the pieces end.
     ends: vec4<f32>,
-    // Over the share u of a piece's length, x + u (y + u (z + u w)). The first begins at zero, and holds the
-    // depth where it does in place of x.
+    // Over the share u of a piece's length, x + u (y + u (z + u w)). The first begins at zero, and
+    // holds the depth where it does in place of x.
     cubics: array<vec4<f32>, 4>,
 }
 
@@ -97,8 +97,8 @@ fn slope_between(a: f32, b: f32) -> f32 {
     return min(0.5 * (a + b), 2.5 * min(a, b));
 }
 
-// How the curve runs out beyond an outermost point, with slopes wanted there and at the far end: length, slope
-// at the point, slope at the far end.
+// How the curve runs out beyond an outermost point, with slopes wanted there and at the far end:
+// length, slope at the point, slope at the far end.
 fn run_out(rest: f32, secant: f32, slopes: vec2<f32>, border: f32) -> vec3<f32> {
     let slope = slopes.x;
     let far = slopes.y;
@@ -115,8 +115,8 @@ fn run_out(rest: f32, secant: f32, slopes: vec2<f32>, border: f32) -> vec3<f32> 
     return vec3<f32>(room, near, far + (mean - far) * straight);
 }
 
-// The slopes wanted at the last point and at the far end; d are those between the points, h the lengths, above
-// how far total lies above the last threshold.
+// The slopes wanted at the last point and at the far end; d are those between the points, h the
+// lengths, above how far total lies above the last threshold.
 fn end_slopes(d: vec2<f32>, h: vec2<f32>, total: f32, above: f32) -> vec2<f32> {
     // Of the parabola through the three points; where the medium may end soon, the one found best.
     let wanted = vec2<f32>(d.y + (d.y - d.x) * (h.y / (h.x + h.y)), 1.25 * sqrt(d.x * d.y));

@@ -5,7 +5,8 @@ struct Tile {
     origin: vec2<u32>,
     // Its texels.
     extent: vec2<u32>,
-    // trace_slices: nodes a texel; raster_slices: elements, sort_fragments: nodes of the whole tile.
+    // trace_slices: nodes a texel; raster_slices: elements, sort_fragments: nodes of the whole
+    // tile.
     capacity: u32,
     unused0: u32,
     unused1: u32,

@@ -46,8 +46,8 @@ struct Place {
     b: vec2<f32>,
 }
 
-// The nodes on both sides of a place; in front of the first there is no optical depth, and behind the last
-// it stays.
+// The nodes on both sides of a place; in front of the first there is no optical depth, and behind
+// the last it stays.
 fn place_at(list: List, before: u32) -> Place {
     var a = vec2<f32>(-FARTHEST, 0.0);
     if (before > 0u) {
@@ -144,8 +144,8 @@ fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     return place_transmittance(list, place_at(list, nodes_before(list, depth)), depth);
 }
 
-// How many nodes of each of four lists lie at or in front of a depth. The four are searched side by side, so
-// that their nodes come at once and not one after the other.
+// How many nodes of each of four lists lie at or in front of a depth. The four are searched side by
+// side, so that their nodes come at once and not one after the other.
 fn four_searches(a: List, b: List, c: List, d: List, depth: f32) -> vec4<u32> {
     let firsts = vec4<u32>(a.first, b.first, c.first, d.first);
     let counts = vec4<u32>(a.count, b.count, c.count, d.count);
@@ -206,8 +206,8 @@ fn linked_place(own: List, before: u32, list: List, direction: u32, depth: f32) 
     return place_near(list, guess, depth);
 }
 
-// Mean transmittance over a window of texels, its ends included: from its lower left texel along the
-// links (real-time deep shadow maps for hair, "Spatial filtering").
+// Mean transmittance over a window of texels, its ends included: from its lower left texel along
+// the links (real-time deep shadow maps for hair, "Spatial filtering").
 fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     if (frame.map.follows_links == 0u) {
         return brute_force_mean(low, high, depth);

@@ -46,8 +46,8 @@ fn sample_field(field: u32, index: vec3<f32>) -> f32 {
     return stored_number(field, place) * mixture.fields[field].domain_min.w;
 }
 
-// The part of a piece that lies in a field: the field's indices of its two ends, and its share of the
-// piece's length; 0 if there is none.
+// The part of a piece that lies in a field: the field's indices of its two ends, and its share of
+// the piece's length; 0 if there is none.
 struct Inside {
     begin: vec3<f32>,
     end: vec3<f32>,
@@ -80,7 +80,8 @@ fn field_value(field: u32, ray: Ray, at: f32, reach: f32) -> f32 {
     return sample_field(field, 0.5 * (part.begin + part.end));
 }
 
-// A place on a table's line over one cell: what the function is there, and its integral up to there, in cells.
+// A place on a table's line over one cell: what the function is there, and its integral up to
+// there, in cells.
 struct TablePlace {
     cell: f32,
     value: vec4<f32>,
@@ -161,8 +162,8 @@ fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
     return sum;
 }
 
-// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance from
-// the light.
+// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance
+// from the light.
 fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {
     let more = frame.view.octaves;
     var lit = vec3<f32>(0.0);

@@ -1,5 +1,5 @@
-// Media that are one volume whose extinction is its density times a number. They are sampled in texture
-// coordinates: so is `ray`. A piece of it reaches as far before as behind a distance `at`.
+// Media that are one volume whose extinction is its density times a number. They are sampled in
+// texture coordinates: so is `ray`. A piece of it reaches as far before as behind a distance `at`.
 #import density
 #import kernel/media
 #import kernel/ray
@@ -17,8 +17,8 @@ fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
     return sample_density(ray_at(ray, at));
 }
 
-// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance from
-// the light.
+// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance
+// from the light.
 fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {
     var lit: vec3<f32>;
     if (USUAL || frame.view.octaves == 0u) {

@@ -46,8 +46,8 @@ impl Errors {
 }
 
 impl Errors {
-    /// What the errors of several channels or lights come to together; the size that 99.9 % do not exceed is the
-    /// largest of theirs.
+    /// What the errors of several channels or lights come to together; the size that 99.9 % do not
+    /// exceed is the largest of theirs.
     pub fn together(all: &[Self]) -> Self {
         let count: usize = all.iter().map(|errors| errors.count).sum();
         let mean = |f: fn(&Self) -> f64| {

@@ -58,8 +58,8 @@ impl TexelMap for ExactTexels<'_> {
     }
 }
 
-/// Exact transmittance at each point itself, whatever filter is asked for: a picture marched through
-/// it is the truth that other maps' pictures are compared with.
+/// Exact transmittance at each point itself, whatever filter is asked for: a picture marched
+/// through it is the truth that other maps' pictures are compared with.
 #[derive(Clone, Debug)]
 pub struct ExactPoints<'a>(pub ExactTexels<'a>);
 

@@ -1,8 +1,9 @@
 //! How wrong a shadow map is: its error against the exact line integral, its size and its speed.
 //! Knows neither how maps are built nor who reads the numbers.
 //!
-//! All maps are asked at the same seeded points ([`Points`]), whose true answers are integrated once
-//! in f64 by [`crate::reference`]. What is measured is a sample: the largest error found is no bound.
+//! All maps are asked at the same seeded points ([`Points`]), whose true answers are integrated
+//! once in f64 by [`crate::reference`]. What is measured is a sample: the largest error found is no
+//! bound.
 
 mod errors;
 mod exact;
@@ -27,8 +28,8 @@ pub use points::{Place, Points, Sample};
 const TIMED_LOOKUPS: usize = 8_192;
 const TIMED_RUNS: usize = 16;
 
-/// The largest optical depth along the central rays of a map of `beam` with `map_size` squared texels, exact to
-/// rounding.
+/// The largest optical depth along the central rays of a map of `beam` with `map_size` squared
+/// texels, exact to rounding.
 pub fn largest_optical_depth(beam: &Beam, map_size: u32) -> f64 {
     let extinction = Extinction::of(&beam.media);
     let n = map_size as usize;

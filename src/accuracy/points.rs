@@ -58,8 +58,8 @@ pub struct Points {
 }
 
 impl Points {
-    /// `count` samples of each of `places` in `beam` for its maps of `map_size` squared texels, the same for the same `seed`. A place that does not exist (medium in an empty volume)
-    /// has none.
+    /// `count` samples of each of `places` in `beam` for its maps of `map_size` squared texels, the
+    /// same for the same `seed`. A place that does not exist (medium in an empty volume) has none.
     pub fn draw(
         beam: &Beam,
         map_size: u32,
@@ -93,8 +93,8 @@ impl Points {
         &self.sets[place as usize]
     }
 
-    /// How far `map` is from the truth at one place, filtered by a window of `window` texels along its
-    /// edge (0: bilinear; [`Shadow::lookup`]), on rays by the texel alone.
+    /// How far `map` is from the truth at one place, filtered by a window of `window` texels along
+    /// its edge (0: bilinear; [`Shadow::lookup`]), on rays by the texel alone.
     pub fn errors(&self, place: Place, map: &dyn Shadow, window: u32) -> Errors {
         let window = if place == Place::Rays { 1 } else { window };
         let error = |sample: &Sample| {

@@ -1,5 +1,5 @@
-//! What a renderer does: maps and pictures of scenes; the passes that they are made by, one by one; and pictures
-//! one after another.
+//! What a renderer does: maps and pictures of scenes; the passes that they are made by, one by one;
+//! and pictures one after another.
 
 mod passes;
 mod stage;
@@ -14,7 +14,8 @@ pub use passes::Passes;
 use passes::{build_map, view_through};
 pub use stage::{Cause, HostStage, Stage};
 
-/// What is known of a scene before it is loaded: one volume under parallel light, with the usual settings.
+/// What is known of a scene before it is loaded: one volume under parallel light, with the usual
+/// settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expected {
     /// Whose extinction is its density times a number.
@@ -23,14 +24,15 @@ pub enum Expected {
     Function,
 }
 
-/// A renderer. What it makes on the way to a picture stays where it is made, on the host or on a device; maps cross
-/// over where they are asked for ([`Backend::map`]) or brought ([`Backend::view`]), and pictures at their end.
+/// A renderer. What it makes on the way to a picture stays where it is made, on the host or on a
+/// device; maps cross over where they are asked for ([`Backend::map`]) or brought
+/// ([`Backend::view`]), and pictures at their end.
 pub trait Backend: Send + Sync {
     /// What does the work, for people: the processor or the graphics adapter.
     fn description(&self) -> String;
 
-    /// The kind of map that is built where none is asked for: the exact one where it costs little more
-    /// than the other.
+    /// The kind of map that is built where none is asked for: the exact one where it costs little
+    /// more than the other.
     fn default_map(&self) -> MapKind;
 
     /// The passes that all else is made by, one by one.
@@ -41,8 +43,8 @@ pub trait Backend: Send + Sync {
         matches!(kind, MapKind::Threshold | MapKind::Fragments)
     }
 
-    /// Makes ready, before a scene is there, what its pictures through maps of `kind` will take, if they are as
-    /// `expected`. A hint: what it says wrong costs time alone.
+    /// Makes ready, before a scene is there, what its pictures through maps of `kind` will take, if
+    /// they are as `expected`. A hint: what it says wrong costs time alone.
     fn expect(&self, _kind: Option<MapKind>, _expected: Expected) {}
 
     /// Makes sure, before any work, that there is room for the picture and the map of `settings`.

@@ -12,8 +12,8 @@ use crate::shadow::{
     VisibilityPoint, codec, grid_shape,
 };
 
-/// The passes of a renderer, by the names that they have in every backend and in `shaders/`, for who looks at what
-/// each of them makes. All work on one of a scene's beams ([`Beam`]).
+/// The passes of a renderer, by the names that they have in every backend and in `shaders/`, for
+/// who looks at what each of them makes. All work on one of a scene's beams ([`Beam`]).
 pub trait Passes: Backend {
     /// Pass `trace_threshold`: marches from the light through every texel of a map. Texels are
     /// `size * size`, row 0 at v = 0.
@@ -27,9 +27,10 @@ pub trait Passes: Backend {
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>>;
 
-    /// Pass `trace_slices`: integrates every slab of every texel's ray, in order, into nodes: all of
-    /// them, or as few as keep the frame's tolerance. Texels row by row, row 0 at v = 0. `memory`:
-    /// bytes that may be taken at a time, as far as a backend reserves any; more are made in tiles.
+    /// Pass `trace_slices`: integrates every slab of every texel's ray, in order, into nodes: all
+    /// of them, or as few as keep the frame's tolerance. Texels row by row, row 0 at v = 0.
+    /// `memory`: bytes that may be taken at a time, as far as a backend reserves any; more are made
+    /// in tiles.
     ///
     /// # Errors
     /// If the device fails or runs out of memory, or if there are more nodes than 32 bits count.
@@ -41,8 +42,8 @@ pub trait Passes: Backend {
         progress: &dyn Progress,
     ) -> Result<Runs>;
 
-    /// Passes `raster_slices` and `sort_fragments`: draws planes through the volume into linked lists
-    /// of fragments, which are sorted and turned into nodes. `memory` as for `trace_slices`.
+    /// Passes `raster_slices` and `sort_fragments`: draws planes through the volume into linked
+    /// lists of fragments, which are sorted and turned into nodes. `memory` as for `trace_slices`.
     ///
     /// # Errors
     /// As [`Passes::trace_slices`].
@@ -54,8 +55,8 @@ pub trait Passes: Backend {
         progress: &dyn Progress,
     ) -> Result<Runs>;
 
-    /// Pass `link_neighbors`: links from every node of a map of `size` squared texels to the nearest
-    /// in depth of the texels to the right and above.
+    /// Pass `link_neighbors`: links from every node of a map of `size` squared texels to the
+    /// nearest in depth of the texels to the right and above.
     ///
     /// # Errors
     /// If the device fails or runs out of memory.
@@ -76,9 +77,9 @@ pub trait Passes: Backend {
         Err(unbuilt(&self.description()))
     }
 
-    /// Pass `trace_visibility`: integrates every slab of every texel's ray, in order, into as few points
-    /// of transmittance as keep `tolerance`. Texels row by row, row 0 at v = 0; `frame` asks for all
-    /// nodes of a ray.
+    /// Pass `trace_visibility`: integrates every slab of every texel's ray, in order, into as few
+    /// points of transmittance as keep `tolerance`. Texels row by row, row 0 at v = 0; `frame` asks
+    /// for all nodes of a ray.
     ///
     /// # Errors
     /// If this backend does not build such maps, or if there are more points than 32 bits count.

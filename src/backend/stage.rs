@@ -8,16 +8,17 @@ use crate::scene::{Beam, LightView, Media, Scene};
 use crate::settings::{MapKind, MapSettings, Settings, Shading};
 use crate::shadow::{Map, Shadow};
 
-/// What makes pictures one after another. Between two of them it keeps what does not change: the shadow maps while
-/// media, lights and how maps are built stay the same, and media on a device while they do. Scenes share their
-/// volumes ([`std::sync::Arc`]), so the same volume is known by where it is.
+/// What makes pictures one after another. Between two of them it keeps what does not change: the
+/// shadow maps while media, lights and how maps are built stay the same, and media on a device
+/// while they do. Scenes share their volumes ([`std::sync::Arc`]), so the same volume is known by
+/// where it is.
 pub trait Stage {
-    /// A picture of `scene`: for each of its beams the map, unless it is that of the picture before, then the camera
-    /// march. Progress is told where a "shadow map" and a "picture" begin.
+    /// A picture of `scene`: for each of its beams the map, unless it is that of the picture
+    /// before, then the camera march. Progress is told where a "shadow map" and a "picture" begin.
     ///
     /// # Errors
-    /// If a light cannot be fitted to the volume, if a radiance does not fit f32, or if the device fails or runs out
-    /// of memory.
+    /// If a light cannot be fitted to the volume, if a radiance does not fit f32, or if the device
+    /// fails or runs out of memory.
     fn render(
         &mut self,
         scene: &Scene,
@@ -54,7 +55,8 @@ impl Cause {
     }
 }
 
-/// Bytes of maps ([`Shadow::bytes`]) that are kept between pictures; those of what lookups share come on top.
+/// Bytes of maps ([`Shadow::bytes`]) that are kept between pictures; those of what lookups share
+/// come on top.
 const KEPT_BYTES: u64 = 64 << 20;
 
 /// Pictures by passes from and to memory of the host.

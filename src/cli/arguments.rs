@@ -81,14 +81,15 @@ pub(super) struct SceneArguments {
     /// Texels along each edge of the map [512].
     #[arg(long, value_name = "N", value_parser = count(8192), help_heading = "Shadow map")]
     pub map_size: Option<u32>,
-    /// How much finer steps, slabs and tolerances are than usual, 0.125 to 64; twice as much shows whether a
-    /// picture has converged [1].
+    /// How much finer steps, slabs and tolerances are than usual, 0.125 to 64; twice as much shows
+    /// whether a picture has converged [1].
     #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Shadow map")]
     pub quality: Option<f64>,
     /// Steps along a light ray at most [512].
     #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Shadow map")]
     pub steps: Option<u32>,
-    /// Slabs of a fragment map: equal ones on each ray (ray), between planes (planes), drawn (raster).
+    /// Slabs of a fragment map: equal ones on each ray (ray), between planes (planes), drawn
+    /// (raster).
     #[arg(long, value_name = "HOW", value_parser = valid::<Slices>, help_heading = "Shadow map")]
     pub slices: Option<String>,
     /// Error of transmittance that a fragment map may make, 0 to keep every fragment [0.002].
@@ -124,7 +125,8 @@ pub(super) struct FileArguments {
     /// Byte order of raw data: little or big [little].
     #[arg(long, value_name = "ORDER", value_parser = valid::<Endian>, help_heading = "Volume")]
     pub endian: Option<String>,
-    /// What a file's numbers are, whatever it says: level-set (distances, negative inside) or fog (densities).
+    /// What a file's numbers are, whatever it says: level-set (distances, negative inside) or fog
+    /// (densities).
     #[arg(long, value_name = "CLASS", value_parser = valid::<Class>, help_heading = "Volume")]
     pub class: Option<String>,
     /// Distance between voxels along x, y, z.
@@ -253,8 +255,8 @@ impl PictureArguments {
     }
 }
 
-/// What `--transfer` names: a preset, `auto`, or a file; what is none of these is looked up as a name, since
-/// a list of names is a better answer than that there is no such file.
+/// What `--transfer` names: a preset, `auto`, or a file; what is none of these is looked up as a
+/// name, since a list of names is a better answer than that there is no such file.
 fn transfer_table(text: &str) -> TransferTable {
     let is_name = text == "auto" || transfer::preset(text).is_ok();
     if !is_name && Path::new(text).exists() {

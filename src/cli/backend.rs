@@ -44,8 +44,8 @@ pub(super) struct Opening {
 }
 
 impl Opening {
-    /// Begins to look for what `choice` means on this machine, and makes it ready for what is expected. No adapter is
-    /// looked for if the CPU was asked for.
+    /// Begins to look for what `choice` means on this machine, and makes it ready for what is
+    /// expected. No adapter is looked for if the CPU was asked for.
     pub(super) fn begin(
         choice: BackendChoice,
         expected: Option<(Option<MapKind>, Expected)>,
@@ -71,7 +71,8 @@ impl Opening {
         Self { choice, gpu }
     }
 
-    /// The backend for maps of `kind`; `say` is told why it is no other one, where that is only found out later.
+    /// The backend for maps of `kind`; `say` is told why it is no other one, where that is only
+    /// found out later.
     pub(super) fn finish(
         self,
         kind: Option<MapKind>,

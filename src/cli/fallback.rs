@@ -1,5 +1,5 @@
-//! A GPU with the processor behind it: what the GPU is too small for, or what it fails at, the processor does,
-//! from then on. Knows no kind of GPU.
+//! A GPU with the processor behind it: what the GPU is too small for, or what it fails at, the
+//! processor does, from then on. Knows no kind of GPU.
 
 use std::sync::OnceLock;
 

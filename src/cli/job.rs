@@ -55,7 +55,8 @@ impl<'a> Request<'a> {
         Ok(Self { picture: picture.is_some(), ..request })
     }
 
-    /// What `source` names, with what `overlay` puts over its scene file, to be computed by `choice`.
+    /// What `source` names, with what `overlay` puts over its scene file, to be computed by
+    /// `choice`.
     pub(super) fn open(
         source: &'a SourceArguments,
         choice: BackendChoice,
@@ -123,8 +124,8 @@ impl Job {
     }
 }
 
-/// What is known of a scene whose volumes have not been looked at: nothing, but of one volume under parallel light with
-/// settings that most pictures have.
+/// What is known of a scene whose volumes have not been looked at: nothing, but of one volume under
+/// parallel light with settings that most pictures have.
 fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
     let [volume] = &file.volume[..] else { return None };
     let shadow = &file.shadow;

@@ -28,7 +28,8 @@ impl LimitArguments {
         self.max_error.is_some() || self.max_map_bytes.is_some()
     }
 
-    /// The map of `beam`, one of the job's, that keeps the limits, of a kind that is `wanted`; `None` if there are none.
+    /// The map of `beam`, one of the job's, that keeps the limits, of a kind that is `wanted`;
+    /// `None` if there are none.
     ///
     /// # Errors
     /// If no map tried keeps them, with the one that came closest.

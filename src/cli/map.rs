@@ -104,8 +104,8 @@ struct Encoded {
     size: u32,
 }
 
-/// The maps as files: threshold maps as layers of one, others as one each, with the beam's label before
-/// the ending of its name.
+/// The maps as files: threshold maps as layers of one, others as one each, with the beam's label
+/// before the ending of its name.
 fn encode(media: &Media, built: &[Built], path: &Path, statistics: bool) -> Result<Vec<Encoded>> {
     let (index_from_world, domain) = (media.world_from_index().inverse(), media.domain());
     let layers: Vec<_> = built

@@ -50,8 +50,8 @@ impl Progress for Bars {
     }
 }
 
-/// Passes progress on, and measures how long work of each name takes: from where it begins to where other work
-/// does, or to where it is asked.
+/// Passes progress on, and measures how long work of each name takes: from where it begins to where
+/// other work does, or to where it is asked.
 pub(super) struct Stopwatch<'a> {
     shown: &'a dyn Progress,
     begun: Mutex<Vec<(String, Instant)>>,

@@ -119,7 +119,8 @@ struct Lit {
     certificates: Vec<String>,
 }
 
-/// A picture through maps that the host holds, because they are to keep limits or are marched into a deep image.
+/// A picture through maps that the host holds, because they are to keep limits or are marched into
+/// a deep image.
 fn beam_by_beam(
     (job, beams): (&Job, &[Beam]),
     arguments: &SceneArguments,
@@ -161,8 +162,8 @@ fn beam_by_beam(
 /// What a deep image is made of: a ray a pixel, and single scattering.
 const ONE_RAY: (u32, Shading) = (1, Shading::Physical);
 
-/// The camera's own deep image: R, G, B (radiance, premultiplied), A, Z and ZBack (distances from the
-/// camera along the ray, world lengths), f32, marched by the processor.
+/// The camera's own deep image: R, G, B (radiance, premultiplied), A, Z and ZBack (distances from
+/// the camera along the ray, world lengths), f32, marched by the processor.
 fn encode_deep(
     view: &DeepView<'_>,
     [width, height]: [u32; 2],

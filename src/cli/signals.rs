@@ -1,5 +1,5 @@
-//! What the program does when it is told to end: it takes away what is not in its place yet, then ends
-//! as it would have. Knows no command.
+//! What the program does when it is told to end: it takes away what is not in its place yet, then
+//! ends as it would have. Knows no command.
 
 use std::io;
 use std::thread;
@@ -10,8 +10,8 @@ use signal_hook::low_level::emulate_default_handler;
 
 use crate::io::output::abandon;
 
-/// From now on, interrupting or terminating the program leaves nothing half done. Where that cannot be
-/// had, signals do what they did.
+/// From now on, interrupting or terminating the program leaves nothing half done. Where that cannot
+/// be had, signals do what they did.
 pub(super) fn clean_up_after() {
     let _ = watch();
 }

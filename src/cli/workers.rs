@@ -1,4 +1,5 @@
-//! The threads that a command works with, and what becomes of a fault in the program itself. Knows no command.
+//! The threads that a command works with, and what becomes of a fault in the program itself. Knows
+//! no command.
 
 use std::num::NonZero;
 use std::panic::{self, AssertUnwindSafe};
@@ -13,12 +14,12 @@ use crate::error::{Error, Result};
 /// Where the first panic was, and its words.
 static FAULT: Mutex<Option<String>> = Mutex::new(None);
 
-/// Does `work` with so many threads, by default as many as there are processors; with fewer where the system
-/// gives no more.
+/// Does `work` with so many threads, by default as many as there are processors; with fewer where
+/// the system gives no more.
 ///
 /// # Errors
-/// Those of `work`; if there is no thread at all; if a fault of the program, of which there should be none, ended
-/// the work.
+/// Those of `work`; if there is no thread at all; if a fault of the program, of which there should
+/// be none, ended the work.
 pub(super) fn run<T: Send>(
     threads: Option<u32>,
     work: impl FnOnce() -> Result<T> + Send,

@@ -1,9 +1,9 @@
 //! The map that keeps a limit of error or of bytes, and a certificate of what was measured of it.
 //!
 //! Every method is scouted on a small map, which tells its bytes a texel and its own share of the
-//! error; the exact texels of each resolution tell what that costs. From both follows what to expect of
-//! every method at every resolution, and so which few are worth building. What counts is measured on
-//! the map that is used.
+//! error; the exact texels of each resolution tell what that costs. From both follows what to
+//! expect of every method at every resolution, and so which few are worth building. What counts is
+//! measured on the map that is used.
 
 use std::fmt::Write;
 
@@ -59,8 +59,8 @@ pub struct Certified {
     pub certificate: String,
 }
 
-/// What a map is to keep, and what is settled before. Without a limit of error, the most exact map is taken; with
-/// one, the smallest.
+/// What a map is to keep, and what is settled before. Without a limit of error, the most exact map
+/// is taken; with one, the smallest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// RMS error of transmittance at random points of the volume, above 0.
@@ -75,7 +75,8 @@ pub struct Limits {
     pub own_tolerance: bool,
 }
 
-/// The map of `beam` that keeps `limits`, of a kind that is `wanted`; `settings` say everything else.
+/// The map of `beam` that keeps `limits`, of a kind that is `wanted`; `settings` say everything
+/// else.
 ///
 /// # Errors
 /// If no map tried keeps them, with the one that came closest.

@@ -1,5 +1,5 @@
-//! Ways to make shadow maps held against each other and against the truth: what each comes to ([`Bench`]), and the one
-//! that keeps a limit ([`choose`]).
+//! Ways to make shadow maps held against each other and against the truth: what each comes to
+//! ([`Bench`]), and the one that keeps a limit ([`choose`]).
 
 mod bench;
 mod budget;

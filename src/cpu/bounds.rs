@@ -1,5 +1,5 @@
-//! Scenes of any magnitude: what they take is bounded by what is asked for, and what they give are numbers, or
-//! an error of one line. Samples are counted, not timed.
+//! Scenes of any magnitude: what they take is bounded by what is asked for, and what they give are
+//! numbers, or an error of one line. Samples are counted, not timed.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use std::sync::Arc;
@@ -218,7 +218,8 @@ fn scenes_of_any_magnitude_give_numbers_or_one_line_within_a_bound() {
     assert!(per_ray < MOST_SAMPLES, "{per_ray} samples a ray");
 }
 
-/// Samples a ray: eight voxels' lengths a body, and a few batches more for every step in which light fades.
+/// Samples a ray: eight voxels' lengths a body, and a few batches more for every step in which
+/// light fades.
 const MOST_SAMPLES: u64 = 20_000;
 
 /// One picture in every unit, to what 8 bits tell.

@@ -1,5 +1,5 @@
-//! How many samples of density the passes take: what speed comes down to on any machine. Other backends
-//! take the same steps.
+//! How many samples of density the passes take: what speed comes down to on any machine. Other
+//! backends take the same steps.
 #![allow(clippy::unwrap_used)]
 
 use super::{march_view, trace_slices, trace_threshold};

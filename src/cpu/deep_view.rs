@@ -1,5 +1,5 @@
-//! What a camera sees as a deep image: the medium and the ground along each pixel's central ray, each
-//! piece with its distances, so that compositing programs can put things between them.
+//! What a camera sees as a deep image: the medium and the ground along each pixel's central ray,
+//! each piece with its distances, so that compositing programs can put things between them.
 
 use glam::Vec3;
 
@@ -38,8 +38,8 @@ impl<'a> DeepView<'a> {
         Self { view: View { sampler: Sampler::of(media), frame, map } }
     }
 
-    /// The samples of pixel (`x`, `y`), row 0 on top, from front to back and without overlap. Steps of
-    /// the march next to each other are one sample while that takes less than 1/64 of the light.
+    /// The samples of pixel (`x`, `y`), row 0 on top, from front to back and without overlap. Steps
+    /// of the march next to each other are one sample while that takes less than 1/64 of the light.
     pub fn pixel(&self, x: u32, y: u32) -> Vec<DeepSample> {
         let frame = self.view.frame;
         let [width, height] = [frame.view.width, frame.view.height];

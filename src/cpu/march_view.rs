@@ -157,8 +157,8 @@ impl View<'_> {
         (light, through)
     }
 
-    /// Calls `visit` for what steps add, in order. A step takes two samples of density; a step, or several
-    /// that add little, take one of the light. The transmittance of the whole ray.
+    /// Calls `visit` for what steps add, in order. A step takes two samples of density; a step, or
+    /// several that add little, take one of the light. The transmittance of the whole ray.
     pub(super) fn scatter(&self, ray: &Ray, steps: &Steps, mut visit: impl FnMut(Added)) -> f32 {
         let frame = self.frame;
         let light = arriving(frame, ray, ray.origin);
@@ -175,8 +175,9 @@ impl View<'_> {
         if through >= opaque { through } else { 0.0 }
     }
 
-    /// The batch of steps from `t` on, and its samples' optical depths: as long as the walk allows, cut until no
-    /// sample is thicker than the frame allows, behind a transmittance from the camera.
+    /// The batch of steps from `t` on, and its samples' optical depths: as long as the walk allows,
+    /// cut until no sample is thicker than the frame allows, behind a transmittance from the
+    /// camera.
     fn cut<'r>(
         &self,
         walk: &Walk<'_>,
@@ -214,8 +215,8 @@ impl View<'_> {
         }
     }
 
-    /// Calls `visit` for what a batch of steps adds; the transmittance behind it. `light` is what arrives
-    /// anywhere if it is parallel.
+    /// Calls `visit` for what a batch of steps adds; the transmittance behind it. `light` is what
+    /// arrives anywhere if it is parallel.
     fn batch(
         &self,
         (ray, light): (&Ray, &Arriving),
@@ -254,8 +255,8 @@ impl View<'_> {
         added.through
     }
 
-    /// Light that a piece of a ray, around a place and of half a length, sends to the camera per unit of
-    /// opacity.
+    /// Light that a piece of a ray, around a place and of half a length, sends to the camera per
+    /// unit of opacity.
     fn source(
         &self,
         (ray, light): (&Ray, &Arriving),
@@ -270,8 +271,8 @@ impl View<'_> {
         source_along(&self.sampler, self.frame, &piece, &light, transmittance)
     }
 
-    /// Radiance that reaches the camera of what samples emit, each behind as much of itself as lies in front
-    /// of it; `before` is the transmittance in front of the first.
+    /// Radiance that reaches the camera of what samples emit, each behind as much of itself as lies
+    /// in front of it; `before` is the transmittance in front of the first.
     fn emitted(&self, batch: &Batch<'_>, before: f32, taus: [Vec4; 2]) -> Vec3 {
         let half = 0.25 * batch.step;
         let (mut sum, mut through) = (Vec3::ZERO, before);

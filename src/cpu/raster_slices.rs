@@ -1,6 +1,6 @@
-//! Pass `raster_slices`: planes through the volume, drawn from the last to the first into linked lists
-//! of fragments, which `sort_fragments` sorts. The twin of the GPU's lists, not of its rasteriser: pieces
-//! of rows of texels are its tiles.
+//! Pass `raster_slices`: planes through the volume, drawn from the last to the first into linked
+//! lists of fragments, which `sort_fragments` sorts. The twin of the GPU's lists, not of its
+//! rasteriser: pieces of rows of texels are its tiles.
 
 use std::ops::Range;
 

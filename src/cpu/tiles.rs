@@ -1,5 +1,6 @@
-//! Work on maps and pictures in tiles over all threads: neighbours read the same voxels and texels, which a core's
-//! caches still hold when the next row of a tile is due, but not when the next row of a picture is.
+//! Work on maps and pictures in tiles over all threads: neighbours read the same voxels and texels,
+//! which a core's caches still hold when the next row of a tile is due, but not when the next row
+//! of a picture is.
 
 use std::ops::Range;
 
@@ -18,8 +19,8 @@ fn columns(width: usize) -> impl IndexedParallelIterator<Item = Range<usize>> {
     tiles.map(move |i| i * TILE..((i + 1) * TILE).min(width))
 }
 
-/// Fills rows of `width` cells with what `cell` says at (x, y), with scratch that cells made one after the other
-/// share.
+/// Fills rows of `width` cells with what `cell` says at (x, y), with scratch that cells made one
+/// after the other share.
 pub(super) fn fill<T: Copy + Send + Sync, S>(
     cells: &mut [T],
     width: usize,
@@ -44,7 +45,8 @@ pub(super) fn fill<T: Copy + Send + Sync, S>(
     });
 }
 
-/// The lists of a map of `size` squared texels, row after row; `lists` gives those of the columns of a row.
+/// The lists of a map of `size` squared texels, row after row; `lists` gives those of the columns
+/// of a row.
 pub(super) fn runs<T: Copy + Default + Send>(
     size: usize,
     progress: &dyn Progress,

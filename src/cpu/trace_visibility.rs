@@ -1,4 +1,5 @@
-//! Pass `trace_visibility`: every slab of every texel's ray, in order, into points of transmittance.
+//! Pass `trace_visibility`: every slab of every texel's ray, in order, into points of
+//! transmittance.
 
 use super::tiles;
 use super::trace_slices::trace_texel;

@@ -1,5 +1,5 @@
-//! Memory whose amount a file or an option decides: asked for where the system may refuse it, so that a
-//! refusal is an error of one line and no abort. It knows nothing of what is kept in it.
+//! Memory whose amount a file or an option decides: asked for where the system may refuse it, so
+//! that a refusal is an error of one line and no abort. It knows nothing of what is kept in it.
 
 use super::{Error, ErrorKind, Result};
 
@@ -51,8 +51,8 @@ pub fn reserve<T>(items: &mut Vec<T>, more: usize, what: &str) -> Result<()> {
     items.try_reserve_exact(more).map_err(|_| refused(items.len(), more, size_of::<T>(), what))
 }
 
-/// Makes room for `more` items behind those of a vector that goes on growing, so that all of its moves
-/// together take no longer than it is.
+/// Makes room for `more` items behind those of a vector that goes on growing, so that all of its
+/// moves together take no longer than it is.
 ///
 /// # Errors
 /// As [`room`].
@@ -64,8 +64,8 @@ pub fn grow<T>(items: &mut Vec<T>, more: usize, what: &str) -> Result<()> {
     reserve(items, more, what)
 }
 
-/// Makes sure that so many bytes could be had, for work that asks for them piece by piece and cannot be refused
-/// any.
+/// Makes sure that so many bytes could be had, for work that asks for them piece by piece and
+/// cannot be refused any.
 ///
 /// # Errors
 /// As [`room`].

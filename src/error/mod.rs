@@ -1,5 +1,5 @@
-//! The one error type of the crate: what went wrong, with the file and the number that is wrong; how it is
-//! said, and memory that may be refused. It knows nothing of any module that raises it.
+//! The one error type of the crate: what went wrong, with the file and the number that is wrong;
+//! how it is said, and memory that may be refused. It knows nothing of any module that raises it.
 
 pub mod memory;
 pub mod quote;

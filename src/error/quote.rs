@@ -27,8 +27,8 @@ pub fn one_line(text: &str, longest: usize) -> String {
     shortened(&line, longest).into_owned()
 }
 
-/// JSON with everything that a terminal would obey or hide as `\u` and four digits, which stands for
-/// the same character: such characters only occur within strings.
+/// JSON with everything that a terminal would obey or hide as `\u` and four digits, which stands
+/// for the same character: such characters only occur within strings.
 pub fn json(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {

@@ -186,8 +186,8 @@ pub(super) fn tolerance(settings: &Settings) -> f64 {
     if exponential { 0.0 } else { settings.finer(settings.map.fragments.tolerance) }
 }
 
-/// From frame space, of units of as many world lengths, to the light's, whose depths are in them too, and the
-/// irradiance there: that of a point or spot light is at a distance of a unit.
+/// From frame space, of units of as many world lengths, to the light's, whose depths are in them
+/// too, and the irradiance there: that of a point or spot light is at a distance of a unit.
 fn placed(light: &LightView, sun: &Light, world_from_frame: &DMat4, unit: f64) -> (DMat4, DVec3) {
     // Depth is a length; with a position so are the other three, whose ratios count.
     let (lengths, share) = match light.position {

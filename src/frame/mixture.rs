@@ -1,9 +1,10 @@
-//! Media that are more than one density times a number, boiled down to f32: laid out as the shaders read
-//! them (`shaders/media/mixture.wgsl`).
+//! Media that are more than one density times a number, boiled down to f32: laid out as the shaders
+//! read them (`shaders/media/mixture.wgsl`).
 //!
-//! Colour and opacity over density become a table of integrals, so that a step through densities a to b
-//! takes their mean over all densities between (Engel, Kraus and Ertl 2001, in the approximation that
-//! neglects attenuation inside a step): thin bands of a transfer function are never stepped over.
+//! Colour and opacity over density become a table of integrals, so that a step through densities a
+//! to b takes their mean over all densities between (Engel, Kraus and Ertl 2001, in the
+//! approximation that neglects attenuation inside a step): thin bands of a transfer function are
+//! never stepped over.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Vec4};
@@ -16,10 +17,11 @@ use crate::volume::Volume;
 pub const MOST_FIELDS: usize = 8;
 /// Bodies that shaders know at most.
 pub const MOST_PARTS: usize = 8;
-/// Between densities that are closer than as many cells a function's mean comes from its values: integrals so
-/// close to each other have no digits left for their difference.
+/// Between densities that are closer than as many cells a function's mean comes from its values:
+/// integrals so close to each other have no digits left for their difference.
 pub const LEAST_CELLS: f32 = 1.0;
-/// Cells beyond a table's ends that are still told apart: over more of them the function is as at its end.
+/// Cells beyond a table's ends that are still told apart: over more of them the function is as at
+/// its end.
 pub const FARTHEST_CELL: f32 = 16_777_216.0;
 
 /// A grid of numbers.
@@ -28,12 +30,13 @@ pub const FARTHEST_CELL: f32 = 16_777_216.0;
 pub struct Field {
     /// Rows of the affine map from the media's index space to the grid's.
     pub index_from_media: [Vec4; 3],
-    /// xyz: lower corner of where it holds anything, in its index space; w: the number that a stored
-    /// value of 1 stands for.
+    /// xyz: lower corner of where it holds anything, in its index space; w: the number that a
+    /// stored value of 1 stands for.
     pub domain_min: Vec4,
     /// xyz: upper corner of that; w unused.
     pub domain_max: Vec4,
-    /// xyz: one over the number of voxels along each axis; w: 1 if its index space is the media's own.
+    /// xyz: one over the number of voxels along each axis; w: 1 if its index space is the media's
+    /// own.
     pub voxel_share: Vec4,
 }
 
@@ -51,8 +54,8 @@ pub struct Part {
     pub transfer: Vec4,
     /// The emission's table, likewise, over the values of its field.
     pub emission: Vec4,
-    /// Fields, from 0: density; one more than the first of three for colour, than the one for emission
-    /// and than the one for modulation, 0 where there is none.
+    /// Fields, from 0: density; one more than the first of three for colour, than the one for
+    /// emission and than the one for modulation, 0 where there is none.
     pub fields: [u32; 4],
 }
 
@@ -66,8 +69,8 @@ pub struct Mixture<'a> {
     /// The grids' numbers, as many as `fields`.
     pub volumes: Vec<&'a Volume>,
     /// All functions' tables, one behind the other: (red, green, blue) times opacity, and opacity.
-    /// First [`TABLE_CELLS`] + 1 values where cells begin and end, then as many integrals up to there, in
-    /// cells.
+    /// First [`TABLE_CELLS`] + 1 values where cells begin and end, then as many integrals up to
+    /// there, in cells.
     pub tables: Vec<Vec4>,
     /// World lengths of a unit that extinction and emission count ([`Media::unit`]).
     unit: f64,
@@ -138,8 +141,8 @@ impl<'a> Mixture<'a> {
         let cell = (high - low).max(1e-30) / f64::from(TABLE_CELLS);
         let first = self.tables.len();
         let edge = |i: u32| low + f64::from(i) * cell;
-        // Each value is the function's mean by a hat that falls to the neighbours: lines between such values hold
-        // what the function does, wherever it jumps.
+        // Each value is the function's mean by a hat that falls to the neighbours: lines between
+        // such values hold what the function does, wherever it jumps.
         let weighted = |value: f64| -> DVec4 {
             let (color, opacity) = function.at(value);
             (color * opacity).extend(opacity)
@@ -161,8 +164,9 @@ impl<'a> Mixture<'a> {
     }
 }
 
-/// The mean of colour times opacity, and of opacity, between two values, times a weight that is linear between what
-/// it is at them: all three factors are linear between points, which Simpson's rule integrates exactly.
+/// The mean of colour times opacity, and of opacity, between two values, times a weight that is
+/// linear between what it is at them: all three factors are linear between points, which Simpson's
+/// rule integrates exactly.
 fn mean(function: &TransferFunction, [from, to]: [f64; 2], weights: [f64; 2]) -> DVec4 {
     let points = function.points();
     let begin = points.partition_point(|point| point.value <= from);

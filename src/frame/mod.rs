@@ -4,7 +4,8 @@
 //!
 //! Positions are in *frame space*: world space moved so that the volume's centre is the origin,
 //! which keeps f32 sharp for volumes far from the world's origin, and in units of the media
-//! ([`crate::scene::Media::unit`]) where they are tiny or huge; in what follows, lengths are of such units.
+//! ([`crate::scene::Media::unit`]) where they are tiny or huge; in what follows, lengths are of
+//! such units.
 
 mod fill;
 mod mixture;
@@ -45,8 +46,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Whether pictures need no more than parallel light, the default lookup, the bilinear filter, exact
-    /// shadow tests and single scattering.
+    /// Whether pictures need no more than parallel light, the default lookup, the bilinear filter,
+    /// exact shadow tests and single scattering.
     pub fn is_usual(&self) -> bool {
         let (view, map) = (&self.view, &self.map);
         map.lookup == 0
@@ -61,7 +62,8 @@ impl Frame {
     /// The frame of `beam` under `settings`.
     ///
     /// # Errors
-    /// If a scene is too large or too far away for f32, or if a light among the media is to be shaded as in the paper.
+    /// If a scene is too large or too far away for f32, or if a light among the media is to be
+    /// shaded as in the paper.
     pub fn new(beam: &Beam, settings: &Settings) -> Result<Self> {
         let media = &beam.media;
         if settings.view.shading == Shading::Paper && beam.view.face.is_some() {

@@ -21,8 +21,8 @@ pub struct FrameMedia {
     pub voxel_share: Vec3,
     /// Voxel lengths that a ray may cross at most.
     pub most_voxels: f32,
-    /// Bricks of [`crate::scene::Occupancy`] along a unit of the space that shaders sample media in:
-    /// texture coordinates of a plain volume, else index space.
+    /// Bricks of [`crate::scene::Occupancy`] along a unit of the space that shaders sample media
+    /// in: texture coordinates of a plain volume, else index space.
     pub brick_scale: Vec3,
     /// The density that a stored value of 1 stands for, 1 where densities are stored as they are.
     pub stored_one: f32,
@@ -56,8 +56,8 @@ pub struct FrameLight {
     pub from_frame: [Vec4; 4],
     /// Position of a point or spot light.
     pub position: Vec3,
-    /// Where light goes: 0 all one way (a directional light), 1 everywhere from its position, 2 to 7 through a face
-    /// of a cube around it ([`crate::scene::LightView::face`]).
+    /// Where light goes: 0 all one way (a directional light), 1 everywhere from its position, 2 to
+    /// 7 through a face of a cube around it ([`crate::scene::LightView::face`]).
     pub spread: u32,
     /// Axis of a spot light.
     pub axis: Vec3,
@@ -79,8 +79,8 @@ pub struct Marching {
     pub rough: f32,
     /// Length that no step may exceed.
     pub longest: f32,
-    /// What steps are cut beyond: of light rays, the difference of optical depth between two of them, times the
-    /// light that is left; of camera rays, the optical depth of a sample.
+    /// What steps are cut beyond: of light rays, the difference of optical depth between two of
+    /// them, times the light that is left; of camera rays, the optical depth of a sample.
     pub limit: f32,
     /// Steps at least.
     pub least: u32,
@@ -110,7 +110,8 @@ pub struct FrameGround {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FrameView {
-    /// Origin of the camera ray through the picture's upper left corner; w unused, here and in the next five.
+    /// Origin of the camera ray through the picture's upper left corner; w unused, here and in the
+    /// next five.
     pub origin: Vec4,
     /// Its change over the picture's width.
     pub origin_x: Vec4,
@@ -168,8 +169,8 @@ pub struct FrameMap {
     pub sharpness: f32,
     /// Optical depths of those opacities.
     pub threshold_depths: Vec3,
-    /// How far apart in depth the fronts of neighbouring texels' shadows are still those of one surface, 0 where
-    /// media are too thin for that to matter.
+    /// How far apart in depth the fronts of neighbouring texels' shadows are still those of one
+    /// surface, 0 where media are too thin for that to matter.
     pub surface_reach: f32,
     /// Texels along its edge.
     pub size: u32,

@@ -6,23 +6,25 @@ use super::Marching;
 use crate::scene::{LightView, Media};
 use crate::settings::{Crossing, Lookup, Settings, Shading, Slices};
 
-/// Steps along a light ray for each voxel length that it crosses at most, and [`crate::settings::MapSettings::steps`] in all.
+/// Steps along a light ray for each voxel length that it crosses at most, and
+/// [`crate::settings::MapSettings::steps`] in all.
 pub const LIGHT_STEPS_PER_VOXEL: f32 = 8.0;
 /// Steps along a light ray at least, for small volumes.
 pub const LIGHT_STEPS_LEAST: u32 = 64;
-/// Steps along a camera ray for each voxel length that it crosses at most. (A step takes two samples of
-/// density and at most one of the light.)
+/// Steps along a camera ray for each voxel length that it crosses at most. (A step takes two
+/// samples of density and at most one of the light.)
 pub const VIEW_STEPS_PER_VOXEL: f32 = 0.8;
-/// Four steps of a camera ray, or two, share one sample of the light if they add no more than this share of
-/// the pixel's light.
+/// Four steps of a camera ray, or two, share one sample of the light if they add no more than this
+/// share of the pixel's light.
 pub const LOOKUP_WEIGHT: f32 = 1.0 / 16.0;
-/// Slabs along a light ray for each voxel length that it crosses at most, and [`crate::settings::MapSettings::steps`] in all. More
-/// than steps of a threshold map: between slabs optical depth is taken to be linear.
+/// Slabs along a light ray for each voxel length that it crosses at most, and
+/// [`crate::settings::MapSettings::steps`] in all. More than steps of a threshold map: between
+/// slabs optical depth is taken to be linear.
 pub const SLABS_PER_VOXEL: f32 = 8.0;
 /// Steps for each voxel length at least, of any kind.
 const LEAST_PER_VOXEL: f64 = 0.125;
-/// How far optical depth may bend within a step of a threshold map's light ray: the slope of extinction
-/// times an eighth of the length squared.
+/// How far optical depth may bend within a step of a threshold map's light ray: the slope of
+/// extinction times an eighth of the length squared.
 const LIGHT_BEND: f64 = 0.0025;
 /// The same within a slab, as a share of the tolerance.
 const SLAB_BEND: f64 = 0.2;
@@ -30,19 +32,20 @@ const SLAB_BEND: f64 = 0.2;
 const VIEW_BEND: f64 = 0.0025;
 /// Optical depth of the densest medium over four steps that share a lookup.
 const LOOKUP_DEPTH: f64 = 0.3;
-/// The same over a step of a camera ray, whatever the slope: one place speaks for the light of all of it.
+/// The same over a step of a camera ray, whatever the slope: one place speaks for the light of all
+/// of it.
 const VIEW_DEPTH: f64 = 0.15;
-/// Bend of optical depth within a step of a threshold map's ray, times the light that is left, beyond which
-/// steps are cut: four times what they are made for.
+/// Bend of optical depth within a step of a threshold map's ray, times the light that is left,
+/// beyond which steps are cut: four times what they are made for.
 const MOST_LIGHT_BEND: f64 = 0.01;
 /// The same within a slab, as a share of the tolerance.
 const MOST_SLAB_BEND: f64 = 1.0;
 /// The tolerance that slabs are cut by where all of them are kept.
 const RAW_TOLERANCE: f64 = 0.002;
-/// Optical depth of a sample of a camera ray, half a step, beyond which steps are cut, over the root of the light
-/// that is left. A lookup in the middle of a step over which light falls by an optical depth errs by a
-/// twenty-fourth of its square: .4 % at most where light falls as fast as it is seen, and of what is cut, a ninth
-/// of that.
+/// Optical depth of a sample of a camera ray, half a step, beyond which steps are cut, over the
+/// root of the light that is left. A lookup in the middle of a step over which light falls by an
+/// optical depth errs by a twenty-fourth of its square: .4 % at most where light falls as fast as
+/// it is seen, and of what is cut, a ninth of that.
 const SAMPLE_DEPTH: f64 = 0.15;
 /// Optical depth of a texel's width that is no matter.
 const THIN_TEXEL: f64 = 0.25;
@@ -50,8 +53,8 @@ const THIN_TEXEL: f64 = 0.25;
 const FINE_TEXEL: f64 = 0.5;
 /// Slope against the light of what counts as one surface, in depth over a texel's width.
 const STEEPEST_SURFACE: f64 = 6.0;
-/// Optical depth of the densest medium over a step of a camera ray beyond which something thick may hide between
-/// its last sample and its end.
+/// Optical depth of the densest medium over a step of a camera ray beyond which something thick may
+/// hide between its last sample and its end.
 const HIDDEN_DEPTH: f64 = 0.6;
 /// A limit that nothing reaches.
 pub(super) const UNLIMITED: f32 = 1e30;
@@ -61,7 +64,8 @@ const BATCH_VOXELS: f64 = 9.0;
 pub const SLAB_SAMPLES_PER_VOXEL: f32 = 3.0;
 /// Steps along a camera ray at least.
 pub const VIEW_STEPS_LEAST: u32 = 72;
-/// Steps along a camera ray at most, unless [`crate::settings::ViewSettings::steps`] says otherwise.
+/// Steps along a camera ray at most, unless [`crate::settings::ViewSettings::steps`] says
+/// otherwise.
 pub const VIEW_STEPS_MOST: u32 = 8192;
 
 /// Steps along a light ray at least and at most, and along a camera ray.
@@ -78,8 +82,8 @@ fn counts(settings: &Settings) -> [[u32; 2]; 2] {
     counts.map(|range| range.map(|count| settings.more(count)))
 }
 
-/// How light rays of threshold maps, those of fragment maps and camera rays are cut: as the largest change of
-/// extinction asks for, within what always suffices.
+/// How light rays of threshold maps, those of fragment maps and camera rays are cut: as the largest
+/// change of extinction asks for, within what always suffices.
 pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [Marching; 3] {
     let quality = settings.quality;
     let [light, view] = counts(settings);
@@ -144,10 +148,10 @@ fn smallest_voxel(media: &Media) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// What a batch of steps may hold before it is taken again with shorter ones ([`Marching::limit`]), which
-/// happens where a medium is so dense that steps by its voxels are too long: how far optical depth may bend
-/// within a step of a threshold map's ray and a slab, as a share of the light that is left, and the optical
-/// depth of a sample of a camera ray.
+/// What a batch of steps may hold before it is taken again with shorter ones ([`Marching::limit`]),
+/// which happens where a medium is so dense that steps by its voxels are too long: how far optical
+/// depth may bend within a step of a threshold map's ray and a slab, as a share of the light that
+/// is left, and the optical depth of a sample of a camera ray.
 fn limits(settings: &Settings, tolerance: f64) -> [f32; 3] {
     if settings.view.shading == Shading::Paper {
         return [UNLIMITED; 3];
@@ -157,7 +161,8 @@ fn limits(settings: &Settings, tolerance: f64) -> [f32; 3] {
         Crossing::Smoothstep | Crossing::Bucket => UNLIMITED,
     };
     let slab = if tolerance > 0.0 { tolerance } else { settings.finer(RAW_TOLERANCE) };
-    // As differences of the optical depths of two steps side by side: eight times what a line errs by.
+    // As differences of the optical depths of two steps side by side: eight times what a line errs
+    // by.
     let (bend, slab) = (8.0 * bend, 8.0 * MOST_SLAB_BEND * slab);
     [bend, slab as f32, (SAMPLE_DEPTH / settings.quality) as f32]
 }
@@ -167,7 +172,8 @@ pub(super) fn shared_weight(settings: &Settings) -> f32 {
     settings.finer(f64::from(LOOKUP_WEIGHT)) as f32
 }
 
-/// [`super::FrameView::shared_length`]: 0, so that no steps share a lookup, where nothing is known of the media.
+/// [`super::FrameView::shared_length`]: 0, so that no steps share a lookup, where nothing is known
+/// of the media.
 pub(super) fn shared_length(media: &Media, settings: &Settings) -> f32 {
     let densest = media.densest() * media.unit();
     let known = settings.view.shading != Shading::Paper
@@ -177,9 +183,9 @@ pub(super) fn shared_length(media: &Media, settings: &Settings) -> f32 {
     if known { (LOOKUP_DEPTH / densest / settings.quality) as f32 } else { 0.0 }
 }
 
-/// How far apart in depth the fronts of neighbouring texels' shadows are those of one surface: some texels'
-/// width; 0 where a texel's width of the densest medium is so thin that none has a front to speak of, and where
-/// lookups are not of depths that are exact.
+/// How far apart in depth the fronts of neighbouring texels' shadows are those of one surface: some
+/// texels' width; 0 where a texel's width of the densest medium is so thin that none has a front to
+/// speak of, and where lookups are not of depths that are exact.
 pub(super) fn reach(settings: &Settings, light: &LightView, media: &Media) -> f64 {
     let exponential = settings.map.filter.window() != (0, false);
     if exponential

@@ -44,7 +44,8 @@ impl Watch {
         watch
     }
 
-    /// What `work` came to, unless the device is lost or something went wrong that it did not notice.
+    /// What `work` came to, unless the device is lost or something went wrong that it did not
+    /// notice.
     pub(super) fn over<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let lost = || {
             let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);

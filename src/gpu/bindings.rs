@@ -39,7 +39,8 @@ pub(super) mod at {
     pub(crate) const WEIGHTS: u32 = 28;
 }
 
-/// What `make` makes, unless the device finds something wrong with it: scopes of errors belong to a thread.
+/// What `make` makes, unless the device finds something wrong with it: scopes of errors belong to a
+/// thread.
 pub(super) fn checked<T>(device: &wgpu::Device, make: impl FnOnce() -> Result<T>) -> Result<T> {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = make();

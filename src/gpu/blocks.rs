@@ -1,5 +1,5 @@
-//! A volume as blocks in one 3D texture, side by side, and a table of where each is: sparse volumes, and those
-//! that no texture is large enough for.
+//! A volume as blocks in one 3D texture, side by side, and a table of where each is: sparse
+//! volumes, and those that no texture is large enough for.
 
 use rayon::prelude::*;
 use wgpu::TextureFormat;
@@ -69,7 +69,8 @@ fn held(voxels: &SparseVoxels) -> Vec<u32> {
     blocks.filter(|(_, uniform)| *uniform != Some(0.0)).map(|(stored, _)| stored as u32).collect()
 }
 
-/// How many blocks lie along each axis of a texture for `count`, `most` at most; `None` if it has no room.
+/// How many blocks lie along each axis of a texture for `count`, `most` at most; `None` if it has
+/// no room.
 fn arranged(count: usize, most: usize) -> Option<[usize; 3]> {
     let x = ((count as f64).cbrt().ceil() as usize).clamp(1, most);
     let y = ((count as f64 / x as f64).sqrt().ceil() as usize).clamp(1, most);

@@ -93,8 +93,8 @@ pub(super) fn texture(
     })
 }
 
-/// Fills a 3D texture, some layers at a time so that the host never holds a copy of all of it; `bytes` are those
-/// of layers.
+/// Fills a 3D texture, some layers at a time so that the host never holds a copy of all of it;
+/// `bytes` are those of layers.
 pub(super) fn write_layers(
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
@@ -142,9 +142,9 @@ pub(super) struct Encoding {
 
 impl Encoding {
     /// Eight bits where all values are k / 255 of a common scale (data stored as u8), else f16
-    /// relative to the largest value, whose rounding (2^-12) lies below what 8-bit texture weights do;
-    /// hardware samples these at twice to four times the rate of f32. Software drivers get f32: some
-    /// filter eight-bit textures in eight-bit arithmetic.
+    /// relative to the largest value, whose rounding (2^-12) lies below what 8-bit texture weights
+    /// do; hardware samples these at twice to four times the rate of f32. Software drivers get f32:
+    /// some filter eight-bit textures in eight-bit arithmetic.
     pub(super) fn of(volume: &Volume, device: &wgpu::Device) -> Self {
         let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         if software && device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {

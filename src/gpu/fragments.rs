@@ -1,5 +1,5 @@
-//! Fragment maps on a device: passes `trace_slices` and `link_neighbors`, and the way to the host and
-//! back.
+//! Fragment maps on a device: passes `trace_slices` and `link_neighbors`, and the way to the host
+//! and back.
 
 use wgpu::BindGroupEntry;
 
@@ -143,8 +143,8 @@ impl Renderer {
         Ok(GpuFragments { links, linked: true, ..fragments })
     }
 
-    /// Waits for a map's `trace_slices` and says how many nodes a texel has at most, if more than there
-    /// was room for: then the map is cut short, and the pass has to run again with as many.
+    /// Waits for a map's `trace_slices` and says how many nodes a texel has at most, if more than
+    /// there was room for: then the map is cut short, and the pass has to run again with as many.
     ///
     /// # Errors
     /// If the device fails.

@@ -1,6 +1,7 @@
-//! Joins shader files: a line `#import kernel/NAME` stands for that file, each file once; `#import map`
-//! for the kind of shadow map that lookups read, `#import media` for the kind of media that rays cross,
-//! `#import density` for how a plain volume's voxels are stored, `#import fields` for how many grids a mixture has.
+//! Joins shader files: a line `#import kernel/NAME` stands for that file, each file once;
+//! `#import map` for the kind of shadow map that lookups read, `#import media` for the kind of
+//! media that rays cross, `#import density` for how a plain volume's voxels are stored,
+//! `#import fields` for how many grids a mixture has.
 
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -63,14 +64,14 @@ pub struct Linked {
 }
 
 impl Linked {
-    /// Where line `number` of the text, from 1, stands: its file below `shaders`, without ending and empty for the
-    /// root, and its number there.
+    /// Where line `number` of the text, from 1, stands: its file below `shaders`, without ending
+    /// and empty for the root, and its number there.
     pub fn place(&self, number: usize) -> Option<(&'static str, usize)> {
         self.lines.get(number.checked_sub(1)?).copied()
     }
 
-    /// What a compiler says of the text, with the places that a person can open behind the lines that it names;
-    /// `root` is the root's name.
+    /// What a compiler says of the text, with the places that a person can open behind the lines
+    /// that it names; `root` is the root's name.
     pub fn explained(&self, root: &str, message: &str) -> String {
         let number = message.split("wgsl:").nth(1).and_then(|rest| rest.split(':').next());
         match number.and_then(|number| number.parse().ok()).and_then(|number| self.place(number)) {
@@ -120,10 +121,11 @@ fn joined(root: &str, kinds: Kinds) -> Result<Linked> {
 }
 
 /// The WGSL that another wgpu program puts in front of its own shaders to shade its objects with a
-/// shadow map: `shadow_at(world: vec3<f32>) -> f32` is the transmittance from the light. Its bindings are
-/// in bind group `group`: 0 the uniform buffer ([`super::GpuFrame::buffer`]); for a threshold map 3, the
-/// map ([`super::GpuMap::view`], a `texture_2d<f32>` that need not be filterable); for a fragment map 5,
-/// 6 and 7, read-only storage buffers ([`super::GpuFragments`]: runs, nodes, links).
+/// shadow map: `shadow_at(world: vec3<f32>) -> f32` is the transmittance from the light. Its
+/// bindings are in bind group `group`: 0 the uniform buffer ([`super::GpuFrame::buffer`]); for a
+/// threshold map 3, the map ([`super::GpuMap::view`], a `texture_2d<f32>` that need not be
+/// filterable); for a fragment map 5, 6 and 7, read-only storage buffers ([`super::GpuFragments`]:
+/// runs, nodes, links).
 ///
 /// # Errors
 /// Never with the shaders that the crate is built with.

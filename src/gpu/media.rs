@@ -1,4 +1,5 @@
-//! Media on a device: one volume's texture or blocks, or the textures, parameters and tables of a mixture.
+//! Media on a device: one volume's texture or blocks, or the textures, parameters and tables of a
+//! mixture.
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroupEntry, BindingResource};
@@ -62,7 +63,8 @@ impl GpuMedia {
         }
     }
 
-    /// The density that a texture value of 1 stands for; 1 for mixtures, whose fields say it themselves.
+    /// The density that a texture value of 1 stands for; 1 for mixtures, whose fields say it
+    /// themselves.
     pub(super) fn scale(&self) -> f32 {
         match &self.content {
             Content::Plain(field) => field.scale,

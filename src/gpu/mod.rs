@@ -1,16 +1,17 @@
-//! The GPU backend: the passes as wgpu compute shaders (Vulkan, Metal, DX12), on its own device or on
-//! a caller's. Never imports `kernel`, so that a GPU answer cannot come from the CPU.
+//! The GPU backend: the passes as wgpu compute shaders (Vulkan, Metal, DX12), on its own device or
+//! on a caller's. Never imports `kernel`, so that a GPU answer cannot come from the CPU.
 //!
 //! ```text
-//! Media  --upload--> GpuMedia  --+--trace_threshold--> GpuMap ----------------------------+
-//! Frame  --frame---> GpuFrame ---+--trace_slices-----> GpuFragments ----------------------+--march_view--> GpuImage
-//!                                +--raster_slices----> GpuLists --sort_fragments--> GpuFragments
+//! Media --upload--> GpuMedia --+--trace_threshold--> GpuMap ---------+
+//! Frame --frame---> GpuFrame --+--trace_slices-----> GpuFragments ---+--march_view--> GpuImage
+//!                              +--raster_slices----> GpuLists        |
+//!                                   --sort_fragments--> GpuFragments +
 //! ```
 //!
 //! A program that draws many frames prepares its passes once ([`Renderer::prepare_threshold`],
-//! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]), then for each frame updates the parameters
-//! ([`Renderer::update`]) and records ([`Prepared::record`]) the map's pass if the light has moved and the view's.
-//! [`crate::backend::Backend::stage`] does so for whole scenes.
+//! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]), then for each frame updates the
+//! parameters ([`Renderer::update`]) and records ([`Prepared::record`]) the map's pass if the light
+//! has moved and the view's. [`crate::backend::Backend::stage`] does so for whole scenes.
 
 mod adapter;
 mod bindings;
@@ -55,7 +56,8 @@ pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 
 /// Renders on a graphics adapter.
 ///
-/// The media of the last pass stay on the device, and their volumes alive, for the passes that follow.
+/// The media of the last pass stay on the device, and their volumes alive, for the passes that
+/// follow.
 #[derive(Debug)]
 pub struct GpuBackend {
     renderer: Renderer,
@@ -77,8 +79,9 @@ impl GpuBackend {
 
     /// Media on the device: those of the last pass, if they are the same.
     fn upload(&self, media: &Media) -> Result<GpuMedia> {
-        // What a thread that panicked left is whole, or not there. Nothing is uploaded while it is locked, since
-        // uploading lets a thread of a pool take up other work, which may come here too.
+        // What a thread that panicked left is whole, or not there. Nothing is uploaded while it is
+        // locked, since uploading lets a thread of a pool take up other work, which may come here
+        // too.
         let known = || self.uploaded.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((held, uploaded)) = &*known()
             && same_on_the_device(held, media)

@@ -1,5 +1,6 @@
-//! Passes with all that they bind: made once, recorded frame after frame. The parameters of a frame may change in
-//! between ([`Renderer::update`]), so that a light or a camera moves without anything being made anew.
+//! Passes with all that they bind: made once, recorded frame after frame. The parameters of a frame
+//! may change in between ([`Renderer::update`]), so that a light or a camera moves without anything
+//! being made anew.
 
 use std::sync::Arc;
 
@@ -28,8 +29,8 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Records the pass, for the parameters that its frame holds when it is submitted. The first time that the usual
-    /// settings, or others, are met, drivers compile the pass for them.
+    /// Records the pass, for the parameters that its frame holds when it is submitted. The first
+    /// time that the usual settings, or others, are met, drivers compile the pass for them.
     ///
     /// # Errors
     /// If the device refuses the shader.
@@ -95,7 +96,8 @@ impl Renderer {
         self.prepare(shadow.march(), media.kind(), Some(frame), entries, image.size())
     }
 
-    /// Pass `add_beam`, which puts `beam`, a share of it for each channel, on top of `sum` and both into `output`.
+    /// Pass `add_beam`, which puts `beam`, a share of it for each channel, on top of `sum` and both
+    /// into `output`.
     pub(super) fn prepare_sum(
         &self,
         [sum, beam, output]: [&GpuImage; 3],

@@ -1,4 +1,5 @@
-//! The passes' pipelines, compiled when they are first recorded, since drivers take up to seconds for one.
+//! The passes' pipelines, compiled when they are first recorded, since drivers take up to seconds
+//! for one.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, Builder};
@@ -63,7 +64,8 @@ impl Program {
     }
 }
 
-/// Pass `raster_slices`, which draws; and what nothing is drawn to, since a render pass wants a target.
+/// Pass `raster_slices`, which draws; and what nothing is drawn to, since a render pass wants a
+/// target.
 #[derive(Clone, Debug)]
 pub(super) struct RasterProgram {
     pub(super) layout: wgpu::BindGroupLayout,

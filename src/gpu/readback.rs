@@ -8,8 +8,8 @@ use super::renderer::{Renderer, TEXEL_BYTES};
 use crate::error::memory;
 use crate::error::{Error, Result};
 
-/// Bytes that are brought to the host at once, so that no buffer is larger than devices allow; a multiple of
-/// every item's size.
+/// Bytes that are brought to the host at once, so that no buffer is larger than devices allow; a
+/// multiple of every item's size.
 const BYTES_AT_ONCE: u64 = 64 << 20;
 /// Bytes of a counter of a pass.
 const COUNTER_BYTES: u64 = 8;

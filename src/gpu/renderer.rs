@@ -156,7 +156,8 @@ impl Renderer {
         }
     }
 
-    /// A buffer that holds `contents`. (wgpu's own function for it panics where there is no memory.)
+    /// A buffer that holds `contents`. (wgpu's own function for it panics where there is no
+    /// memory.)
     pub(super) fn buffer(
         &self,
         label: &str,
@@ -190,12 +191,14 @@ impl Renderer {
         media.entries(&self.sampler)
     }
 
-    /// Puts media on the device. A volume that is sparse, or larger than one texture can be, is stored in blocks.
+    /// Puts media on the device. A volume that is sparse, or larger than one texture can be, is
+    /// stored in blocks.
     ///
     /// # Errors
-    /// If the blocks of a volume are more than a texture holds or along an axis more than textures are long, if a
-    /// grid of a mixture is larger than textures can be or a sparse one takes more than 4 GiB as one, if there are
-    /// more volumes or grids than shaders know, or if the device has no memory left.
+    /// If the blocks of a volume are more than a texture holds or along an axis more than textures
+    /// are long, if a grid of a mixture is larger than textures can be or a sparse one takes more
+    /// than 4 GiB as one, if there are more volumes or grids than shaders know, or if the device
+    /// has no memory left.
     pub fn upload(&self, media: &Media) -> Result<GpuMedia> {
         self.scoped(|| GpuMedia::upload(self, media)).map_err(Error::gpu)?
     }
@@ -210,8 +213,9 @@ impl Renderer {
         Ok(GpuFrame { buffer, usual: Arc::new(AtomicBool::new(frame.is_usual())) })
     }
 
-    /// Puts other parameters of a frame of `media` in the place of those that `known` holds: for what is submitted
-    /// from now on. Passes prepared with it go on as they are, if sizes of map and picture have not changed.
+    /// Puts other parameters of a frame of `media` in the place of those that `known` holds: for
+    /// what is submitted from now on. Passes prepared with it go on as they are, if sizes of map
+    /// and picture have not changed.
     ///
     /// # Errors
     /// As [`Renderer::frame`]; then nothing has changed.
@@ -257,8 +261,8 @@ impl Renderer {
         Ok(GpuImage { texture, view })
     }
 
-    /// Fills a map from the host: texels row by row, as many as it has. Before it is looked up, it needs
-    /// pass [`Renderer::fit_curves`].
+    /// Fills a map from the host: texels row by row, as many as it has. Before it is looked up, it
+    /// needs pass [`Renderer::fit_curves`].
     pub fn write(&self, map: &GpuMap, texels: &[[f32; 4]]) {
         let size = map.texture.size();
         self.queue.write_texture(
@@ -319,8 +323,9 @@ impl Renderer {
         self.prepare_view(media, frame, shadow, image).record(encoder)
     }
 
-    /// Holds a picture or a map against what the device's textures can be. No device that has textures as
-    /// large has fewer workgroups than they take: WebGPU demands 65535 along an axis, of eight texels each.
+    /// Holds a picture or a map against what the device's textures can be. No device that has
+    /// textures as large has fewer workgroups than they take: WebGPU demands 65535 along an axis,
+    /// of eight texels each.
     pub(super) fn check_size(&self, what: &str, [width, height]: [u32; 2]) -> Result<()> {
         let limit = self.device.limits().max_texture_dimension_2d;
         if width.max(height) <= limit {

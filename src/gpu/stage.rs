@@ -1,4 +1,5 @@
-//! Pictures one after another on a device, where media, maps and pictures of beams stay: one readback a picture.
+//! Pictures one after another on a device, where media, maps and pictures of beams stay: one
+//! readback a picture.
 
 use super::fragments::GpuFragments;
 use super::media::GpuMedia;
@@ -25,7 +26,8 @@ pub(super) struct GpuStage<'a> {
     image: Option<GpuImage>,
     /// Nodes a texel that raw lists get room for at least, and fitted ones.
     room: [u32; 2],
-    /// Of the lists made for this picture, how many nodes a texel asked for at most, and had room for.
+    /// Of the lists made for this picture, how many nodes a texel asked for at most, and had room
+    /// for.
     counted: Vec<Counted>,
 }
 
@@ -142,7 +144,8 @@ impl<'a> GpuStage<'a> {
         Ok(Shadow::Threshold(map))
     }
 
-    /// The lists, if they fit the memory allowed and what the device binds, all at once, and are marched.
+    /// The lists, if they fit the memory allowed and what the device binds, all at once, and are
+    /// marched.
     fn fragments(
         &mut self,
         beam: &Beam,

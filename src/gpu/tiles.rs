@@ -1,5 +1,6 @@
 //! Fragment maps of any size: built in tiles of whole rows that fit the memory allowed and what the
-//! device binds at once, again with more room where a tile had too little. No fragment is ever lost.
+//! device binds at once, again with more room where a tile had too little. No fragment is ever
+//! lost.
 
 use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;

@@ -1,5 +1,5 @@
-//! From what a user wrote of a volume to all that a medium is made of: the densities, their transfer
-//! function, and further grids of the same file.
+//! From what a user wrote of a volume to all that a medium is made of: the densities, their
+//! transfer function, and further grids of the same file.
 
 use std::fs;
 use std::path::Path;
@@ -20,9 +20,9 @@ const HOUNSFIELD: [f32; 2] = [-1024.0, 3071.0];
 /// A function over 0..1 speaks of no stored values where those spread over more than this.
 const NORMALISED: f64 = 50.0;
 
-/// Loads everything that `table` names. Where it leaves the window open and `scan` says that values need
-/// no absolute meaning, or no density scale is given that speaks of them, one is chosen that hides what
-/// surrounds a scanned object. With them: what was done, in words.
+/// Loads everything that `table` names. Where it leaves the window open and `scan` says that values
+/// need no absolute meaning, or no density scale is given that speaks of them, one is chosen that
+/// hides what surrounds a scanned object. With them: what was done, in words.
 ///
 /// # Errors
 /// As [`load_volume`], if a transfer function is wrong, or if a further grid cannot be read.
@@ -210,16 +210,16 @@ fn data_range(volume: &Volume) -> [f32; 2] {
     if low < high { [low, high] } else { [low.min(0.0), low.max(0.0).max(low.min(0.0) + 1.0)] }
 }
 
-/// Whether a function's range has to do with stored values `data`: whether they overlap, and it is not a function
-/// over 0..1 for values that spread far.
+/// Whether a function's range has to do with stored values `data`: whether they overlap, and it is
+/// not a function over 0..1 for values that spread far.
 fn meets([low, high]: [f64; 2], data: [f32; 2]) -> bool {
     let [least, most] = data.map(f64::from);
     let normalised = low == 0.0 && high == 1.0 && most - least > NORMALISED;
     low <= most && least <= high && !normalised
 }
 
-/// Whether stored values are Hounsfield units: by a file's word (`of_ct`), or as they have air at -1000, what
-/// pads a scan below that, and soft tissue around 0.
+/// Whether stored values are Hounsfield units: by a file's word (`of_ct`), or as they have air at
+/// -1000, what pads a scan below that, and soft tissue around 0.
 fn is_hounsfield(volume: &Volume, of_ct: Option<bool>) -> bool {
     let by = volume.moved_by();
     let least = volume.smallest() - by;
@@ -261,7 +261,8 @@ fn histogram(volume: &Volume, densities: &Densities, range: [f64; 2]) -> Histogr
     histogram
 }
 
-/// A factor on extinction from a function of how steep densities are, between those that are told apart.
+/// A factor on extinction from a function of how steep densities are, between those that are told
+/// apart.
 fn modulation(
     volume: &Volume,
     densities: &Densities,

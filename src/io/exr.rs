@@ -1,5 +1,5 @@
-//! Flat OpenEXR through the `exr` crate: pictures in linear radiance, shadow maps with what a reader
-//! needs to look things up in them. (The crate has no deep data: that is `deep_exr`.)
+//! Flat OpenEXR through the `exr` crate: pictures in linear radiance, shadow maps with what a
+//! reader needs to look things up in them. (The crate has no deep data: that is `deep_exr`.)
 
 use std::io::Cursor;
 
@@ -19,8 +19,8 @@ use crate::scene::LightView;
 use crate::settings::Lookup;
 use crate::shadow::{TexelMap, ThresholdMap};
 
-/// A picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32, with what was
-/// measured of its shadows as the attribute `certificate` (string), if anything was.
+/// A picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32, with what
+/// was measured of its shadows as the attribute `certificate` (string), if anything was.
 ///
 /// # Errors
 /// If the encoder fails.
@@ -66,8 +66,8 @@ pub fn encode_threshold_map(
     encode_layers(vec![threshold_layer(map, index_from_world, domain, certificate)])
 }
 
-/// Threshold maps that belong together (a light's channels, several lights) as one OpenEXR file, a layer
-/// each with its name and the attributes of [`encode_threshold_map`].
+/// Threshold maps that belong together (a light's channels, several lights) as one OpenEXR file, a
+/// layer each with its name and the attributes of [`encode_threshold_map`].
 ///
 /// # Errors
 /// If the encoder fails.

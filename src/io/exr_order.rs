@@ -1,6 +1,6 @@
-//! Attributes of OpenEXR headers in the order of their names: the `exr` crate keeps them in a table that
-//! has another order in each run, and the same input shall give the same bytes. Attributes only change
-//! places, so that no offset does. Knows nothing of what they say.
+//! Attributes of OpenEXR headers in the order of their names: the `exr` crate keeps them in a table
+//! that has another order in each run, and the same input shall give the same bytes. Attributes
+//! only change places, so that no offset does. Knows nothing of what they say.
 
 /// Bytes before the first header: the magic number and the version with its flags.
 const START: usize = 8;
@@ -8,7 +8,8 @@ const START: usize = 8;
 /// The version's flag of files of several parts, whose headers end with an empty one.
 const SEVERAL_PARTS: u8 = 0x10;
 
-/// Sorts the attributes of every header of the file `bytes`; what is no whole header stays as it is.
+/// Sorts the attributes of every header of the file `bytes`; what is no whole header stays as it
+/// is.
 pub(super) fn sort_attributes(bytes: &mut [u8]) {
     let several = bytes.get(5).is_some_and(|flags| flags & SEVERAL_PARTS != 0);
     let mut at = START;
@@ -26,8 +27,8 @@ pub(super) fn sort_attributes(bytes: &mut [u8]) {
     }
 }
 
-/// Where the attributes of the header at `at` lie: each a name, a type (both end with a zero), a length
-/// of four bytes and as many bytes. A zero stands behind the last one.
+/// Where the attributes of the header at `at` lie: each a name, a type (both end with a zero), a
+/// length of four bytes and as many bytes. A zero stands behind the last one.
 fn header(bytes: &[u8], mut at: usize) -> Option<Vec<std::ops::Range<usize>>> {
     let mut spans = Vec::new();
     while *bytes.get(at)? != 0 {

@@ -96,9 +96,10 @@ pub(super) struct Wanted<'a> {
     pub levels: Levels,
 }
 
-/// The volume of a grid. Its medium reaches one voxel beyond the active bounding box, where it interpolates against
-/// the background. A level set becomes fog: density 1 inside, 0 outside, a linear edge of one voxel
-/// across the surface. A grid that holds nothing is one voxel without medium.
+/// The volume of a grid. Its medium reaches one voxel beyond the active bounding box, where it
+/// interpolates against the background. A level set becomes fog: density 1 inside, 0 outside, a
+/// linear edge of one voxel across the surface. A grid that holds nothing is one voxel without
+/// medium.
 ///
 /// # Errors
 /// If the file cannot be read, has no such grid, or takes more memory.
@@ -141,8 +142,8 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
     placed(&name, voxels, bounds.min, &world_from_index, wanted.levels)
 }
 
-/// The three components of a grid of vectors, as `load` places volumes; at most `max_bytes` of voxels
-/// together.
+/// The three components of a grid of vectors, as `load` places volumes; at most `max_bytes` of
+/// voxels together.
 ///
 /// # Errors
 /// As `load`, and if its values are no vectors.

@@ -8,10 +8,11 @@ use crate::error::Result;
 use crate::math::Aabb;
 use crate::shadow::{FragmentMap, TexelMap};
 
-/// A fragment map as deep OpenEXR: a pixel a texel, row 0 (v = 0) on top, a sample a fragment: Z and
-/// ZBack (depths in world lengths along the texel's ray), A (opacity), f32, ZIPS. Its attributes are a
-/// threshold map's where they apply ([`super::exr::encode_threshold_map`]), with `kind` = `fragments`,
-/// and `tolerance` (float): the largest error of transmittance that fitting may have made, 0 for none.
+/// A fragment map as deep OpenEXR: a pixel a texel, row 0 (v = 0) on top, a sample a fragment: Z
+/// and ZBack (depths in world lengths along the texel's ray), A (opacity), f32, ZIPS. Its
+/// attributes are a threshold map's where they apply ([`super::exr::encode_threshold_map`]), with
+/// `kind` = `fragments`, and `tolerance` (float): the largest error of transmittance that fitting
+/// may have made, 0 for none.
 ///
 /// # Errors
 /// If the encoder fails.
@@ -48,9 +49,9 @@ pub fn encode_fragment_map(
     })
 }
 
-/// What a fragment map's lists come to as flat OpenEXR, f32: `count` of fragments, `front` of the first
-/// and `back` of the last (world lengths along the texel's ray; 0 without fragments), A: the opacity of
-/// the whole list.
+/// What a fragment map's lists come to as flat OpenEXR, f32: `count` of fragments, `front` of the
+/// first and `back` of the last (world lengths along the texel's ray; 0 without fragments), A: the
+/// opacity of the whole list.
 ///
 /// # Errors
 /// If the encoder fails.

@@ -32,8 +32,8 @@ pub(super) struct Facts {
     pub of_ct: Option<bool>,
 }
 
-/// [`load_volume`] with densities as `levels` says, whatever `table` says of a window, and what else there is
-/// to know.
+/// [`load_volume`] with densities as `levels` says, whatever `table` says of a window, and what
+/// else there is to know.
 pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts) -> Result<Volume> {
     let up = table.up.as_deref().map(str::parse::<Axis>).transpose()?;
     let volume = match (&table.preset, &table.path) {
@@ -63,8 +63,8 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
     moved(volume?, table)
 }
 
-/// All files that the volume of `table` is read from: its own, others that hold its voxels or describe
-/// them, a transfer function's.
+/// All files that the volume of `table` is read from: its own, others that hold its voxels or
+/// describe them, a transfer function's.
 ///
 /// # Errors
 /// If its header cannot be read.
@@ -88,8 +88,8 @@ pub fn source_files(table: &VolumeTable) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// A volume scaled about the world's origin, turned about the world's x, y and z axes in this order, then
-/// moved, as `table` says.
+/// A volume scaled about the world's origin, turned about the world's x, y and z axes in this
+/// order, then moved, as `table` says.
 fn moved(volume: Volume, table: &VolumeTable) -> Result<Volume> {
     if table.translate.is_none() && table.rotate_degrees.is_none() && table.scale.is_none() {
         return Ok(volume);
@@ -114,7 +114,8 @@ fn moved(volume: Volume, table: &VolumeTable) -> Result<Volume> {
     volume.placed(placement)
 }
 
-/// The red, green and blue of a grid of vectors in the file of `table`, placed as its densities are.
+/// The red, green and blue of a grid of vectors in the file of `table`, placed as its densities
+/// are.
 ///
 /// # Errors
 /// As [`load_volume`], and if the file is not OpenVDB's or the grid's values are no vectors.

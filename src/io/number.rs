@@ -269,8 +269,9 @@ pub fn cast(bytes: &[u8], from: ValueType, to: ValueType) -> Result<Vec<u8>> {
     })
 }
 
-/// Items of so many bytes, each made into one of as many others: `change` does so with some of them. All threads
-/// work on a part of them at a time, so that hardly more memory is taken than the result.
+/// Items of so many bytes, each made into one of as many others: `change` does so with some of
+/// them. All threads work on a part of them at a time, so that hardly more memory is taken than the
+/// result.
 ///
 /// # Errors
 /// If there is no memory for the result.

@@ -14,7 +14,8 @@ use crate::scene::file::VolumeTable;
 pub struct ReadOptions {
     /// The format; `None` for what the file begins with, and raw where there are `dims`.
     pub format: Option<Format>,
-    /// The grid of an OpenVDB file, or the array of a VTK file; `None` for the one that looks most like densities.
+    /// The grid of an OpenVDB file, or the array of a VTK file; `None` for the one that looks most
+    /// like densities.
     pub grid: Option<String>,
     /// What the numbers are; `None` for what the file says.
     pub class: Option<Class>,

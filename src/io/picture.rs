@@ -8,8 +8,8 @@ use crate::error::{Error, Result};
 use crate::image::Image;
 
 impl Image {
-    /// Writes the picture to `path`: `.png` (8 bits a channel, sRGB after `exposure`, a factor above 0) or `.exr` (f32,
-    /// linear radiance as it is). The file appears whole, or not at all.
+    /// Writes the picture to `path`: `.png` (8 bits a channel, sRGB after `exposure`, a factor
+    /// above 0) or `.exr` (f32, linear radiance as it is). The file appears whole, or not at all.
     ///
     /// # Errors
     /// If the name has another ending, or the file cannot be written.

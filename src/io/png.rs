@@ -32,7 +32,8 @@ fn encoded(width: u32, height: u32, colour: png::ColorType, pixels: &[u8]) -> Re
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(colour);
     encoder.set_depth(png::BitDepth::Eight);
-    // A quarter to two fifths larger than by default, whose packing takes some percent of a small volume's picture.
+    // A quarter to two fifths larger than by default, whose packing takes some percent of a small
+    // volume's picture.
     encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header().map_err(failed)?;
     writer.write_image_data(pixels).map_err(failed)?;

@@ -1,5 +1,5 @@
-//! How values become numbers of another type: as they are where they fit, else through an affine map
-//! that can be told. Knows neither grids nor formats.
+//! How values become numbers of another type: as they are where they fit, else through an affine
+//! map that can be told. Knows neither grids nor formats.
 
 use super::number::ValueType;
 use crate::error::{Error, Result};
@@ -9,8 +9,8 @@ use crate::error::{Error, Result};
 pub enum Remap {
     /// As they are, rounded to what the type holds.
     Cast,
-    /// The first range onto the second, cut at its ends, rounded for integers; NaN becomes the lower
-    /// end, or stays where the type has it.
+    /// The first range onto the second, cut at its ends, rounded for integers; NaN becomes the
+    /// lower end, or stays where the type has it.
     Affine {
         /// Of the values.
         from: [f64; 2],
@@ -54,8 +54,8 @@ impl Span {
 
 impl Remap {
     /// How values of `span` become numbers of type `to`: `range` is mapped onto the integer type's
-    /// whole range, or onto 0..1. Without one, integers take whole numbers that fit as they are, and
-    /// else the span of the values is mapped; floating-point numbers take everything as it is.
+    /// whole range, or onto 0..1. Without one, integers take whole numbers that fit as they are,
+    /// and else the span of the values is mapped; floating-point numbers take everything as it is.
     pub fn choose(span: Span, to: ValueType, range: Option<[f64; 2]>) -> Self {
         let Some(limits) = to.limits() else {
             return range.map_or(Self::Cast, |from| Self::Affine { from, to: [0.0, 1.0] });

@@ -1,5 +1,5 @@
-//! Sidecars: `NAME.raw.toml` beside `NAME.raw`, `NAME.npy.toml` beside `NAME.npy`, which say what the
-//! voxels' own file cannot. Older ones are called `NAME.toml`. Knows no voxels.
+//! Sidecars: `NAME.raw.toml` beside `NAME.raw`, `NAME.npy.toml` beside `NAME.npy`, which say what
+//! the voxels' own file cannot. Older ones are called `NAME.toml`. Knows no voxels.
 
 use std::fmt::Write;
 use std::fs;
@@ -47,8 +47,8 @@ pub struct Sidecar {
     pub class: Option<String>,
     /// CRC-32 of the voxels' bytes, in hexadecimal: a sidecar of other voxels is refused.
     pub crc32: Option<String>,
-    /// That of the voxels which are being replaced: what an ended run leaves speaks of them, or of the
-    /// new ones.
+    /// That of the voxels which are being replaced: what an ended run leaves speaks of them, or of
+    /// the new ones.
     pub older: Option<Box<Self>>,
 }
 

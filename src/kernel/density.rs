@@ -48,9 +48,9 @@ impl<'a> Density<'a> {
     }
 }
 
-/// 1.5 times 2^23: an f32 of this size has no fraction, so that what is added to it is rounded to the nearest
-/// integer and stands in its lowest bits. (Conversions of floats to integers saturate, which takes longer than
-/// all else here.)
+/// 1.5 times 2^23: an f32 of this size has no fraction, so that what is added to it is rounded to
+/// the nearest integer and stands in its lowest bits. (Conversions of floats to integers saturate,
+/// which takes longer than all else here.)
 const INTEGERS: f32 = 12_582_912.0;
 
 /// The integer that was added to [`INTEGERS`].
@@ -104,7 +104,8 @@ pub fn four_densities(density: &Density<'_>, ray: &Ray, at: Vec4) -> Vec4 {
     plane + (far_plane - plane) * fz
 }
 
-/// The cells along an axis that hold four places of a ray, and where in them; `last` is the last voxel.
+/// The cells along an axis that hold four places of a ray, and where in them; `last` is the last
+/// voxel.
 #[inline]
 fn cells_along(origin: f32, direction: f32, last: f32, at: Vec4) -> ([usize; 4], Vec4) {
     let place = (origin + at * direction).clamp(Vec4::ZERO, Vec4::splat(last));

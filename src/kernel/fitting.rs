@@ -1,18 +1,19 @@
 //! How fragments become nodes: all of them, or as few as a tolerance on transmittance allows.
 //!
-//! Greedy, as in Lokovic and Veach 2000, section 3.3: from the last node kept, the range of slopes that
-//! pass within the tolerance of every point so far; where it gets empty, a node. Three changes. The
-//! lines are lines of optical depth. A line starts where the one before ends, on a value within the
-//! tolerance of the truth. And the bound holds between points too: they stand no further apart than
-//! [`POINT_SPACING`] in optical depth. At an extremum inside a piece the second derivative of the
-//! difference of the two exponentials is at most `POINT_SPACING` squared times the difference times the
-//! ratio of the two transmittances, which is kept below 4, so the difference exceeds its ends by some
-//! percent at most: [`FIT_SHARE`] takes that off the tolerance, and as much again for the samples in slabs.
+//! Greedy, as in Lokovic and Veach 2000, section 3.3: from the last node kept, the range of slopes
+//! that pass within the tolerance of every point so far; where it gets empty, a node. Three
+//! changes. The lines are lines of optical depth. A line starts where the one before ends, on a
+//! value within the tolerance of the truth. And the bound holds between points too: they stand no
+//! further apart than [`POINT_SPACING`] in optical depth. At an extremum inside a piece the second
+//! derivative of the difference of the two exponentials is at most `POINT_SPACING` squared times
+//! the difference times the ratio of the two transmittances, which is kept below 4, so the
+//! difference exceeds its ends by some percent at most: [`FIT_SHARE`] takes that off the tolerance,
+//! and as much again for the samples in slabs.
 //!
-//! And slabs err themselves: in one, optical depth is taken to be linear. Where extinction changes from
-//! the slab before, by that change times an eighth of the slab's length at most if it changes evenly. The fit
-//! leaves room for as much, down to [`LEAST_ROOM`], so that the tolerance holds against the medium and not
-//! only against its slabs.
+//! And slabs err themselves: in one, optical depth is taken to be linear. Where extinction changes
+//! from the slab before, by that change times an eighth of the slab's length at most if it changes
+//! evenly. The fit leaves room for as much, down to [`LEAST_ROOM`], so that the tolerance holds
+//! against the medium and not only against its slabs.
 
 use super::fragments::Node;
 

@@ -1,8 +1,10 @@
-//! Transmittance from a list of fragments: optical depth as a polyline over depth, and how it is read.
+//! Transmittance from a list of fragments: optical depth as a polyline over depth, and how it is
+//! read.
 //!
-//! A *node* is (depth, optical depth up to there). Between two nodes optical depth is linear, so that
-//! transmittance is an exponential; in front of the first it is zero and behind the last it stays. A
-//! slab of medium is two nodes (one where slabs touch), a surface is two nodes of one depth.
+//! A *node* is (depth, optical depth up to there). Between two nodes optical depth is linear, so
+//! that transmittance is an exponential; in front of the first it is zero and behind the last it
+//! stays. A slab of medium is two nodes (one where slabs touch), a surface is two nodes of one
+//! depth.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -43,7 +45,8 @@ pub const FRONT_DEPTH: f32 = 0.5;
 /// Optical depth that a texel needs for its shadow to have a front: nine tenths of the light.
 pub const LEAST_WITH_FRONT: f32 = std::f32::consts::LN_10;
 
-/// Depth where optical depth reaches [`FRONT_DEPTH`]; `None` where it stays below [`LEAST_WITH_FRONT`].
+/// Depth where optical depth reaches [`FRONT_DEPTH`]; `None` where it stays below
+/// [`LEAST_WITH_FRONT`].
 pub fn front_of(nodes: &[Node]) -> Option<f32> {
     nodes.last().filter(|last| last.optical_depth >= LEAST_WITH_FRONT)?;
     let pairs = nodes.array_windows().map(|[a, b]| (a, b));

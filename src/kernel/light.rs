@@ -15,8 +15,8 @@ pub fn light_ray(frame: &Frame, u: f32, v: f32) -> Ray {
     }
 }
 
-/// Depths where the light ray through `(u, v)` enters and leaves the volume; it misses if the second
-/// is not greater.
+/// Depths where the light ray through `(u, v)` enters and leaves the volume; it misses if the
+/// second is not greater.
 pub fn light_extent(frame: &Frame, u: f32, v: f32) -> (f32, f32) {
     let ray = light_ray(frame, u, v).transformed(&frame.media.index_from_frame);
     intersect_box(&ray, frame.media.domain_min, frame.media.domain_max)
@@ -64,10 +64,10 @@ fn cone_share(frame: &Frame, direction: Vec3) -> f32 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Unshadowed irradiance on the average over a piece of a ray, from its begin over its middle to its end, of a light
-/// among the media, close to which it changes by much. The integral of one over the squared distance is the angle
-/// that the piece takes up as the light sees it, over the light's distance from the ray; a cone's share is a mean over
-/// that angle.
+/// Unshadowed irradiance on the average over a piece of a ray, from its begin over its middle to
+/// its end, of a light among the media, close to which it changes by much. The integral of one over
+/// the squared distance is the angle that the piece takes up as the light sees it, over the light's
+/// distance from the ray; a cone's share is a mean over that angle.
 pub fn irradiance_over(frame: &Frame, [begin, middle, end]: [Vec3; 3]) -> Vec3 {
     let [a, m, b] = [begin, middle, end].map(|point| point - frame.light.position);
     if face_of(m) != frame.light.spread - 2 {
@@ -89,13 +89,14 @@ pub fn irradiance_over(frame: &Frame, [begin, middle, end]: [Vec3; 3]) -> Vec3 {
     frame.light.irradiance * (share / parts as f32 * angle / area)
 }
 
-/// Angle over which a cone's share is taken at one place, in radians, and how many such places a piece has at most.
+/// Angle over which a cone's share is taken at one place, in radians, and how many such places a
+/// piece has at most.
 pub const ANGLE: f32 = 0.05;
 /// See [`ANGLE`].
 pub const MOST_ANGLES: u32 = 64;
 
-/// The face of a cube that a direction from its middle goes through, whose edges belong to one face each: +x, -x, +y,
-/// -y, +z, -z are 0 to 5.
+/// The face of a cube that a direction from its middle goes through, whose edges belong to one face
+/// each: +x, -x, +y, -y, +z, -z are 0 to 5.
 pub fn face_of(direction: Vec3) -> u32 {
     let far = direction.abs();
     if far.x >= far.y && far.x >= far.z {

@@ -1,5 +1,5 @@
-//! What a ray meets, sampled along it: a plain volume, or a mixture. On the GPU each has a file of its own
-//! in `shaders/media/` with functions of these names.
+//! What a ray meets, sampled along it: a plain volume, or a mixture. On the GPU each has a file of
+//! its own in `shaders/media/` with functions of these names.
 
 use std::cell::Cell;
 
@@ -27,14 +27,15 @@ pub struct Sampler<'a> {
 enum Content<'a> {
     /// One volume whose extinction is its density times a number.
     Plain(Density<'a>),
-    /// For light rays, which meet nothing but extinction: one volume whose extinction is its density times this
-    /// number.
+    /// For light rays, which meet nothing but extinction: one volume whose extinction is its
+    /// density times this number.
     Scaled(Density<'a>, f32),
     /// For light rays: one volume whose extinction is a function of its density.
     Classified(Box<MixedMedia<'a>>),
     /// Everything else.
     Mixed(Box<MixedMedia<'a>>),
-    /// For light rays: one of the two above in a part of the media's box, and as a mixture where pieces reach beyond that part.
+    /// For light rays: one of the two above in a part of the media's box, and as a mixture where
+    /// pieces reach beyond that part.
     Within(Box<Within<'a>>),
 }
 
@@ -67,8 +68,8 @@ impl<'a> Sampler<'a> {
         Self { content, occupancy: media.occupancy() }
     }
 
-    /// A sampler of `media` for light rays: of extinction alone, which is what [`Sampler::of`] says, faster. It knows
-    /// no source and no emission.
+    /// A sampler of `media` for light rays: of extinction alone, which is what [`Sampler::of`]
+    /// says, faster. It knows no source and no emission.
     pub fn of_extinction(media: &'a Media) -> Self {
         let Some(body) = media.graded().filter(|_| media.plain().is_none()) else {
             return Self::of(media);
@@ -154,8 +155,9 @@ pub fn arriving(frame: &Frame, ray: &Ray, point: Vec3) -> Arriving {
     Arriving { irradiance, cosine, scattered: irradiance * phase(frame.media.phase_g, cosine) }
 }
 
-/// Light that arrives over a piece of a camera ray, around a place and of half a length: that of its middle, but of a
-/// light that stands among the media, whose square of the distance may change by much over a piece.
+/// Light that arrives over a piece of a camera ray, around a place and of half a length: that of
+/// its middle, but of a light that stands among the media, whose square of the distance may change
+/// by much over a piece.
 pub fn arriving_over(frame: &Frame, ray: &Ray, [at, half]: [f32; 2]) -> Arriving {
     if frame.light.spread < 2 {
         return arriving(frame, ray, ray.at(at));
@@ -165,8 +167,8 @@ pub fn arriving_over(frame: &Frame, ray: &Ray, [at, half]: [f32; 2]) -> Arriving
     Arriving { irradiance, cosine, scattered: irradiance * phase(frame.media.phase_g, cosine) }
 }
 
-/// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance from
-/// the light.
+/// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance
+/// from the light.
 #[inline]
 pub fn source_along(
     sampler: &Sampler<'_>,

@@ -13,8 +13,8 @@ pub fn step_opacity(tau: f32) -> f32 {
     1.0 - (-tau).exp()
 }
 
-/// Mean transmittance over a step of optical depth `tau` to its front: (1 - exp(-tau)) / tau, by its series
-/// where the difference has no digits.
+/// Mean transmittance over a step of optical depth `tau` to its front: (1 - exp(-tau)) / tau, by
+/// its series where the difference has no digits.
 #[inline]
 pub fn mean_transmittance(tau: f32) -> f32 {
     if tau < 0.01 { 1.0 - tau * (0.5 - tau / 6.0) } else { step_opacity(tau) / tau }
@@ -27,11 +27,11 @@ pub fn phase(g: f32, cosine: f32) -> f32 {
     (1.0 - g * g) / (FOUR_PI * spread * spread.sqrt())
 }
 
-/// Light scattered into an angle of the given cosine behind `transmittance`, per steradian, with `count`
-/// octaves more (Wrenninge, Kulla and Lundqvist 2013): each carries half of the light of the one before,
-/// through the square root of its transmittance, with half of its mean cosine. Here their shares add up to
-/// 1, so that what lies in the light keeps its brightness. It looks like light that was scattered more than
-/// once; no energy is accounted for.
+/// Light scattered into an angle of the given cosine behind `transmittance`, per steradian, with
+/// `count` octaves more (Wrenninge, Kulla and Lundqvist 2013): each carries half of the light of
+/// the one before, through the square root of its transmittance, with half of its mean cosine. Here
+/// their shares add up to 1, so that what lies in the light keeps its brightness. It looks like
+/// light that was scattered more than once; no energy is accounted for.
 pub fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     let (mut share, mut g, mut through) = (1.0, g, transmittance);
     let (mut sum, mut shares) = (phase(g, cosine) * through, 1.0);
@@ -45,8 +45,8 @@ pub fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     sum / shares
 }
 
-/// What four steps of a ray add to a picture: where to sample the light for each of them, or for several
-/// at once, which then stand in the first one's place and leave the others without weight.
+/// What four steps of a ray add to a picture: where to sample the light for each of them, or for
+/// several at once, which then stand in the first one's place and leave the others without weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Scattered {
     /// Share of the ray's light.
@@ -57,10 +57,10 @@ pub struct Scattered {
     pub through: f32,
 }
 
-/// Four steps with two samples each: optical depths in order, the distance of the first sample and the
-/// distance between samples, and the transmittance from the camera in front of them. Steps share a place
-/// if they add at most `weight` together: all four if they are no longer than `length`, else the first or the
-/// last two.
+/// Four steps with two samples each: optical depths in order, the distance of the first sample and
+/// the distance between samples, and the transmittance from the camera in front of them. Steps
+/// share a place if they add at most `weight` together: all four if they are no longer than
+/// `length`, else the first or the last two.
 pub fn scattered(
     through: f32,
     [early, late]: [Vec4; 2],

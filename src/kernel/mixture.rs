@@ -33,8 +33,8 @@ impl<'a> MixedMedia<'a> {
     }
 }
 
-/// The part of a piece that lies in a field: the field's indices of its two ends, and its share of the
-/// piece's length; 0 if there is none.
+/// The part of a piece that lies in a field: the field's indices of its two ends, and its share of
+/// the piece's length; 0 if there is none.
 #[inline]
 fn inside(field: &Field, piece: &Piece<'_>) -> ([Vec3; 2], f32) {
     let ray = if field.voxel_share.w == 1.0 {
@@ -106,13 +106,14 @@ pub fn mixture_density(media: &MixedMedia<'_>, piece: &Piece<'_>) -> f32 {
     media.mixture.parts.iter().map(|part| part_along(media, part, piece).w).sum()
 }
 
-/// What a light ray keeps of a mixture of one body with a transfer function: what it met where the last pieces began
-/// and where they ended, for those that begin there.
+/// What a light ray keeps of a mixture of one body with a transfer function: what it met where the
+/// last pieces began and where they ended, for those that begin there.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Met([Option<(f32, Readings<f32>)>; 2]);
 
-/// Mean extinctions over four pieces of a ray, one behind the other, through a mixture of one body with a transfer
-/// function and nothing else that varies, as [`mixture_density`]; the pieces lie in its domain.
+/// Mean extinctions over four pieces of a ray, one behind the other, through a mixture of one body
+/// with a transfer function and nothing else that varies, as [`mixture_density`]; the pieces lie in
+/// its domain.
 #[inline]
 pub fn four_classified(
     media: &MixedMedia<'_>,

@@ -1,5 +1,5 @@
-//! Places of a ray that need not be sampled, because they lie in empty bricks, and how long steps may be
-//! elsewhere, as media change more or less.
+//! Places of a ray that need not be sampled, because they lie in empty bricks, and how long steps
+//! may be elsewhere, as media change more or less.
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
@@ -8,16 +8,19 @@ use crate::scene::{EMPTY, Occupancy, ROUGHEST};
 
 /// Steps that a pass takes after each look, one after the other and all as long as each other.
 pub const BATCH: u32 = 4;
-/// How far beyond an empty brick a ray goes on, in shortest steps: rounding must not leave it inside.
+/// How far beyond an empty brick a ray goes on, in shortest steps: rounding must not leave it
+/// inside.
 pub const LEAP: f32 = 0.1;
 /// Steps at least, as a share of the ray's end: what rounding still tells apart.
 pub const LEAST_SHARE: f32 = 2e-6;
 
-/// What the samples of cut steps of a camera ray aim at, as a share of the limit: where one is thick, others are.
+/// What the samples of cut steps of a camera ray aim at, as a share of the limit: where one is
+/// thick, others are.
 pub const CUT_SHARE: f32 = 0.33;
 /// What the samples of cut steps may hold, as a share of the limit.
 pub const CUT_LIMIT: f32 = 0.5;
-/// How much longer than made for the steepest place steps may be before ends of batches are looked at.
+/// How much longer than made for the steepest place steps may be before ends of batches are looked
+/// at.
 pub const HIDING: f32 = 3.0;
 /// What steps that are cut become at least, as a share of themselves.
 pub const SHORTEST_CUT: f32 = 0.125;
@@ -45,8 +48,8 @@ pub struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// A ray in index space that ends at distance `exit`. World lengths of its steps: at least, where the media
-    /// change most, at most.
+    /// A ray in index space that ends at distance `exit`. World lengths of its steps: at least,
+    /// where the media change most, at most.
     pub fn new(
         occupancy: &'a Occupancy,
         ray: &Ray,
@@ -72,7 +75,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The first place from distance `start` on that may hold anything; the ray's end or more if none before does.
+    /// The first place from distance `start` on that may hold anything; the ray's end or more if
+    /// none before does.
     #[inline]
     pub fn next_place(&mut self, start: f32) -> f32 {
         let mut t = start;
@@ -86,23 +90,23 @@ impl<'a> Walk<'a> {
         self.exit.max(start)
     }
 
-    /// How long the [`BATCH`] steps from `t` on are, which a pass may take before it asks again. The last one
-    /// ends where the ray does, rounding or not.
+    /// How long the [`BATCH`] steps from `t` on are, which a pass may take before it asks again.
+    /// The last one ends where the ray does, rounding or not.
     #[inline]
     pub fn step_from(&self, t: f32) -> f32 {
         let left = (self.exit - t) / BATCH as f32;
         if left < 1.001 * self.step { left } else { self.step }
     }
 
-    /// Whether steps are so long, beside those that are made for the steepest place of the media, that something
-    /// dense may begin between the last one's middle and its end.
+    /// Whether steps are so long, beside those that are made for the steepest place of the media,
+    /// that something dense may begin between the last one's middle and its end.
     #[inline]
     pub fn hides(&self, step: f32) -> bool {
         step > HIDING * self.lengths[1]
     }
 
-    /// What steps of a length become that must be cut to `share` of it: as long as they are if `share` is 1
-    /// or more, or if rounding tells no shorter ones apart.
+    /// What steps of a length become that must be cut to `share` of it: as long as they are if
+    /// `share` is 1 or more, or if rounding tells no shorter ones apart.
     #[inline]
     pub fn cut(&self, step: f32, share: f32) -> f32 {
         if share >= 1.0 {
@@ -112,8 +116,8 @@ impl<'a> Walk<'a> {
         shorter.max(LEAST_SHARE * self.exit).min(step)
     }
 
-    /// Whether the brick at distance `t` is empty; `end` becomes where the ray leaves it, or the empty
-    /// block around it.
+    /// Whether the brick at distance `t` is empty; `end` becomes where the ray leaves it, or the
+    /// empty block around it.
     fn look(&mut self, t: f32) -> bool {
         let place = (self.ray.at(t) - self.origin) / self.edge;
         // Rounded down, as it is not below zero; conversion to i32 is the fastest.
@@ -134,11 +138,11 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// How long the four steps of a light ray are, and their optical depths: `depths` tells those of steps of a
-/// length, which begins with `step` and is cut until optical depth bends no more from step to step than
-/// `limit` over the share of light that gets to them, behind the optical depth `tau`. Where steps are longer than
-/// [`Walk::hides`] allows, `end` tells the optical depth of a step like the place where they end: what begins
-/// behind the last one's middle is seen there.
+/// How long the four steps of a light ray are, and their optical depths: `depths` tells those of
+/// steps of a length, which begins with `step` and is cut until optical depth bends no more from
+/// step to step than `limit` over the share of light that gets to them, behind the optical depth
+/// `tau`. Where steps are longer than [`Walk::hides`] allows, `end` tells the optical depth of a
+/// step like the place where they end: what begins behind the last one's middle is seen there.
 #[inline]
 pub fn cut_to_bend(
     walk: &Walk<'_>,

@@ -44,8 +44,8 @@ pub fn intersect_box(ray: &Ray, min: Vec3, max: Vec3) -> (f32, f32) {
     (enter, a.max(b).min_element())
 }
 
-/// Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at most those
-/// that the frame allows for all of it.
+/// Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at
+/// most those that the frame allows for all of it.
 pub fn voxels_over(frame: &Frame, ray: &Ray, length: f32, extent: f32) -> f32 {
     let most = frame.media.most_voxels / extent.max(length).max(f32::MIN_POSITIVE);
     length * ray.direction.length().min(most)

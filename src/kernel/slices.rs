@@ -32,8 +32,8 @@ pub struct Slabs {
     pub samples: u32,
 }
 
-/// The slabs of the ray through map position `(u, v)`: of the ray's own, equally spaced from entry to
-/// exit, or between planes across the light's axis that all rays share.
+/// The slabs of the ray through map position `(u, v)`: of the ray's own, equally spaced from entry
+/// to exit, or between planes across the light's axis that all rays share.
 pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
     let ray = light_ray(frame, u, v).transformed(&frame.media.index_from_frame);
     let (min, max) = (frame.media.domain_min, frame.media.domain_max);
@@ -72,8 +72,8 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
     Slabs { start, step, first, last: last.clamp(first + 1, planes), samples, ..none }
 }
 
-/// As many samples as the voxels of a length of a ray, which is `extent` long in the medium, ask for; rounding
-/// asks for none.
+/// As many samples as the voxels of a length of a ray, which is `extent` long in the medium, ask
+/// for; rounding asks for none.
 pub fn samples_over(frame: &Frame, ray: &Ray, step: f32, extent: f32) -> u32 {
     let voxels = voxels_over(frame, ray, step, extent);
     (voxels * frame.map.slabs.samples - 0.01).ceil().clamp(1.0, 65_536.0) as u32
@@ -120,8 +120,8 @@ pub struct Batch {
     pub next: f32,
 }
 
-/// Four slabs as long as `step` from depth `t` on; with planes, the four from the one that holds `t` on, but
-/// none in front of slab `next`.
+/// Four slabs as long as `step` from depth `t` on; with planes, the four from the one that holds
+/// `t` on, but none in front of slab `next`.
 pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32, next: f32) -> Batch {
     let (start, first, step) = if frame.map.planes > 0 {
         // Rather one too many, which is empty, than one too few.

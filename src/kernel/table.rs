@@ -1,5 +1,6 @@
-//! Functions of a density, read from tables: lines between values at the edges of cells, and beyond the ends as
-//! they are there. Long pieces and short ones read one function, so that what touches adds up.
+//! Functions of a density, read from tables: lines between values at the edges of cells, and beyond
+//! the ends as they are there. Long pieces and short ones read one function, so that what touches
+//! adds up.
 
 use glam::{Mat4, Vec4, Vec4Swizzles};
 
@@ -55,7 +56,8 @@ pub fn table_mean(tables: &[Vec4], header: Vec4, values: [f32; 2]) -> Vec4 {
     (integral(end, b) - integral(begin, a)) / across
 }
 
-/// A cell of a table of opacities alone: (integral up to it, opacity at its edge, half of what it rises by, 0).
+/// A cell of a table of opacities alone: (integral up to it, opacity at its edge, half of what it
+/// rises by, 0).
 pub type OpacityCell = Vec4;
 
 /// The cells of a table's opacities, the one in front of the table first.
@@ -173,7 +175,8 @@ mod tests {
     use crate::scene::{Body, Media, Medium, TransferFunction};
     use crate::volume::Volume;
 
-    /// A function with a jump up, a slope and a jump down, neither at the edge of a cell, and its integral.
+    /// A function with a jump up, a slope and a jump down, neither at the edge of a cell, and its
+    /// integral.
     fn band() -> (Vec<Vec4>, Vec4, f64) {
         let points =
             [(0.0, 0.0), (0.48, 0.0), (0.48, 1.0), (0.4843, 0.5), (0.4843, 0.0), (1.0, 0.0)];
@@ -217,8 +220,8 @@ mod tests {
                         *sum += f64::from(mean) * f64::from(b - a);
                     }
                 }
-                // Places around the band are held to 2^-15 of a cell, so that a piece that sees it may be off by as
-                // much at either end.
+                // Places around the band are held to 2^-15 of a cell, so that a piece that sees it
+                // may be off by as much at either end.
                 let seen = cuts.windows(2).filter(|ends| ends[1] > 0.475 && ends[0] < 0.49).count();
                 let bound = seen as f64 * 2.0 * 0.5_f64.powi(15) / 1024.0;
                 for (sum, share) in sum.into_iter().zip([1.0, 0.5, 0.25, 1.0]) {

@@ -1,7 +1,7 @@
 //! The threshold map's four numbers: what they hold and how transmittance is read from them.
 //!
-//! A texel holds (R, G, B, A): the depths where opacity first reaches the three thresholds t1 < t2 <
-//! t3 (10, 50 and 90 %), and the largest opacity A (volumetric deep shadow maps, "Implementation").
+//! A texel holds (R, G, B, A): the depths where opacity first reaches three thresholds (10, 50 and
+//! 90 %), and the largest opacity A (volumetric deep shadow maps, "Implementation").
 //!
 //! **Unset channels.** Most texels never reach the last threshold. The paper leaves open what their
 //! channels hold; here it depends on the lookup that the map is made for:
@@ -14,9 +14,9 @@
 //! points, with slopes limited as by Fritsch and Carlson 1980, a quadratic onset in front of the
 //! first and a quadratic end behind the last. The onset's length comes from the slope between the
 //! first two points and not from where the ray enters the volume, so empty space stays unshadowed.
-//! The end flattens out, as media do. Where it is dark long before that, all that is seen lies in the
-//! medium's front, which goes on behind the last point as it changed between the three; and a medium
-//! that is as dense between the last two as between the first two goes on straight.
+//! The end flattens out, as media do. Where it is dark long before that, all that is seen lies in
+//! the medium's front, which goes on behind the last point as it changed between the three; and a
+//! medium that is as dense between the last two as between the first two goes on straight.
 
 use glam::{Vec3, Vec4};
 
@@ -62,8 +62,8 @@ pub fn optical_depth_of(opacity: f32) -> f32 {
 }
 
 /// Where within a step from depth `z0` to `z1` a level is crossed; `tau0`, `tau1` and `tau` are the
-/// optical depths at the ends and of the level, `bend` how much more than this step the next one holds.
-/// `crossing`: 0 exact, 1 smoothstep, 2 bucket.
+/// optical depths at the ends and of the level, `bend` how much more than this step the next one
+/// holds. `crossing`: 0 exact, 1 smoothstep, 2 bucket.
 pub fn crossing_depth(
     crossing: u32,
     z: [f32; 2],
@@ -83,8 +83,8 @@ pub fn crossing_depth(
     z0 + (z1 - z0) * share
 }
 
-/// Where a parabola from (0, 0) to (1, 1) has the value `y`; its slope rises by `bend`. With a line in its
-/// place all levels in a dense medium's front are found too early, which costs half a percent of its light.
+/// Where a parabola from (0, 0) to (1, 1) has the value `y`; its slope rises by `bend`. A line finds
+/// all levels in a dense medium's front too early, which costs half a percent of its light.
 fn parabola_share(y: f32, bend: f32) -> f32 {
     // No more than keeps it monotone.
     let bend = bend.clamp(-2.0, 2.0);
@@ -115,16 +115,16 @@ pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
 pub struct Curve {
     /// Depths where the pieces end; the first three are z.
     pub ends: Vec4,
-    /// Of each piece x + u (y + u (z + u w)) over the share u of its length. The first begins at zero, and
-    /// holds the depth where it does in place of x.
+    /// Of each piece x + u (y + u (z + u w)) over the share u of its length. The first begins at
+    /// zero, and holds the depth where it does in place of x.
     pub cubics: [Vec4; 4],
 }
 
 /// The curve of an empty texel.
 pub const EMPTY: Curve = Curve { ends: Vec4::W, cubics: [Vec4::ZERO; 4] };
 
-/// The curve that a texel's four numbers say; `enter` and `exit` are the depths where its ray enters
-/// and leaves the volume.
+/// The curve that a texel's four numbers say; `enter` and `exit` are the depths where its ray
+/// enters and leaves the volume.
 pub fn curve(
     texel: Vec4,
     thresholds: Vec3,
@@ -163,8 +163,8 @@ pub fn curve(
     }
 }
 
-/// The slopes wanted at the last point and at the far end; `d` are those between the points, `h` the
-/// lengths, `above` how far `total` lies above the last threshold.
+/// The slopes wanted at the last point and at the far end; `d` are those between the points, `h`
+/// the lengths, `above` how far `total` lies above the last threshold.
 fn end_slopes([d1, d2]: [f32; 2], [h1, h2]: [f32; 2], total: f32, above: f32) -> [f32; 2] {
     // Of the parabola through the three points; where the medium may end soon, the one found best.
     let [ahead, bent] = [d2 + (d2 - d1) * (h2 / (h1 + h2)), 1.25 * (d1 * d2).sqrt()]
@@ -200,12 +200,13 @@ pub(crate) fn slope_between(a: f32, b: f32) -> f32 {
 }
 
 /// How the curve runs out beyond an outermost point: (length, slope at the point, slope at the far
-/// end). `rest` is the optical depth to go, `secant` the slope on the point's other side, `slope` and `far`
-/// the wanted slopes at the point and at the far end, `room` the length to the volume's border.
+/// end). `rest` is the optical depth to go, `secant` the slope on the point's other side, `slope`
+/// and `far` the wanted slopes at the point and at the far end, `room` the length to the volume's
+/// border.
 ///
-/// A free end is a parabola, which flattens out where `far` is 0. Where the border comes first, the curve
-/// ends there; the nearer it is, the straighter the curve, up to a straight line where the medium goes on
-/// with the same density: a uniform medium is reproduced exactly.
+/// A free end is a parabola, which flattens out where `far` is 0. Where the border comes first, the
+/// curve ends there; the nearer it is, the straighter the curve, up to a straight line where the
+/// medium goes on with the same density: a uniform medium is reproduced exactly.
 pub(crate) fn run_out(rest: f32, secant: f32, [slope, far]: [f32; 2], room: f32) -> Vec3 {
     let free = 2.0 * rest / (slope + far);
     let room = room.max(1e-6 * free);

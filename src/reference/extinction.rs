@@ -47,9 +47,9 @@ impl<'a> Extinction<'a> {
         Self { bodies: bodies.collect() }
     }
 
-    /// Optical depth along `origin + t direction` (world space, unit length) for `t` between the bounds.
-    /// Exact to rounding, also through transfer functions, whose knots split cells; to about 1e-6 where a
-    /// second grid modulates extinction.
+    /// Optical depth along `origin + t direction` (world space, unit length) for `t` between the
+    /// bounds. Exact to rounding, also through transfer functions, whose knots split cells; to
+    /// about 1e-6 where a second grid modulates extinction.
     pub fn optical_depth(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
         let ray = WorldRay { origin, direction };
         let mut sum = 0.0;
@@ -67,8 +67,8 @@ impl<'a> Extinction<'a> {
         (-self.optical_depth(point, -light.direction_at(point), [0.0, farthest])).exp()
     }
 
-    /// Adds the optical depths at rising `depths` along a ray to `taus`, as many; gives that of the whole
-    /// ray, and where it enters the first body and leaves the last.
+    /// Adds the optical depths at rising `depths` along a ray to `taus`, as many; gives that of the
+    /// whole ray, and where it enters the first body and leaves the last.
     pub(super) fn profile(
         &self,
         ray: WorldRay,
@@ -134,8 +134,8 @@ impl Exact<'_> {
     }
 }
 
-/// Integral of a function's opacity along a part of a stretch: where density runs through one of its
-/// knots the part is cut, and between cuts opacity is a cubic as density is.
+/// Integral of a function's opacity along a part of a stretch: where density runs through one of
+/// its knots the part is cut, and between cuts opacity is a cubic as density is.
 fn opacity_integral(function: &TransferFunction, stretch: &Stretch, [from, to]: [f64; 2]) -> f64 {
     let density = |t: f64| stretch.density(t);
     let mut turns = vec![from];

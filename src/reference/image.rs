@@ -1,9 +1,9 @@
-//! A picture by brute force in f64: no shadow map, every point lit through the exact integral. It knows
-//! nothing of the steps that renderers take.
+//! A picture by brute force in f64: no shadow map, every point lit through the exact integral. It
+//! knows nothing of the steps that renderers take.
 //!
-//! What a part of a ray sends to the camera is an integral over optical depth, so parts are halved until
-//! neither the camera's nor the light's optical depth changes by more than [`MOST_DEPTH`] over one: four
-//! points integrate the exponentials that are left to 1e-8.
+//! What a part of a ray sends to the camera is an integral over optical depth, so parts are halved
+//! until neither the camera's nor the light's optical depth changes by more than [`MOST_DEPTH`]
+//! over one: four points integrate the exponentials that are left to 1e-8.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -28,16 +28,17 @@ const GAUSS: [[f64; 2]; 4] = [
 const MOST_DEPTH: f64 = 0.5;
 /// Light behind as much less is not looked for: a billionth of a pixel's.
 const DARK: f64 = 1e-9;
-/// Length of a part at most, as a share of its distance to a light with a place: from a point, and within the edge of
-/// a cone.
+/// Length of a part at most, as a share of its distance to a light with a place: from a point, and
+/// within the edge of a cone.
 const NEAR_SHARES: [f64; 2] = [0.5, 0.04];
-/// Halvings of a part at most: where a shadow's edge runs through a part, its light never is smooth.
+/// Halvings of a part at most: where a shadow's edge runs through a part, its light never is
+/// smooth.
 const MOST_HALVINGS: u32 = 24;
 
-/// Single scattering of all lights of `scene` at `width` x `height` pixels, one ray through each pixel's centre.
-/// Each cell that a camera ray crosses is cut into `cuts` equal parts, and those in halves while they are
-/// optically thick, with four Gauss points each; transmittance to the camera and from the light is exact
-/// at every point.
+/// Single scattering of all lights of `scene` at `width` x `height` pixels, one ray through each
+/// pixel's centre. Each cell that a camera ray crosses is cut into `cuts` equal parts, and those in
+/// halves while they are optically thick, with four Gauss points each; transmittance to the camera
+/// and from the light is exact at every point.
 ///
 /// # Errors
 /// If the scene's media are more than one plain volume.

@@ -1,10 +1,10 @@
 //! The line integral of density, cell by cell.
 //!
 //! Between eight voxel centres trilinear density along a straight line is a cubic polynomial of the
-//! distance. Its four coefficients in a cell give the integral up to any point of it in closed form,
-//! so walking a ray through the cells (Amanatides and Woo 1987) gives the optical depth exact to
-//! rounding, without a step size. Within half a voxel of the border the clamped density makes cells of
-//! their own.
+//! distance. Its four coefficients in a cell give the integral up to any point of it in closed
+//! form, so walking a ray through the cells (Amanatides and Woo 1987) gives the optical depth exact
+//! to rounding, without a step size. Within half a voxel of the border the clamped density makes
+//! cells of their own.
 
 use glam::{DMat4, DVec3};
 
@@ -230,8 +230,9 @@ impl Stretch {
     }
 }
 
-/// Integral of density along `origin + t direction` for `t` between the two bounds, in density times
-/// world lengths if `direction` has unit length; times the density scale it is the optical depth.
+/// Integral of density along `origin + t direction` for `t` between the two bounds, in density
+/// times world lengths if `direction` has unit length; times the density scale it is the optical
+/// depth.
 pub fn optical_depth(cells: &Cells<'_>, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
     let mut sum = 0.0;
     cells.walk(origin, direction, bounds, |stretch| {

@@ -1,11 +1,12 @@
-//! A scene taken apart into what one shadow map can answer: one light in one colour channel, or in all
-//! of them where extinction is grey, as one of the light's views sees it.
+//! A scene taken apart into what one shadow map can answer: one light in one colour channel, or in
+//! all of them where extinction is grey, as one of the light's views sees it.
 //!
 //! Radiance is a sum over lights, and what happens to red light does not depend on blue light. So a
-//! picture of many lights and coloured media is a sum of pictures of one light in grey media, of which
-//! each gives the channels that it is right in. A light among what it shines on sees it through the faces of a cube,
-//! each of which lights what lies behind it. Every pass works on such a beam alone; a grey scene with
-//! one light is one of them and costs what it did before there were colours.
+//! picture of many lights and coloured media is a sum of pictures of one light in grey media, of
+//! which each gives the channels that it is right in. A light among what it shines on sees it
+//! through the faces of a cube, each of which lights what lies behind it. Every pass works on such
+//! a beam alone; a grey scene with one light is one of them and costs what it did before there were
+//! colours.
 
 use glam::{DVec3, Vec4};
 
@@ -46,7 +47,8 @@ impl Channels {
     }
 }
 
-/// What passes take: one light in some channels, as one of its views sees what it shines on, and who looks.
+/// What passes take: one light in some channels, as one of its views sees what it shines on, and
+/// who looks.
 #[derive(Clone, Debug)]
 pub struct Beam {
     /// What light passes through, grey.
@@ -55,8 +57,8 @@ pub struct Beam {
     pub light: Light,
     /// How its map lies in the world.
     pub view: LightView,
-    /// Radiance from everywhere, unshadowed, per channel. What needs no light of its own (this, emission, the
-    /// background) is in a scene's first beam alone.
+    /// Radiance from everywhere, unshadowed, per channel. What needs no light of its own (this,
+    /// emission, the background) is in a scene's first beam alone.
     pub ambient: DVec3,
     /// Who looks.
     pub camera: Camera,
@@ -68,8 +70,8 @@ pub struct Beam {
     pub index: usize,
     /// Where its picture is right.
     pub channels: Channels,
-    /// Shares of its picture in that of the scene, for each channel and for alpha: opacity is the same for every
-    /// light, and of coloured media the mean over the channels.
+    /// Shares of its picture in that of the scene, for each channel and for alpha: opacity is the
+    /// same for every light, and of coloured media the mean over the channels.
     pub weights: Vec4,
 }
 

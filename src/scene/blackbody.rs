@@ -12,8 +12,8 @@ const WAVELENGTHS: (u32, f64, f64) = (81, 380.0, 5.0);
 /// Planck's second radiation constant, nanometre kelvins.
 const SECOND_RADIATION: f64 = 1.438_776_877e7;
 
-/// A black body's radiance over `values`, whose ends have the temperatures `kelvin`: colours with their
-/// largest channel at 1, opacities the radiance as a share of that at the hotter end.
+/// A black body's radiance over `values`, whose ends have the temperatures `kelvin`: colours with
+/// their largest channel at 1, opacities the radiance as a share of that at the hotter end.
 ///
 /// # Errors
 /// If either range does not rise, is not finite, or if a temperature is not above 0.
@@ -39,7 +39,8 @@ pub(super) fn blackbody(
     TransferFunction::new((0..POINTS).map(point).collect())
 }
 
-/// Linear RGB (sRGB's primaries) of a black body, in an arbitrary unit; colours beyond them are clipped.
+/// Linear RGB (sRGB's primaries) of a black body, in an arbitrary unit; colours beyond them are
+/// clipped.
 fn radiance(kelvin: f64) -> DVec3 {
     let (count, first, step) = WAVELENGTHS;
     let mut xyz = DVec3::ZERO;
@@ -56,8 +57,8 @@ fn radiance(kelvin: f64) -> DVec3 {
     rgb.max(DVec3::ZERO)
 }
 
-/// The eye's colour matching functions of 1931, as sums of Gaussians with two widths (Wyman, Sloan and
-/// Shirley 2013, multi-lobe fit).
+/// The eye's colour matching functions of 1931, as sums of Gaussians with two widths (Wyman, Sloan
+/// and Shirley 2013, multi-lobe fit).
 fn matching(nanometres: f64) -> DVec3 {
     let lobe = |height: f64, middle: f64, [left, right]: [f64; 2]| {
         let width = if nanometres < middle { left } else { right };

@@ -39,19 +39,21 @@ pub struct LightView {
     pub position: Option<DVec3>,
     /// World lengths that a depth of 1 in a map stands for ([`Media::unit`]).
     pub unit: f64,
-    /// The face of a cube around a light that its map answers for alone: +x, -x, +y, -y, +z, -z are 0 to 5; `None`
-    /// for all that the light shines on.
+    /// The face of a cube around a light that its map answers for alone: +x, -x, +y, -y, +z, -z are
+    /// 0 to 5; `None` for all that the light shines on.
     pub face: Option<u32>,
 }
 
 /// The faces of a cube, as [`LightView::face`] numbers them.
 const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-/// How much wider than its face of a cube a view is, so that filters find texels beyond the face's edges.
+/// How much wider than its face of a cube a view is, so that filters find texels beyond the face's
+/// edges.
 const FACE_MARGIN: f64 = 1.04;
 
 impl LightView {
-    /// The views of `light` that take in all of `media`: one that fits tightly, or the faces of a cube where a point
-    /// or spot light stands in the volume, or so close that it fills more than 80 degrees to a side of one view.
+    /// The views of `light` that take in all of `media`: one that fits tightly, or the faces of a
+    /// cube where a point or spot light stands in the volume, or so close that it fills more than
+    /// 80 degrees to a side of one view.
     ///
     /// # Errors
     /// If a direction is zero.
@@ -70,8 +72,8 @@ impl LightView {
         }
     }
 
-    /// Of the rectangles around the outline with a side along a projected edge, the smallest: one of
-    /// them is the smallest of all.
+    /// Of the rectangles around the outline with a side along a projected edge, the smallest: one
+    /// of them is the smallest of all.
     fn parallel(forward: DVec3, media: &Media) -> Self {
         let corners = media.world_corners();
         let fit = |hint: DVec3| -> (f64, Self) {

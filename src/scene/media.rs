@@ -1,4 +1,5 @@
-//! What light passes through: volumes, what each is made of, and the space that they are marched in.
+//! What light passes through: volumes, what each is made of, and the space that they are marched
+//! in.
 
 use std::sync::{Arc, OnceLock};
 
@@ -20,8 +21,8 @@ pub struct Body {
 /// From density to light: extinction, what it scatters, what it emits.
 #[derive(Clone, Debug)]
 pub struct Medium {
-    /// Extinction per unit of density, 1 / world length; at least 0. With a transfer function: where
-    /// its opacity is 1.
+    /// Extinction per unit of density, 1 / world length; at least 0. With a transfer function:
+    /// where its opacity is 1.
     pub density_scale: f64,
     /// Factor on the extinction of each colour channel, at least 0; white for a grey medium.
     pub tint: DVec3,
@@ -106,11 +107,13 @@ impl Medium {
 
 /// Powers of two of a diagonal within which world lengths are what is computed in.
 const ORDINARY_POWER: f64 = 16.0;
-/// How many voxels of the space of several bodies a ray counts at most for each that the bodies have.
+/// How many voxels of the space of several bodies a ray counts at most for each that the bodies
+/// have.
 const FINER_THAN_BODIES: f64 = 4.0;
 
-/// Several bodies in one space of voxel indices: that of the body whose box around all is the smallest,
-/// with voxels as fine as the finest of all along its axes. That of the only body is its own.
+/// Several bodies in one space of voxel indices: that of the body whose box around all is the
+/// smallest, with voxels as fine as the finest of all along its axes. That of the only body is its
+/// own.
 ///
 /// Where bodies overlap, extinctions add up.
 #[derive(Clone, Debug)]
@@ -213,7 +216,8 @@ impl Media {
         &mut self.bodies[0].medium
     }
 
-    /// The only body's volume, if extinction is its density times a number and nothing varies but that.
+    /// The only body's volume, if extinction is its density times a number and nothing varies but
+    /// that.
     pub fn plain(&self) -> Option<&Volume> {
         match &self.bodies[..] {
             [body] if body.medium.is_plain() => Some(&body.volume),
@@ -221,8 +225,8 @@ impl Media {
         }
     }
 
-    /// The only body, if extinction follows from its density alone, by a number or a transfer function: then
-    /// it is known how fast it changes.
+    /// The only body, if extinction follows from its density alone, by a number or a transfer
+    /// function: then it is known how fast it changes.
     pub fn graded(&self) -> Option<&Body> {
         match &self.bodies[..] {
             [body] if body.medium.modulation.is_none() => Some(body),
@@ -282,8 +286,8 @@ impl Media {
         self.occupancy.get_or_init(|| Occupancy::of(self))
     }
 
-    /// The largest change of extinction over a voxel, 1 / world length; 0 for several bodies and for modulated
-    /// extinction, which nothing is known of.
+    /// The largest change of extinction over a voxel, 1 / world length; 0 for several bodies and
+    /// for modulated extinction, which nothing is known of.
     pub fn roughness(&self) -> f64 {
         let scale = self.graded().map_or(0.0, |body| body.medium.density_scale);
         self.occupancy().roughness() * scale
@@ -294,17 +298,17 @@ impl Media {
         self.bodies.iter().flat_map(|body| body.volume.visible_points(share)).collect()
     }
 
-    /// World lengths that stand for one in f32, where maps and pictures are computed: 1 for media that are neither
-    /// tiny nor huge, else the power of two next to their diagonal. Numbers keep their digits then, and their
-    /// squares fit, whatever a file's lengths are.
+    /// World lengths that stand for one in f32, where maps and pictures are computed: 1 for media
+    /// that are neither tiny nor huge, else the power of two next to their diagonal. Numbers keep
+    /// their digits then, and their squares fit, whatever a file's lengths are.
     pub fn unit(&self) -> f64 {
         let power = self.world_bounds().size().length().log2().round();
         if power.is_finite() && power.abs() > ORDINARY_POWER { power.exp2() } else { 1.0 }
     }
 
-    /// Voxel lengths that a ray through the domain may count at most. Of a body alone that is its diagonal. The
-    /// index space of several is as fine as the finest of them, which may be by any factor: what rays take
-    /// follows from the voxels that there are.
+    /// Voxel lengths that a ray through the domain may count at most. Of a body alone that is its
+    /// diagonal. The index space of several is as fine as the finest of them, which may be by any
+    /// factor: what rays take follows from the voxels that there are.
     pub fn most_voxels(&self) -> f64 {
         let diagonal =
             |body: &Body| DVec3::from_array(body.volume.dims().map(|n| n as f64)).length();
@@ -312,7 +316,8 @@ impl Media {
         if self.bodies.len() > 1 { FINER_THAN_BODIES * sum } else { sum }
     }
 
-    /// A bound of extinction anywhere, 1 / world length: what all bodies have where they are densest.
+    /// A bound of extinction anywhere, 1 / world length: what all bodies have where they are
+    /// densest.
     pub fn densest(&self) -> f64 {
         let densest = |Body { volume, medium }: &Body| {
             let density = match &medium.transfer {
@@ -365,8 +370,8 @@ fn around(bodies: &[Body], index_from_world: &DMat4, own: Aabb) -> Aabb {
     })
 }
 
-/// What a space is chosen by: the volume of its box, then the transform itself, so that the order of the
-/// bodies means nothing.
+/// What a space is chosen by: the volume of its box, then the transform itself, so that the order
+/// of the bodies means nothing.
 fn order((world_from_index, domain): &(DMat4, Aabb)) -> [f64; 17] {
     let volume = world_from_index.determinant().abs() * domain.size().element_product();
     // Boxes that differ by rounding only are as large as each other.

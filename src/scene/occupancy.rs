@@ -1,5 +1,5 @@
-//! Where media hold anything and how fast they change, brick by brick: what rays jump over empty space and
-//! take long steps through even media with.
+//! Where media hold anything and how fast they change, brick by brick: what rays jump over empty
+//! space and take long steps through even media with.
 
 use glam::{DMat4, DVec3};
 
@@ -17,14 +17,14 @@ const REACH: usize = 2;
 
 /// A grid of bricks over the media's index space, with a code each.
 ///
-/// An empty brick's code holds its distance, the largest along any axis (Chebyshev's), in bricks, to the
-/// nearest brick that holds anything. Where it is d, the d - 1 bricks around in every direction are empty
-/// too, and a ray may go on to where it leaves that block (Deakin and Knoll 2019, "Accelerated volume
-/// rendering with Chebyshev distance maps").
+/// An empty brick's code holds its distance, the largest along any axis (Chebyshev's), in bricks,
+/// to the nearest brick that holds anything. Where it is d, the d - 1 bricks around in every
+/// direction are empty too, and a ray may go on to where it leaves that block (Deakin and Knoll
+/// 2019, "Accelerated volume rendering with Chebyshev distance maps").
 ///
-/// Another brick's code says how much longer steps may be than where the media change most: by as many
-/// eighths. The error of a step is proportional to the slope of extinction and to the square of its length,
-/// so lengths go with one over the root of the slope.
+/// Another brick's code says how much longer steps may be than where the media change most: by as
+/// many eighths. The error of a step is proportional to the slope of extinction and to the square
+/// of its length, so lengths go with one over the root of the slope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occupancy {
     origin: DVec3,
@@ -38,7 +38,8 @@ impl Occupancy {
     /// The bricks of all of `media`'s bodies.
     pub(super) fn of(media: &Media) -> Self {
         let domain = media.domain();
-        // Bricks of the only body are the volume's own; where light is emitted beside it, more lie around them.
+        // Bricks of the only body are the volume's own; where light is emitted beside it, more lie
+        // around them.
         let (graded, only) = (media.graded(), media.only_volume().is_some());
         let edge = brick_edge(domain.size());
         // Bricks that begin elsewhere than the domain may be one more along an axis.
@@ -92,14 +93,14 @@ impl Occupancy {
         &self.codes
     }
 
-    /// The largest change of density, or of opacity, over a voxel; 0 for several bodies and for modulated extinction,
-    /// which nothing is known of.
+    /// The largest change of density, or of opacity, over a voxel; 0 for several bodies and for
+    /// modulated extinction, which nothing is known of.
     pub(super) fn roughness(&self) -> f64 {
         self.roughness
     }
 
-    /// Codes of the only body, whose bricks are these or parts of them, and its largest change of density, or of
-    /// opacity.
+    /// Codes of the only body, whose bricks are these or parts of them, and its largest change of
+    /// density, or of opacity.
     fn grade(&mut self, body: &Body) {
         let bricks = body.volume.bricks();
         let ranges = bricks.ranges();
@@ -122,7 +123,8 @@ impl Occupancy {
         self.roughness = f64::from(largest);
         let ahead = ((-0.5 - self.origin) / self.edge).round().to_array().map(|n| n as usize);
         let ratio = (self.edge / bricks.edge() as f64) as usize;
-        // Where all voxels are next to nothing beside a brick, rounding may move them into the next one.
+        // Where all voxels are next to nothing beside a brick, rounding may move them into the next
+        // one.
         let last = self.dims.map(|n| n - 1);
         let [nx, ny, _] = self.dims;
         for (((z, y, x), &range), &change) in ranges.indexed_iter().zip(&changes) {
@@ -163,8 +165,8 @@ impl Occupancy {
         }
     }
 
-    /// Marks the bricks that `volume` holds something in: `occupied` says so of a range of densities.
-    /// Without a transform its bricks are these.
+    /// Marks the bricks that `volume` holds something in: `occupied` says so of a range of
+    /// densities. Without a transform its bricks are these.
     fn add_volume(
         &mut self,
         volume: &Volume,
@@ -208,7 +210,8 @@ impl Occupancy {
             for y in span(1) {
                 for x in span(0) {
                     let code = &mut self.codes[(z * ny + y) * nx + x];
-                    // What is known stays: emission alone casts no shadow, and camera rays take no longer steps.
+                    // What is known stays: emission alone casts no shadow, and camera rays take no
+                    // longer steps.
                     if *code >= EMPTY {
                         *code = ROUGHEST;
                     }
@@ -217,8 +220,8 @@ impl Occupancy {
         }
     }
 
-    /// From bricks that hold anything to all others: each takes one more than the least of its neighbours, once
-    /// in order and once in reverse (Rosenfeld and Pfaltz 1968).
+    /// From bricks that hold anything to all others: each takes one more than the least of its
+    /// neighbours, once in order and once in reverse (Rosenfeld and Pfaltz 1968).
     fn spread(&mut self) {
         let [nx, ny, nz] = self.dims.map(|n| n as isize);
         let before: Vec<[isize; 3]> =
@@ -256,8 +259,8 @@ impl Occupancy {
     }
 }
 
-/// How much opacity changes over a voxel of a brick at most: by the function's steepest slope there, but no more
-/// than it differs at all.
+/// How much opacity changes over a voxel of a brick at most: by the function's steepest slope
+/// there, but no more than it differs at all.
 fn opacity_change(function: &TransferFunction, range: Range) -> f32 {
     let [first, last] = function.range();
     let cell = ((last - first) / f64::from(TABLE_CELLS)).max(f64::MIN_POSITIVE);
@@ -278,7 +281,8 @@ fn opacity_change(function: &TransferFunction, range: Range) -> f32 {
 
 /// Whether a function's opacity is above 0 anywhere in a range.
 fn shows(function: &TransferFunction, range: Range) -> bool {
-    // Passes read functions from tables of as many cells, which smear a jump over two on either side.
+    // Passes read functions from tables of as many cells, which smear a jump over two on either
+    // side.
     let [first, last] = function.range();
     let smeared = 2.0 * (last - first) / f64::from(TABLE_CELLS);
     let [low, high] = [f64::from(range.low) - smeared, f64::from(range.high) + smeared];

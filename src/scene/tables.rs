@@ -1,4 +1,5 @@
-//! A table of a scene file that may stand there not at all, once (`[light]`) or several times (`[[light]]`).
+//! A table of a scene file that may stand there not at all, once (`[light]`) or several times
+//! (`[[light]]`).
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -47,7 +48,8 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
     }
 }
 
-/// Tells one from several by what is there, so that an error in a table names its own key and place.
+/// Tells one from several by what is there, so that an error in a table names its own key and
+/// place.
 struct OneOrMore<T>(PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> Visitor<'de> for OneOrMore<T> {

@@ -9,8 +9,8 @@ pub struct MapSettings {
     pub kind: Option<MapKind>,
     /// Texels along each edge, 1 to 8192.
     pub size: u32,
-    /// Steps along a light ray at most; fewer where the result is the same. Where a medium is so dense that
-    /// light ends within few of them, they are cut.
+    /// Steps along a light ray at most; fewer where the result is the same. Where a medium is so
+    /// dense that light ends within few of them, they are cut.
     pub steps: u32,
     /// How the texels around a point are combined.
     pub filter: Filter,

@@ -17,9 +17,10 @@ pub struct Settings {
     pub view: ViewSettings,
     /// The shadow maps.
     pub map: MapSettings,
-    /// How much finer everything is than usual, above 0: steps and slabs are one over it as long, also those
-    /// that steps are limited to, and all tolerances one over its square, so that errors of steps
-    /// and fits go to zero as it grows. What a map's resolution or its few numbers cost stays.
+    /// How much finer everything is than usual, above 0: steps and slabs are one over it as long,
+    /// also those that steps are limited to, and all tolerances one over its square, so that errors
+    /// of steps and fits go to zero as it grows. What a map's resolution or its few numbers cost
+    /// stays.
     pub quality: f64,
 }
 
@@ -43,11 +44,11 @@ pub struct ViewSettings {
     pub shading: Shading,
     /// Lookups along a camera ray with [`Shading::Paper`], 1 to 65536.
     pub light_samples: u32,
-    /// Octaves that imitate multiple scattering, each a dimmer light that gets deeper into the medium and
-    /// scatters more evenly, at most 16; 0 for none. A look, no physics.
+    /// Octaves that imitate multiple scattering, each a dimmer light that gets deeper into the
+    /// medium and scatters more evenly, at most 16; 0 for none. A look, no physics.
     pub octaves: u32,
-    /// How much nearer to the light than they are surfaces are looked up, world lengths, at least 0: what keeps a
-    /// surface that casts a shadow out of its own.
+    /// How much nearer to the light than they are surfaces are looked up, world lengths, at least
+    /// 0: what keeps a surface that casts a shadow out of its own.
     pub bias: f64,
 }
 

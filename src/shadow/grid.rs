@@ -1,9 +1,9 @@
 //! Transmittance in a grid over the volume: the shadow volume that most engines keep (Behrens and
 //! Ratering 1998, "Adding Shadows to a Texture-Based Volume Renderer", whose shadow texture it is).
 //!
-//! It is no map of rays: every lookup is of a point in the volume, trilinear between the nearest cells'
-//! centres, and filters over texels have nothing to work on. A ray that has left the volume keeps the
-//! transmittance of the point where it left.
+//! It is no map of rays: every lookup is of a point in the volume, trilinear between the nearest
+//! cells' centres, and filters over texels have nothing to work on. A ray that has left the volume
+//! keeps the transmittance of the point where it left.
 
 use glam::Vec3;
 
@@ -13,8 +13,8 @@ use crate::kernel::light::light_ray;
 use crate::kernel::ray::intersect_box;
 use crate::scene::LightView;
 
-/// Cells of a grid along x, y, z: `count` along the longest axis of a volume of `dims` voxels, and as
-/// many a voxel along the others.
+/// Cells of a grid along x, y, z: `count` along the longest axis of a volume of `dims` voxels, and
+/// as many a voxel along the others.
 pub fn grid_shape(dims: [usize; 3], count: u16) -> [usize; 3] {
     let longest = dims.into_iter().max().unwrap_or(1).max(1);
     // The space of bodies of very different scales has more voxels than can be counted so often.

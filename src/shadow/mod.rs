@@ -20,19 +20,21 @@ pub use visibility::{VisibilityMap, VisibilityPoint, fit_visibility};
 use crate::kernel::medium::SMALLEST_WEIGHT;
 use crate::scene::LightView;
 
-/// What answers how much light gets to a point, whatever it keeps: passes, pictures and measures know no more.
+/// What answers how much light gets to a point, whatever it keeps: passes, pictures and measures
+/// know no more.
 pub trait Shadow: Sync {
-    /// Works out with all threads what lookups share; without, the first lookup does so on its own thread. Not
-    /// while other threads of the same pool are looking up.
+    /// Works out with all threads what lookups share; without, the first lookup does so on its own
+    /// thread. Not while other threads of the same pool are looking up.
     fn prepare(&self) {}
 
     /// Bytes that a lookup may read, without what it may do without (links, the light's view).
     fn bytes(&self) -> u64;
 
-    /// Transmittance from the light to a point, 0..1: (`u`, `v`) in the light's view ([`LightView`]), 1 outside of
-    /// 0..1, and `depth` along the ray through them, in units of the view ([`LightView::unit`]), world lengths for
-    /// scenes of ordinary size. Maps of texels give the mean over a window of `width` x `width` of them, or with 0
-    /// what lies between the four nearest.
+    /// Transmittance from the light to a point, 0..1: (`u`, `v`) in the light's view
+    /// ([`LightView`]), 1 outside of 0..1, and `depth` along the ray through them, in units of the
+    /// view ([`LightView::unit`]), world lengths for scenes of ordinary size. Maps of texels give
+    /// the mean over a window of `width` x `width` of them, or with 0 what lies between the four
+    /// nearest.
     fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32;
 }
 
@@ -42,18 +44,19 @@ pub trait TexelMap: Shadow {
     /// Texels along each edge.
     fn size(&self) -> u32;
 
-    /// Transmittance along the central ray of texel (`x`, `y`) from the light to `depth`, in 0..1. Depths are in
-    /// units of the light's view ([`LightView::unit`]), world lengths for scenes of ordinary size.
+    /// Transmittance along the central ray of texel (`x`, `y`) from the light to `depth`, in 0..1.
+    /// Depths are in units of the light's view ([`LightView::unit`]), world lengths for scenes of
+    /// ordinary size.
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32;
 
-    /// Depth where the shadow of texel (`x`, `y`) begins to matter, if it takes nine tenths of the light; `None`
-    /// else, and in maps that do not know it.
+    /// Depth where the shadow of texel (`x`, `y`) begins to matter, if it takes nine tenths of the
+    /// light; `None` else, and in maps that do not know it.
     fn front(&self, _x: u32, _y: u32) -> Option<f32> {
         None
     }
 
-    /// How far apart in depth the fronts of neighbouring texels' shadows are still those of one surface, in world
-    /// lengths; 0 where media are so thin that fronts are no matter.
+    /// How far apart in depth the fronts of neighbouring texels' shadows are still those of one
+    /// surface, in world lengths; 0 where media are so thin that fronts are no matter.
     fn reach(&self) -> f32 {
         0.0
     }
@@ -69,9 +72,9 @@ pub trait TexelMap: Shadow {
     }
 
     /// Transmittance at (u, v, depth), bilinear between the four nearest texels' transmittances (a
-    /// depth of one texel means nothing in another, so depths are not mixed, but where a dense medium's surface
-    /// runs through all four: [`TexelMap::reach`]); 1 outside of the map, clamped within half a texel of its
-    /// edge.
+    /// depth of one texel means nothing in another, so depths are not mixed, but where a dense
+    /// medium's surface runs through all four: [`TexelMap::reach`]); 1 outside of the map, clamped
+    /// within half a texel of its edge.
     fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
         if !inside(u, v) {
             return 1.0;
@@ -94,9 +97,9 @@ pub trait TexelMap: Shadow {
         upper + (lower - upper) * fy
     }
 
-    /// Mean transmittance at (u, v, depth) of `width` x `width` texels around the one that holds the
-    /// point (percentage-closer filtering, Reeves et al. 1987); 1 outside of the map. Windows end at
-    /// the map's edge.
+    /// Mean transmittance at (u, v, depth) of `width` x `width` texels around the one that holds
+    /// the point (percentage-closer filtering, Reeves et al. 1987); 1 outside of the map. Windows
+    /// end at the map's edge.
     fn mean(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
         if !inside(u, v) {
             return 1.0;
@@ -104,7 +107,8 @@ pub trait TexelMap: Shadow {
         brute_force_mean(self, [u, v].map(|c| window(c, width, self.size())), depth)
     }
 
-    /// Transmittance at (u, v, depth) with a window of as many texels along its edge; 0 is bilinear.
+    /// Transmittance at (u, v, depth) with a window of as many texels along its edge; 0 is
+    /// bilinear.
     fn filtered(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
         match width {
             0 => self.bilinear(u, v, depth),
@@ -114,10 +118,10 @@ pub trait TexelMap: Shadow {
     }
 }
 
-/// Bilinear between four texels whose shadows are moved in depth so that they begin at one: what a surface's
-/// slope over a texel, which may be many times as deep as light gets, then makes no steps of. Fronts further
-/// apart than the map's reach belong to different surfaces and stay where they are. (Optical depths mixed in
-/// place of transmittances err twice as much at outlines.)
+/// Bilinear between four texels whose shadows are moved in depth so that they begin at one: what a
+/// surface's slope over a texel, which may be many times as deep as light gets, then makes no steps
+/// of. Fronts further apart than the map's reach belong to different surfaces and stay where they
+/// are. (Optical depths mixed in place of transmittances err twice as much at outlines.)
 fn aligned(
     map: &(impl TexelMap + ?Sized),
     [xs, ys]: [[u32; 2]; 2],

@@ -29,7 +29,8 @@ pub struct ThresholdMap {
 }
 
 impl ThresholdMap {
-    /// A map of `settings.map.size` squared `texels`, built with `settings` from `view` for `frame`.
+    /// A map of `settings.map.size` squared `texels`, built with `settings` from `view` for
+    /// `frame`.
     ///
     /// # Panics
     /// If the number of texels is another one.
@@ -42,8 +43,8 @@ impl ThresholdMap {
         Self { size, texels, thresholds, lookup, view, curves, frame }
     }
 
-    /// The curve of every texel. Made on one thread unless the map is prepared: a first lookup may come from
-    /// any.
+    /// The curve of every texel. Made on one thread unless the map is prepared: a first lookup may
+    /// come from any.
     fn curves(&self) -> &[Curve] {
         self.curves.get_or_init(|| (0..self.texels.len()).map(|i| self.curve(i)).collect())
     }
@@ -104,7 +105,8 @@ impl TexelMap for ThresholdMap {
 
     fn front(&self, x: u32, y: u32) -> Option<f32> {
         let [_, middle, _, a] = self.texels[y as usize * self.size as usize + x as usize];
-        // Where all thresholds are reached: other channels hold depths of shares of the texel's own opacity.
+        // Where all thresholds are reached: other channels hold depths of shares of the texel's own
+        // opacity.
         (a >= self.thresholds[2] as f32).then_some(middle)
     }
 

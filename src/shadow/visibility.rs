@@ -1,15 +1,16 @@
-//! Lists of points of transmittance: the visibility functions of deep shadow maps (Lokovic and Veach
-//! 2000).
+//! Lists of points of transmittance: the visibility functions of deep shadow maps (Lokovic and
+//! Veach 2000).
 //!
-//! Theory. A function is a list of points (depth, transmittance) with lines between, as few as keep it
-//! within a tolerance of the samples' own at every depth. Their compression (section 3.3) is greedy:
-//! from the last point kept, the range of slopes that pass within the tolerance of every sample so far;
-//! where it gets empty, a point, on the middle slope of the range.
+//! Theory. A function is a list of points (depth, transmittance) with lines between, as few as keep
+//! it within a tolerance of the samples' own at every depth. Their compression (section 3.3) is
+//! greedy: from the last point kept, the range of slopes that pass within the tolerance of every
+//! sample so far; where it gets empty, a point, on the middle slope of the range.
 //!
-//! Changes. Between samples transmittance is an exponential and no line. So a thick slab is cut where
-//! lines would be off by more than [`CHORD_SHARE`] of the tolerance, the rest of which is left at the
-//! samples: the bound holds at every depth. And a line never rises or leaves 0..1. The slope taken is
-//! that to the last sample itself where it is in the range: closer to the truth at the same size.
+//! Changes. Between samples transmittance is an exponential and no line. So a thick slab is cut
+//! where lines would be off by more than [`CHORD_SHARE`] of the tolerance, the rest of which is
+//! left at the samples: the bound holds at every depth. And a line never rises or leaves 0..1. The
+//! slope taken is that to the last sample itself where it is in the range: closer to the truth at
+//! the same size.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -131,8 +132,8 @@ impl Fit<'_> {
     }
 }
 
-/// Transmittance at `depth` of a visibility function: 1 in front of its first point, linear between two,
-/// and as at the last behind it.
+/// Transmittance at `depth` of a visibility function: 1 in front of its first point, linear between
+/// two, and as at the last behind it.
 fn transmittance_at(points: &[VisibilityPoint], depth: f32) -> f32 {
     let before = points.partition_point(|point| point.depth <= depth);
     match (before.checked_sub(1).and_then(|i| points.get(i)), points.get(before)) {
@@ -155,7 +156,8 @@ pub struct VisibilityMap {
 }
 
 impl VisibilityMap {
-    /// A map of `size` squared texels, row 0 at v = 0, built within `tolerance` from `view` for `frame`.
+    /// A map of `size` squared texels, row 0 at v = 0, built within `tolerance` from `view` for
+    /// `frame`.
     ///
     /// # Panics
     /// If the number of texels is another one.

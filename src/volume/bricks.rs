@@ -1,4 +1,5 @@
-//! The range of densities in each small brick of a volume: what empty-space skipping and bounds need.
+//! The range of densities in each small brick of a volume: what empty-space skipping and bounds
+//! need.
 
 use glam::DVec3;
 use ndarray::{Array3, Axis};
@@ -26,9 +27,9 @@ pub fn brick_edge(extent: DVec3) -> f64 {
 
 /// What is known of the densities in each brick.
 ///
-/// Brick b covers the index space from `edge * b - 0.5` to `edge * (b + 1) - 0.5` along each axis; as
-/// densities are trilinear, what holds for it is what holds for its own voxels and the next ones on every
-/// side.
+/// Brick b covers the index space from `edge * b - 0.5` to `edge * (b + 1) - 0.5` along each axis;
+/// as densities are trilinear, what holds for it is what holds for its own voxels and the next ones
+/// on every side.
 #[derive(Clone, Debug)]
 pub struct Bricks {
     edge: usize,
@@ -43,8 +44,8 @@ pub struct Range {
     pub low: f32,
     /// The largest density.
     pub high: f32,
-    /// The largest change over a voxel: length of the vector of differences to the next voxel along each
-    /// axis.
+    /// The largest change over a voxel: length of the vector of differences to the next voxel along
+    /// each axis.
     pub slope: f32,
 }
 
@@ -192,8 +193,8 @@ mod tests {
 
     #[test]
     fn a_brick_feels_its_voxels_and_the_next_ones() {
-        // Voxels 8 and 4 are the first of a brick, which the one before feels; 3 and 7 are the last of one,
-        // which the one behind feels.
+        // Voxels 8 and 4 are the first of a brick, which the one before feels; 3 and 7 are the last
+        // of one, which the one behind feels.
         for (voxel, touched_x, touched_y) in [([2, 4, 8], 1..=2, 0..=1), ([2, 7, 3], 0..=1, 1..=2)]
         {
             let mut values = Array3::zeros((5, 9, 13));

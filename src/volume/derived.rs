@@ -20,8 +20,8 @@ impl Volume {
         self.holding(voxels)
     }
 
-    /// Length of the density's gradient (central differences, one-sided at the border, world lengths) as
-    /// a share of the largest, 0..1.
+    /// Length of the density's gradient (central differences, one-sided at the border, world
+    /// lengths) as a share of the largest, 0..1.
     #[must_use]
     pub fn gradient_magnitude(&self) -> Self {
         // From changes a voxel to changes a world length: the transposed inverse.

@@ -1,5 +1,5 @@
-//! From stored values to densities: as they are, mapped to 0..1, or moved so that none is below 0. Knows no
-//! transfer function, only the values that one speaks of.
+//! From stored values to densities: as they are, mapped to 0..1, or moved so that none is below 0.
+//! Knows no transfer function, only the values that one speaks of.
 
 use rayon::prelude::*;
 
@@ -15,9 +15,10 @@ pub enum Levels {
     AsStored,
     /// The window's ends become 0 and 1, and what is beyond them is cut, voxel by voxel.
     Window([f32; 2]),
-    /// A number is added to all ([`super::Volume::moved_by`]), so that between voxels they are interpolated as they are
-    /// stored: for functions that speak of the values between these two. Values that lie further from
-    /// them than sixteen times the range are cut there, which keeps digits.
+    /// A number is added to all ([`super::Volume::moved_by`]), so that between voxels they are
+    /// interpolated as they are stored: for functions that speak of the values between these two.
+    /// Values that lie further from them than sixteen times the range are cut there, which keeps
+    /// digits.
     Moved([f32; 2]),
 }
 

@@ -65,8 +65,8 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// A volume of densities by (z, y, x), at least 0, whose voxels have edges of `spacing` world lengths along x, y and
-    /// z; the first voxel's centre is the world's origin, and y points up.
+    /// A volume of densities by (z, y, x), at least 0, whose voxels have edges of `spacing` world
+    /// lengths along x, y and z; the first voxel's centre is the world's origin, and y points up.
     ///
     /// # Errors
     /// As [`Volume::new`].
@@ -78,8 +78,8 @@ impl Volume {
     /// and are counted ([`Volume::replaced`]).
     ///
     /// # Errors
-    /// If an axis is empty or longer than [`MAX_DIM`], or if `world_from_index` is not affine or has
-    /// no inverse.
+    /// If an axis is empty or longer than [`MAX_DIM`], or if `world_from_index` is not affine or
+    /// has no inverse.
     pub fn new(
         name: impl Into<String>,
         values: Array3<f32>,
@@ -88,9 +88,9 @@ impl Volume {
         Self::with_levels(name, Voxels::Dense(values), world_from_index, Levels::AsStored)
     }
 
-    /// The same from values that are dense or sparse, with the stored values `low..high` mapped to 0..1 first,
-    /// clamped on both sides, voxel by voxel before interpolation; so negative values (Hounsfield units) keep
-    /// their order.
+    /// The same from values that are dense or sparse, with the stored values `low..high` mapped to
+    /// 0..1 first, clamped on both sides, voxel by voxel before interpolation; so negative values
+    /// (Hounsfield units) keep their order.
     ///
     /// # Errors
     /// As [`Volume::new`], and if the window is empty or not finite.
@@ -153,8 +153,8 @@ impl Volume {
         Ok(Self { world_from_index, ..self })
     }
 
-    /// The same volume with its values in blocks, of which equal ones share one: less memory where much of it is
-    /// empty, and a little slower to sample.
+    /// The same volume with its values in blocks, of which equal ones share one: less memory where
+    /// much of it is empty, and a little slower to sample.
     #[must_use]
     pub fn sparse(mut self) -> Self {
         if let Voxels::Dense(_) = &self.voxels {
@@ -172,8 +172,8 @@ impl Volume {
         self
     }
 
-    /// The same volume with the densities `low..high` mapped to 0..1, as by [`Volume::with_window`];
-    /// negative values are already 0 here.
+    /// The same volume with the densities `low..high` mapped to 0..1, as by
+    /// [`Volume::with_window`]; negative values are already 0 here.
     ///
     /// # Errors
     /// If the window is empty or not finite.
@@ -181,7 +181,8 @@ impl Volume {
         self.levelled(Levels::Window(window))
     }
 
-    /// The same volume with its densities taken for stored values that become others as `levels` says.
+    /// The same volume with its densities taken for stored values that become others as `levels`
+    /// says.
     ///
     /// # Errors
     /// If the values of `levels` do not rise or are not finite.
@@ -197,8 +198,8 @@ impl Volume {
         self.largest
     }
 
-    /// The largest density, but for a few voxels that stand apart from all others: a hot pixel is nothing that a
-    /// picture should be made for.
+    /// The largest density, but for a few voxels that stand apart from all others: a hot pixel is
+    /// nothing that a picture should be made for.
     pub fn typical_largest(&self) -> f32 {
         *self.typical.get_or_init(|| Ranks::of(&self.voxels).typical_largest())
     }
@@ -208,8 +209,8 @@ impl Volume {
         self.moved.by
     }
 
-    /// The smallest and the largest stored value, but for a few that stand apart, of a volume that was moved
-    /// ([`Levels::Moved`]).
+    /// The smallest and the largest stored value, but for a few that stand apart, of a volume that
+    /// was moved ([`Levels::Moved`]).
     pub fn stored_range(&self) -> Option<[f32; 2]> {
         self.moved.stored
     }
@@ -219,7 +220,8 @@ impl Volume {
         self.voxels.range()[0]
     }
 
-    /// Share of the voxels whose densities lie between two, both included, to within a percent of each.
+    /// Share of the voxels whose densities lie between two, both included, to within a percent of
+    /// each.
     pub fn share_between(&self, low: f32, high: f32) -> f64 {
         let all = self.dims().iter().map(|&n| n as f64).product::<f64>();
         Ranks::of(&self.voxels).between(low, high) as f64 / all
@@ -235,7 +237,8 @@ impl Volume {
         &self.voxels
     }
 
-    /// Densities, shape (z, y, x), standard layout, finite and at least 0: a copy where they are held sparse.
+    /// Densities, shape (z, y, x), standard layout, finite and at least 0: a copy where they are
+    /// held sparse.
     pub fn values(&self) -> Cow<'_, Array3<f32>> {
         self.voxels.to_dense()
     }
@@ -265,9 +268,9 @@ impl Volume {
         self.domain.corners().map(|p| self.world_from_index.transform_point3(p))
     }
 
-    /// Points in world space around what can be seen: the ends of rows of voxels, along each axis, above `share` of
-    /// the largest value that is typical, half a voxel further out, in some 12,000 rows at most; the domain's
-    /// corners if nothing can be seen.
+    /// Points in world space around what can be seen: the ends of rows of voxels, along each axis,
+    /// above `share` of the largest value that is typical, half a voxel further out, in some 12,000
+    /// rows at most; the domain's corners if nothing can be seen.
     pub fn visible_points(&self, share: f32) -> Vec<DVec3> {
         let points = self.seen_points(share);
         if points.is_empty() { self.world_corners().to_vec() } else { points }
@@ -292,8 +295,8 @@ impl Volume {
     }
 
     /// Integrals of density over world length through all columns of voxels along the index axis
-    /// that is closest to `direction` (world), columns without medium left out, rising. Of sparse volumes of
-    /// more than some millions of columns, an even share of them.
+    /// that is closest to `direction` (world), columns without medium left out, rising. Of sparse
+    /// volumes of more than some millions of columns, an even share of them.
     pub fn column_integrals(&self, direction: DVec3) -> Vec<f64> {
         let steps = [DVec3::X, DVec3::Y, DVec3::Z]
             .map(|axis| self.world_from_index.transform_vector3(axis));
@@ -308,10 +311,10 @@ impl Volume {
         sums.into_iter().map(|sum| sum * spacing).collect()
     }
 
-    /// The integral of density over world length that `share` of the columns of voxels along an axis are below of,
-    /// without those that hold nothing: the harmonic mean over the three index axes, in which the shortest ways
-    /// count most. However the volume lies, and whatever the order of its axes, it is the same. `None` if
-    /// nothing is there.
+    /// The integral of density over world length that `share` of the columns of voxels along an
+    /// axis are below of, without those that hold nothing: the harmonic mean over the three index
+    /// axes, in which the shortest ways count most. However the volume lies, and whatever the order
+    /// of its axes, it is the same. `None` if nothing is there.
     pub fn column_quantile(&self, share: f64) -> Option<f64> {
         let mut inverse = 0.0;
         for (axis, along) in DVec3::AXES.into_iter().enumerate() {

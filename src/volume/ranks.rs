@@ -1,5 +1,5 @@
-//! Values by rank: what is typical of a volume whatever a few voxels of it hold. Knows no light and no
-//! transfer function.
+//! Values by rank: what is typical of a volume whatever a few voxels of it hold. Knows no light and
+//! no transfer function.
 
 use rayon::prelude::*;
 

@@ -1,5 +1,5 @@
-//! Values in blocks, of which those that are the same everywhere share one: smoke in a large empty box takes
-//! memory where it is.
+//! Values in blocks, of which those that are the same everywhere share one: smoke in a large empty
+//! box takes memory where it is.
 //!
 //! ```text
 //! voxel  0 1 2 ..    .. 15 16 17 ..
@@ -78,12 +78,13 @@ fn blocks_along(voxels: usize) -> usize {
 
 impl SparseVoxels {
     /// Volumes of `dims` voxels from stored blocks and, for each block, which of them it is: as
-    /// [`SparseVoxels::blocks`] says how many there are, x fastest. The last voxels of a block along each axis must
-    /// be the first of the next one; what lies beyond the volume may be anything.
+    /// [`SparseVoxels::blocks`] says how many there are, x fastest. The last voxels of a block
+    /// along each axis must be the first of the next one; what lies beyond the volume may be
+    /// anything.
     ///
     /// # Errors
-    /// If the lengths do not fit, a block is none of those stored, or one at the upper borders stands for one
-    /// too of which another part is in the volume, unless it is the same everywhere.
+    /// If the lengths do not fit, a block is none of those stored, or one at the upper borders
+    /// stands for one too of which another part is in the volume, unless it is the same everywhere.
     pub fn new(dims: [usize; 3], table: Vec<u32>, values: Vec<f32>) -> Result<Self> {
         let wrong = |why: &str| Err(Error::value("sparse voxels", why));
         let blocks = dims.map(blocks_along).iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
@@ -163,8 +164,8 @@ impl SparseVoxels {
         Some(*self.table.get((z * by + y) * bx + x)? as usize * BLOCK_VALUES)
     }
 
-    /// Where a voxel stands in the values, in the block whose first cells begin there; `None` beyond the last
-    /// block.
+    /// Where a voxel stands in the values, in the block whose first cells begin there; `None`
+    /// beyond the last block.
     #[inline]
     pub fn offset(&self, voxel: [usize; 3]) -> Option<usize> {
         Some(self.start(voxel.map(|v| v / BLOCK))? + inside(voxel.map(|v| v % BLOCK)))
@@ -287,8 +288,8 @@ impl SparseVoxels {
         Ok(())
     }
 
-    /// Keeps one of all stored blocks that are the same value everywhere, for each value, and none that no block
-    /// is.
+    /// Keeps one of all stored blocks that are the same value everywhere, for each value, and none
+    /// that no block is.
     fn share(&mut self) {
         let mut used = vec![false; self.values.len() / BLOCK_VALUES];
         for &stored in &self.table {

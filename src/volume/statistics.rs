@@ -53,7 +53,8 @@ impl Statistics {
     }
 }
 
-/// The value below which 90 % of `count` lie, of which `held` are those that are not 0: values, and how many.
+/// The value below which 90 % of `count` lie, of which `held` are those that are not 0: values, and
+/// how many.
 fn border(mut held: Vec<(f32, usize)>, count: usize) -> f32 {
     let last = count.saturating_sub(1);
     let rank = last / 10 * 9 + last % 10 * 9 / 10;
@@ -72,8 +73,9 @@ fn border(mut held: Vec<(f32, usize)>, count: usize) -> f32 {
     0.0
 }
 
-/// Sums of voxels along `axis` (0 = x, 1 = y, 2 = z), of all columns that hold anything, rising; of sparse voxels
-/// every second, fourth, ... column along both other axes where there are more than [`MOST_COLUMNS`].
+/// Sums of voxels along `axis` (0 = x, 1 = y, 2 = z), of all columns that hold anything, rising; of
+/// sparse voxels every second, fourth, ... column along both other axes where there are more than
+/// [`MOST_COLUMNS`].
 pub(super) fn nonempty_column_sums(voxels: &Voxels, axis: usize) -> Vec<f64> {
     let mut sums: Vec<f64> = match voxels {
         Voxels::Dense(values) => column_sums(values, axis),
@@ -137,8 +139,9 @@ fn sparse_column_sums(voxels: &SparseVoxels, axis: usize) -> Vec<f64> {
 /// Where what is seen is thinner than this, in voxels, it is framed with its edges.
 const THIN: f64 = 8.0;
 
-/// Where rows of voxels along each axis begin and end to be above `least` (voxel index x, y, z), half a voxel
-/// outside; of about `most` rows along each of the other two axes, the same ones whichever way an axis runs.
+/// Where rows of voxels along each axis begin and end to be above `least` (voxel index x, y, z),
+/// half a voxel outside; of about `most` rows along each of the other two axes, the same ones
+/// whichever way an axis runs.
 pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DVec3> {
     let dims = voxels.dims();
     // Dense voxels, which are made in standard layout, by their places in memory.

@@ -94,8 +94,8 @@ impl Voxels {
         }
     }
 
-    /// Calls `visit` with boxes of voxels that hold the same and not 0, and what that is: dense ones voxel by voxel,
-    /// x fastest, else block by block.
+    /// Calls `visit` with boxes of voxels that hold the same and not 0, and what that is: dense
+    /// ones voxel by voxel, x fastest, else block by block.
     pub fn for_each_held(&self, mut visit: impl FnMut(Held, f32)) {
         let one = |first: [usize; 3]| Held { first, size: [1; 3] };
         match self {
@@ -142,7 +142,8 @@ impl Voxels {
         all.unwrap_or_default().par_chunks(1 << 16).map(largest).reduce(|| 0.0, f32::max)
     }
 
-    /// Makes what does not render 0, and says how many voxels that were: negative ones, NaN and infinities.
+    /// Makes what does not render 0, and says how many voxels that were: negative ones, NaN and
+    /// infinities.
     pub(super) fn clean(&mut self) -> usize {
         let renders = |v: f32| v >= 0.0 && v.is_finite();
         let replaced = match self {

@@ -1,5 +1,5 @@
-//! Deep OpenEXR: what is written comes back bit for bit, flattened opacity is what the medium takes,
-//! and the files that the OpenEXR project published read as others read them.
+//! Deep OpenEXR: what is written comes back bit for bit, flattened opacity is what the medium
+//! takes, and the files that the OpenEXR project published read as others read them.
 
 use deepshadow::Error;
 use deepshadow::io::deep_exr::{

@@ -76,8 +76,8 @@ fn spacing_replaces_lengths_and_keeps_axes_and_origin() {
 fn up_turns_the_files_world() {
     let table = VolumeTable { up: Some("z".to_owned()), ..VolumeTable::default() };
     let world = loaded("nifti_sform", &table);
-    // The file's z is 7 at the first voxel and now points up; its y, 6 to the front of the patient and so -6 in
-    // LPS, points away from the viewer.
+    // The file's z is 7 at the first voxel and now points up; its y, 6 to the front of the patient
+    // and so -6 in LPS, points away from the viewer.
     assert_eq!(world.transform_point3(DVec3::ZERO), DVec3::new(-5.0, 7.0, 6.0));
 }
 

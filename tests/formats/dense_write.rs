@@ -1,4 +1,5 @@
-//! Dense volumes that are written read back as they were; what is made of them follows closed forms.
+//! Dense volumes that are written read back as they were; what is made of them follows closed
+//! forms.
 
 use deepshadow::ErrorKind;
 use deepshadow::io::ReadOptions;

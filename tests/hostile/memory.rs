@@ -1,5 +1,5 @@
-//! What files and options ask for is refused where it is too much, in one line with the number, and never by an
-//! abort; and what works takes little more memory than a volume.
+//! What files and options ask for is refused where it is too much, in one line with the number, and
+//! never by an abort; and what works takes little more memory than a volume.
 
 use std::fs;
 use std::path::Path;
@@ -121,7 +121,8 @@ fn max_bytes_bounds_trees_and_volumes_together() {
     assert!(stderr(&output).contains(due), "{}", stderr(&output));
 }
 
-/// Two ways lead from dense files to packed ones: part by part, and, where voxels are to be changed, through all of them.
+/// Two ways lead from dense files to packed ones: part by part, and, where voxels are to be
+/// changed, through all of them.
 #[test]
 fn both_ways_to_packed_files_give_the_same_bytes() {
     let crop = |dims: [i32; 3], origin: IVec3| {

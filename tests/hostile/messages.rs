@@ -1,5 +1,5 @@
-//! Whatever a file or an argument holds, what people read of it is lines of bounded length without a byte that
-//! a terminal obeys.
+//! Whatever a file or an argument holds, what people read of it is lines of bounded length without
+//! a byte that a terminal obeys.
 
 use std::process::{Command, Output};
 

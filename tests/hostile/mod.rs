@@ -1,5 +1,5 @@
-//! The program and what people or files do to it: messages that steer no terminal, memory within bounds, the
-//! same bytes for the same input.
+//! The program and what people or files do to it: messages that steer no terminal, memory within
+//! bounds, the same bytes for the same input.
 
 mod memory;
 mod messages;

@@ -1,6 +1,6 @@
-//! The program on mutated files of every format, scenes and transfer functions, as a process of little memory: it
-//! does its work or says in one line why not, within seconds, whatever the bytes are. Everything follows from a
-//! seed, so that a run that fails can be made again.
+//! The program on mutated files of every format, scenes and transfer functions, as a process of
+//! little memory: it does its work or says in one line why not, within seconds, whatever the bytes
+//! are. Everything follows from a seed, so that a run that fails can be made again.
 
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
@@ -179,7 +179,8 @@ lookup = "default"
 filter = "pcf3"
 "#;
 
-/// One to three changes to a text: other numbers and words, lines lost and doubled, what terminals obey.
+/// One to three changes to a text: other numbers and words, lines lost and doubled, what terminals
+/// obey.
 fn mutate_text(bytes: &mut Vec<u8>, random: &mut Xorshift) {
     const WORDS: [&str; 24] = [
         "0",

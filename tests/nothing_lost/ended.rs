@@ -60,8 +60,8 @@ fn two_inputs(folder: &Folder) -> [String; 2] {
     ["one.raw", "two.raw"].map(str::to_owned)
 }
 
-/// What stands behind `name`: for volumes spacing and voxels, for pictures the bytes, for reports the
-/// names and a line; an error if it can't be read.
+/// What stands behind `name`: for volumes spacing and voxels, for pictures the bytes, for reports
+/// the names and a line; an error if it can't be read.
 fn seen(folder: &Folder, name: &str) -> Result<Vec<u8>, String> {
     let path = folder.path().join(name);
     if path.is_dir() {
@@ -126,8 +126,8 @@ fn killed(signal: &str) {
             assert!(!left || signal == "-KILL", "{} {signal}", kind.name);
         }
         eprintln!("{} {signal}: {} runs, {stayed} left a name", kind.name, kills());
-        // Naming takes microseconds of a run, and nothing forbids a kill just then: the next run clears
-        // what that leaves, so that nothing but whole files remains.
+        // Naming takes microseconds of a run, and nothing forbids a kill just then: the next run
+        // clears what that leaves, so that nothing but whole files remains.
         assert!(begin(&folder, &runs[0]).wait().unwrap().success());
         let own = |name: &String| !given.contains(name);
         let mut names = folder.names();

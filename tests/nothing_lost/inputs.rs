@@ -92,7 +92,8 @@ fn no_output_takes_the_place_of_an_input() {
     }
 }
 
-/// As other programs and earlier versions write them: `x.raw` beside `x.mhd`, `x.toml` beside `x.raw`.
+/// As other programs and earlier versions write them: `x.raw` beside `x.mhd`, `x.toml` beside
+/// `x.raw`.
 #[test]
 fn files_named_as_before_are_read_and_spared() {
     let folder = Folder::new();

@@ -1,4 +1,5 @@
-//! Outputs go where their names lead: through links, to other file systems, pipes, devices, folders.
+//! Outputs go where their names lead: through links, to other file systems, pipes, devices,
+//! folders.
 
 use std::fs;
 use std::io::Read;

@@ -35,8 +35,8 @@ pub fn every_backend() -> Vec<Box<dyn Passes>> {
     std::iter::once(Box::new(CpuBackend) as Box<dyn Passes>).chain(gpu()).collect()
 }
 
-/// Whether a backend weighs voxels in f32. Graphics hardware does with 8 bits, which moves a sample by up to 1/512
-/// of a voxel.
+/// Whether a backend weighs voxels in f32. Graphics hardware does with 8 bits, which moves a sample
+/// by up to 1/512 of a voxel.
 pub fn interpolates_in_f32(backend: &dyn Backend) -> bool {
     let name = backend.description();
     ["cpu", "bent", "llvmpipe"].iter().any(|exact| name.contains(exact))

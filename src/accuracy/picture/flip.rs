@@ -1,7 +1,8 @@
-//! LDR-FLIP: Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem and Fairchild, "FLIP: A Difference
-//! Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. How much a
-//! person sees who flips between two pictures: colour differences after the eye's own blur, raised
-//! where edges or points differ. Constants are the paper's; numbers in parentheses are its sections.
+//! LDR-FLIP: Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem and Fairchild, "FLIP: A
+//! Difference Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2),
+//! 2020. How much a person sees who flips between two pictures: colour differences after the eye's
+//! own blur, raised where edges or points differ. Constants are the paper's; numbers in parentheses
+//! are its sections.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 

@@ -1,7 +1,7 @@
 //! How far a picture is from the true one, as numbers and as a picture of the differences.
 //!
-//! Compared is what a screen shows: sRGB-encoded values in 0..1 over black, not yet cut to 8 bits, so
-//! that errors far below what a screen shows can still be told apart.
+//! Compared is what a screen shows: sRGB-encoded values in 0..1 over black, not yet cut to 8 bits,
+//! so that errors far below what a screen shows can still be told apart.
 
 mod colour;
 mod flip;

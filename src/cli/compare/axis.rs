@@ -8,8 +8,8 @@ pub(super) struct LogAxis {
 }
 
 impl LogAxis {
-    /// The axis that holds all `values` with some room; those that are not above 0 and finite do not
-    /// count. `places` are where its ends are drawn.
+    /// The axis that holds all `values` with some room; those that are not above 0 and finite do
+    /// not count. `places` are where its ends are drawn.
     pub(super) fn around(values: impl Iterator<Item = f64>, places: [f64; 2]) -> Self {
         let [low, high] = values
             .filter(|v| *v > 0.0 && v.is_finite())

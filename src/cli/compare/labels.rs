@@ -24,8 +24,8 @@ const WAYS: [[f64; 2]; 12] = [
 /// A box: left, top, right, bottom.
 pub(super) type Area = [f64; 4];
 
-/// A label's place: the left end of its text and the height of its middle; and from where to where a
-/// line leads to its point, if it stands apart.
+/// A label's place: the left end of its text and the height of its middle; and from where to where
+/// a line leads to its point, if it stands apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placed {
     pub left: f64,
@@ -33,8 +33,8 @@ pub(super) struct Placed {
     pub leader: Option<[f64; 4]>,
 }
 
-/// Places for a label at each of `points`, of as many letters, inside `frame`, not over another one or
-/// a point, and beside the `lines` where there is room.
+/// Places for a label at each of `points`, of as many letters, inside `frame`, not over another one
+/// or a point, and beside the `lines` where there is room.
 pub(super) fn place(
     points: &[[f64; 2]],
     letters: &[usize],

@@ -20,8 +20,8 @@ pub(super) fn now() -> String {
     date_of(since.as_secs())
 }
 
-/// Seconds since 1970 as a date of the Gregorian calendar: years begin in March, so that the day that
-/// some lack is their last.
+/// Seconds since 1970 as a date of the Gregorian calendar: years begin in March, so that the day
+/// that some lack is their last.
 fn date_of(seconds: u64) -> String {
     let (days, second) = (seconds / 86_400 + 719_468, seconds % 86_400);
     let (era, day) = (days / 146_097, days % 146_097);

@@ -47,7 +47,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
     /// Maps to compare, with commas between them: KIND, KIND:N, threshold@paper, threshold@bucket,
-    /// fragments@raw, fragments@TOLERANCE, visibility@TOLERANCE; all kinds and some variants by default.
+    /// fragments@raw, fragments@TOLERANCE, visibility@TOLERANCE; all kinds and some variants by
+    /// default.
     #[arg(long, value_name = "A,B,..", value_parser = known)]
     maps: Option<String>,
     /// Texels along each edge of the maps [256].

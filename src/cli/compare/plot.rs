@@ -153,7 +153,8 @@ impl Plot<'_> {
     }
 }
 
-/// Steps from best point to best point: what can be had for at most so much. Returns where they are.
+/// Steps from best point to best point: what can be had for at most so much. Returns where they
+/// are.
 fn draw_front(svg: &mut String, places: &[[f64; 2]], best: &[bool]) -> Vec<Area> {
     let mut corners: Vec<[f64; 2]> =
         places.iter().zip(best).filter_map(|(&place, &best)| best.then_some(place)).collect();

@@ -8,7 +8,8 @@ use super::report::escaped;
 use crate::accuracy::{Errors, Place};
 use crate::compare::Row;
 
-/// A column: its head, what a row holds there (`None`: it has no such number), and how it is written.
+/// A column: its head, what a row holds there (`None`: it has no such number), and how it is
+/// written.
 struct Column {
     head: &'static str,
     value: Value,

@@ -34,8 +34,8 @@ pub(in crate::cli) struct Arguments {
     /// Number type of the output, whatever the input.
     #[arg(long, value_name = "TYPE", value_parser = valid::<ValueType>, help_heading = HEADING)]
     to_type: Option<String>,
-    /// Values to map onto all numbers of an integer type, or onto 0..1; without it integers take what
-    /// fits as it is, and else the range of the values is mapped.
+    /// Values to map onto all numbers of an integer type, or onto 0..1; without it integers take
+    /// what fits as it is, and else the range of the values is mapped.
     #[arg(long, value_name = "LO,HI", value_parser = numbers::<f64, 2>, allow_hyphen_values = true, help_heading = HEADING)]
     range: Option<Numbers<f64, 2>>,
     /// Lowest and highest index to keep, both included.
@@ -53,8 +53,8 @@ pub(in crate::cli) struct Arguments {
     /// Store floating-point numbers as half floats.
     #[arg(long, help_heading = HEADING)]
     half: bool,
-    /// How voxels are packed: blosc, zip, mask or none in .vdb [blosc], gzip or none in NRRD, zlib or
-    /// none in MetaImage [none].
+    /// How voxels are packed: blosc, zip, mask or none in .vdb [blosc], gzip or none in NRRD, zlib
+    /// or none in MetaImage [none].
     #[arg(long, value_name = "NAME", value_parser = ["blosc", "zip", "mask", "gzip", "zlib", "none"], help_heading = HEADING)]
     compression: Option<String>,
     #[command(flatten)]

@@ -52,8 +52,8 @@ pub(super) enum Output {
 }
 
 impl Output {
-    /// Makes sure, before the work, that there is a place for all files of a conversion, where none of
-    /// the `inputs` lies.
+    /// Makes sure, before the work, that there is a place for all files of a conversion, where none
+    /// of the `inputs` lies.
     pub(super) fn promise(path: &Path, target: Target, inputs: &Inputs) -> Result<Self> {
         Ok(match target {
             Target::OpenVdb(compression) => {

@@ -25,11 +25,12 @@ struct Chunk {
 }
 
 /// A deep image whose lines `fill` makes one by one: it gets the number of a line, 0 on top, and an
-/// empty line, to which it pushes samples, front to back, and ends each pixel. Lines are made by all
-/// threads of rayon's current pool, in any order; only a few are in memory at a time.
+/// empty line, to which it pushes samples, front to back, and ends each pixel. Lines are made by
+/// all threads of rayon's current pool, in any order; only a few are in memory at a time.
 ///
 /// # Errors
-/// If `fill` fails, if a line has not the header's width, or if the header holds what a file cannot.
+/// If `fill` fails, if a line has not the header's width, or if the header holds what a file
+/// cannot.
 pub fn encode(
     header: &DeepHeader,
     fill: impl Fn(u32, &mut DeepRow) -> Result<()> + Sync,
@@ -80,7 +81,8 @@ impl DeepImage {
     /// The bytes of a file that holds this image.
     ///
     /// # Errors
-    /// If a line has not the header's width and channels, or if the header holds what a file cannot.
+    /// If a line has not the header's width and channels, or if the header holds what a file
+    /// cannot.
     pub fn encode(&self) -> Result<Vec<u8>> {
         let due = self.header.size()?[1] as usize;
         if self.rows.len() != due {

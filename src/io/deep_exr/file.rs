@@ -1,6 +1,6 @@
-//! Opened deep files: headers first, lines when asked for. Every size is held against the bytes that
-//! are there, so that a broken or hostile file ends in an error and not in a panic or in more memory
-//! than it justifies.
+//! Opened deep files: headers first, lines when asked for. Every size is held against the bytes
+//! that are there, so that a broken or hostile file ends in an error and not in a panic or in more
+//! memory than it justifies.
 
 use std::fs::File;
 use std::io::{Cursor as Memory, Read, Seek, SeekFrom};

@@ -1,5 +1,5 @@
-//! Voxels in a file of their own beside a header: names that say which voxels they are, so that no header ever
-//! finds those of another one.
+//! Voxels in a file of their own beside a header: names that say which voxels they are, so that no
+//! header ever finds those of another one.
 
 use std::hash::{DefaultHasher, Hasher};
 use std::path::Path;
@@ -11,7 +11,8 @@ use crate::io::output::folder_of;
 /// What such names end in.
 const ENDINGS: [&str; 3] = ["raw", "raw.gz", "zraw"];
 
-/// The name of the file that holds a header's voxels: what an older header names is not written over.
+/// The name of the file that holds a header's voxels: what an older header names is not written
+/// over.
 pub(super) fn name(
     format: DenseTarget,
     header: &Path,
@@ -34,7 +35,8 @@ pub(super) fn name(
     Ok(format!("{name}.{:016x}.{ending}", hasher.finish()))
 }
 
-/// Removes voxels of earlier headers of the same name: files named as [`name`] names them but `kept`.
+/// Removes voxels of earlier headers of the same name: files named as [`name`] names them but
+/// `kept`.
 pub(super) fn remove_older(header: &Path, kept: &str) {
     let Some(name) = header.file_name().and_then(|name| name.to_str()) else { return };
     for entry in std::fs::read_dir(folder_of(header)).into_iter().flatten().flatten() {

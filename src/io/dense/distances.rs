@@ -1,5 +1,5 @@
-//! Whether numbers look like signed distances to a surface, which render inside out where they are taken for
-//! densities. Knows no format.
+//! Whether numbers look like signed distances to a surface, which render inside out where they are
+//! taken for densities. Knows no format.
 
 use ndarray::ArrayView3;
 
@@ -10,9 +10,9 @@ const SAME: std::ops::Range<f64> = 0.7..1.3;
 /// How many of ten must be as near.
 const MOST: usize = 8;
 
-/// What values of shape (z, y, x), of voxels that are `steps` (x, y, z) long, change by over a length beside where
-/// they change their sign, if they look like distances: positive all around, and of one slope. It is 1 for
-/// distances in the lengths of `steps`.
+/// What values of shape (z, y, x), of voxels that are `steps` (x, y, z) long, change by over a
+/// length beside where they change their sign, if they look like distances: positive all around,
+/// and of one slope. It is 1 for distances in the lengths of `steps`.
 pub(super) fn slope_of_distances(values: &ArrayView3<'_, f32>, steps: [f64; 3]) -> Option<f64> {
     let (nz, ny, nx) = values.dim();
     if nx.min(ny).min(nz) < 3 {

@@ -83,8 +83,8 @@ const UNDERSTOOD: [&str; 34] = [
 ];
 
 impl DenseGrid {
-    /// The voxels of a file. Where it gives numbers a scale, they are its values, as `f32` or, where
-    /// that has fewer digits than the numbers, `f64`.
+    /// The voxels of a file. Where it gives numbers a scale, they are its values, as `f32` or,
+    /// where that has fewer digits than the numbers, `f64`.
     ///
     /// # Errors
     /// As [`DenseFile::voxels`].

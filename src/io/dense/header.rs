@@ -54,7 +54,8 @@ pub struct DenseHeader {
     pub compression: &'static str,
     /// Everything else that it says, in the order of the file.
     pub metadata: Vec<(String, String)>,
-    /// What was taken for granted where the file leaves it open, in words, with the option that decides.
+    /// What was taken for granted where the file leaves it open, in words, with the option that
+    /// decides.
     pub notes: Vec<String>,
 }
 

@@ -1,5 +1,5 @@
-//! Headers made of lines, each a key and a value, before the voxels: those of NRRD and MetaImage. It
-//! knows no keys.
+//! Headers made of lines, each a key and a value, before the voxels: those of NRRD and MetaImage.
+//! It knows no keys.
 
 use super::input::Input;
 use crate::error::Result;

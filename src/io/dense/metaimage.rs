@@ -132,8 +132,8 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     Ok(Payload::Stored { path, offset, packing, skip: 0 })
 }
 
-/// The header for the voxels of `grid`, deflated to `packed` bytes or not, in the file `data_file` or
-/// right behind it.
+/// The header for the voxels of `grid`, deflated to `packed` bytes or not, in the file `data_file`
+/// or right behind it.
 pub(super) fn head(grid: &DenseGrid, packed: Option<usize>, data_file: Option<&str>) -> String {
     let number_type = match grid.value_type {
         ValueType::F16 | ValueType::F32 => "MET_FLOAT",

@@ -2,10 +2,10 @@
 //! all of them is here. Values, transform and metadata come out as the file has them; it knows
 //! nothing of rendering but how a value becomes a density.
 //!
-//! In practice: [`DenseFile::open`] reads headers only (PVM, VTK and NanoVDB files, whose headers are
-//! wound up with their voxels, as a whole). [`DenseFile::voxels`] gives the voxels in their own type;
-//! [`Voxels::density`] makes them numbers to render, and
-//! [`DenseFile::volume`] a volume of those, where it can without holding both.
+//! In practice: [`DenseFile::open`] reads headers only (PVM, VTK and NanoVDB files, whose headers
+//! are wound up with their voxels, as a whole). [`DenseFile::voxels`] gives the voxels in their own
+//! type; [`Voxels::density`] makes them numbers to render, and [`DenseFile::volume`] a volume of
+//! those, where it can without holding both.
 
 mod den;
 mod detached;
@@ -189,8 +189,8 @@ impl DenseFile {
         Ok(Voxels::new(self.header.clone(), bytes))
     }
 
-    /// The voxels as numbers to render, shape (z, y, x). The file's own are not held beside them, unless it
-    /// is text or was unpacked with its header.
+    /// The voxels as numbers to render, shape (z, y, x). The file's own are not held beside them,
+    /// unless it is text or was unpacked with its header.
     fn density(&self) -> Result<Array3<f32>> {
         let header = &self.header;
         let mut needed = header.memory_bytes();
@@ -221,8 +221,8 @@ impl DenseFile {
         arranged(header, values)
     }
 
-    /// Looks through the voxels without keeping them: `each` is given the numbers of some rows, one for each
-    /// component, and what a renderer would make of them.
+    /// Looks through the voxels without keeping them: `each` is given the numbers of some rows, one
+    /// for each component, and what a renderer would make of them.
     ///
     /// # Errors
     /// As [`DenseFile::voxels`].
@@ -315,8 +315,8 @@ impl Payload {
     }
 }
 
-/// The file `name` that the header `path` names: beside it or, where it is a link and nothing is there,
-/// beside what the link leads to.
+/// The file `name` that the header `path` names: beside it or, where it is a link and nothing is
+/// there, beside what the link leads to.
 fn named_by(path: &Path, name: &str) -> PathBuf {
     let beside = path.with_file_name("").join(name);
     let led_to = || path.canonicalize().ok().map(|path| path.with_file_name("").join(name));

@@ -70,8 +70,9 @@ struct Meaning {
     note: Option<String>,
 }
 
-/// What axes of these `lengths` mean, if a sidecar has `said` how many numbers a voxel has. A fourth axis may
-/// be a vector's behind the others or one of batches or time before them: where the lengths do not tell, it is refused.
+/// What axes of these `lengths` mean, if a sidecar has `said` how many numbers a voxel has. A
+/// fourth axis may be a vector's behind the others or one of batches or time before them: where the
+/// lengths do not tell, it is refused.
 fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meaning> {
     let [z, y, x, last] = match *lengths {
         [z, y, x] => return Ok(Meaning { lengths: [z, y, x], components: 1, note: None }),

@@ -59,7 +59,8 @@ struct Axes {
     first: usize,
 }
 
-/// What `kinds` and `space directions` say of each axis; where they say nothing, three axes are space.
+/// What `kinds` and `space directions` say of each axis; where they say nothing, three axes are
+/// space.
 fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
     let axes = sizes.len();
     let kinds: Vec<String> = fields
@@ -159,8 +160,9 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
     })
 }
 
-/// Fills in where the voxels are: `space directions` and `space origin` in `space`, or else `spacings`, `axis mins` and
-/// `axis maxs`, which know of no space. Of the file's axes, three from `first` on are spatial.
+/// Fills in where the voxels are: `space directions` and `space origin` in `space`, or else
+/// `spacings`, `axis mins` and `axis maxs`, which know of no space. Of the file's axes, three from
+/// `first` on are spatial.
 fn place(
     input: &Input,
     fields: &HeaderLines,

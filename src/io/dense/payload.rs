@@ -83,8 +83,8 @@ impl Payload {
         }
     }
 
-    /// Gives the first `due` bytes to `take` in order, `part` at a time and the rest at last; more may follow
-    /// in the file, less is an error.
+    /// Gives the first `due` bytes to `take` in order, `part` at a time and the rest at last; more
+    /// may follow in the file, less is an error.
     pub(super) fn read_parts(
         &self,
         file: &Path,
@@ -129,7 +129,8 @@ impl Payload {
                 unpack(ZlibDecoder::new(stored), skip, parts, take)?.map_err(broken(path))?
             }
             Packing::Text(value_type) => {
-                // A number is a digit and a blank at least, and mostly much less than as many digits.
+                // A number is a digit and a blank at least, and mostly much less than as many
+                // digits.
                 let most = (metadata.len() - offset.min(metadata.len())) as usize;
                 let mut text = memory::room(most, "voxels as text")?;
                 stored.take(most as u64).read_to_end(&mut text).map_err(failed)?;
@@ -158,8 +159,8 @@ fn broken(path: &Path) -> impl Fn(std::io::Error) -> Error {
     move |error| Error::contents(path, format!("voxels cannot be unpacked: {error}"))
 }
 
-/// Gives at most `due` bytes behind the first `skip` to `take`, `part` at a time; memory grows with what
-/// comes. How many there were, or what is wrong with the stream.
+/// Gives at most `due` bytes behind the first `skip` to `take`, `part` at a time; memory grows with
+/// what comes. How many there were, or what is wrong with the stream.
 ///
 /// # Errors
 /// If there is no memory, and those of `take`.

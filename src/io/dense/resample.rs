@@ -1,5 +1,5 @@
-//! Fewer or more voxels for the same place: a box filter down, trilinear up, one axis after the other.
-//! It knows no format.
+//! Fewer or more voxels for the same place: a box filter down, trilinear up, one axis after the
+//! other. It knows no format.
 
 use glam::{DMat4, DVec3, IVec3};
 use rayon::prelude::*;
@@ -110,13 +110,14 @@ impl Axis {
 }
 
 impl DenseGrid {
-    /// The same volume with `factor` times as many voxels along each axis: below 1 every new voxel is
-    /// the mean of what it covers, above 1 values are interpolated. A voxel that is cut by the
+    /// The same volume with `factor` times as many voxels along each axis: below 1 every new voxel
+    /// is the mean of what it covers, above 1 values are interpolated. A voxel that is cut by the
     /// box's border takes the part that is there, or the background where that is known. New voxels
     /// are active where one below them is. Work is done in `f64`; integers are rounded.
     ///
     /// # Errors
-    /// If the factor is not above 0, or [`ErrorKind::Limit`] if the work takes more than `max_bytes`.
+    /// If the factor is not above 0, or [`ErrorKind::Limit`] if the work takes more than
+    /// `max_bytes`.
     pub fn resampled(self, factor: f64, max_bytes: u64) -> Result<Self> {
         if !(factor > 0.0 && factor.is_finite() && factor.recip().is_finite()) {
             return Err(Error::value("resample", format!("{factor} is not above 0")));

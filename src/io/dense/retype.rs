@@ -1,5 +1,5 @@
-//! Voxels with other numbers: another type, vectors as lengths, nothing below a threshold. It knows no
-//! format.
+//! Voxels with other numbers: another type, vectors as lengths, nothing below a threshold. It knows
+//! no format.
 
 use rayon::prelude::*;
 
@@ -69,8 +69,8 @@ impl DenseGrid {
         Ok(Self { components: 1, value_type: to, bytes, background, ..self })
     }
 
-    /// The same with every voxel whose value (or length) is below `least` as the background, which is
-    /// 0 where nothing else is known, and inactive.
+    /// The same with every voxel whose value (or length) is below `least` as the background, which
+    /// is 0 where nothing else is known, and inactive.
     ///
     /// # Errors
     /// If there is no memory for which voxels are active.

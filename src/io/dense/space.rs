@@ -1,13 +1,13 @@
-//! What a file's world is: a patient's, a scanner's or none in particular, and how what is said in other
-//! conventions comes into ours, which is LPS. It knows no format, only NRRD's names.
+//! What a file's world is: a patient's, a scanner's or none in particular, and how what is said in
+//! other conventions comes into ours, which is LPS. It knows no format, only NRRD's names.
 
 use glam::{DMat4, DVec3};
 
 /// A named world that a file's places are in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
-    /// The patient's: x to the left, y to the back (posterior), z to the head (superior). Patients' spaces of other
-    /// conventions are brought into this one when they are read, as ITK does.
+    /// The patient's: x to the left, y to the back (posterior), z to the head (superior). Patients'
+    /// spaces of other conventions are brought into this one when they are read, as ITK does.
     Lps,
     /// The scanner's axes, whichever way the patient lies.
     ScannerXyz,
@@ -36,8 +36,8 @@ impl Space {
         NAMES.iter().find(|(_, _, space, _)| *space == self).map_or("", |(name, ..)| name)
     }
 
-    /// The space that NRRD calls `text` (in any case, with or without `-time` or `T` behind it), and the
-    /// transform from places in it to those that are kept here.
+    /// The space that NRRD calls `text` (in any case, with or without `-time` or `T` behind it),
+    /// and the transform from places in it to those that are kept here.
     pub fn named(text: &str) -> Option<(Self, DMat4)> {
         let text = text.trim().to_ascii_lowercase();
         let found = NAMES.iter().find(|(long, short, ..)| {
@@ -57,7 +57,8 @@ impl Space {
 
 /// MetaImage's letters of a patient's axes: for each axis of the voxels where it comes from.
 pub(super) fn anatomical_orientation(steps: [DVec3; 3]) -> String {
-    // Each axis of the voxels takes the axis of the patient that it runs along most, and none twice.
+    // Each axis of the voxels takes the axis of the patient that it runs along most, and none
+    // twice.
     let size = |axis: usize, along: usize| (steps[axis].normalize_or_zero()[along]).abs();
     let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let fit = |order: &[usize; 3]| (0..3).map(|axis| size(axis, order[axis])).sum::<f64>();

@@ -1,5 +1,6 @@
-//! The voxels of a dense file as a sparse grid of OpenVDB's, a layer of leaves at a time: hardly more is in memory
-//! than what is written. It gives the very bytes that the way through all voxels gives.
+//! The voxels of a dense file as a sparse grid of OpenVDB's, a layer of leaves at a time: hardly
+//! more is in memory than what is written. It gives the very bytes that the way through all voxels
+//! gives.
 
 use super::grid::DenseGrid;
 use super::to_vdb::{EDGE, leaves_along, leaves_at};
@@ -53,8 +54,9 @@ impl PackedGrid {
 }
 
 impl DenseFile {
-    /// What is known of the file's voxels, without them, and they themselves as a grid whose leaves are packed;
-    /// `None` for files that cannot be read in layers, and for numbers that have to be looked at first.
+    /// What is known of the file's voxels, without them, and they themselves as a grid whose leaves
+    /// are packed; `None` for files that cannot be read in layers, and for numbers that have to be
+    /// looked at first.
     ///
     /// # Errors
     /// As [`DenseFile::voxels`], and if indices go beyond 32 bits.
@@ -107,7 +109,8 @@ impl DenseFile {
             let next = slab.origin.z + slab.dims[2] as i32;
             if next % EDGE == 0 || next > whole.max.z {
                 let bounds = slab.bounds()?;
-                // Leaves ask for little pieces, which nobody can refuse: packed ones are hardly larger.
+                // Leaves ask for little pieces, which nobody can refuse: packed ones are hardly
+                // larger.
                 memory::check(2 * slab.bytes.len() as u64 + SPARE, "leaves")?;
                 for x in leaves_along(&bounds, 0) {
                     builder.add(leaves_at(&bounds, x), |origin, values| {

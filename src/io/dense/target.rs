@@ -54,7 +54,8 @@ impl DenseTarget {
         matches!(self, Self::Npy | Self::Raw)
     }
 
-    /// The header, whose voxels take `packed` bytes or are not packed, in the file `name` or behind it.
+    /// The header, whose voxels take `packed` bytes or are not packed, in the file `name` or behind
+    /// it.
     pub(super) fn head(
         self,
         grid: &DenseGrid,
@@ -112,7 +113,8 @@ impl DenseTarget {
     }
 }
 
-/// A cosine between axes that is no more than rounding: headers hold single precision, or text of six digits.
+/// A cosine between axes that is no more than rounding: headers hold single precision, or text of
+/// six digits.
 const RIGHT_ANGLE: f64 = 1e-5;
 
 pub(super) fn is_sheared(world_from_index: &DMat4) -> bool {

@@ -14,8 +14,8 @@ use crate::io::vdb::{Grid, IndexBox, Tree, TreeBuilder, Value};
 pub(super) const EDGE: i32 = 8;
 
 impl DenseGrid {
-    /// The type that a grid of OpenVDB's holds these numbers in, each exactly but for 64-bit integers
-    /// without sign, which must fit those with one.
+    /// The type that a grid of OpenVDB's holds these numbers in, each exactly but for 64-bit
+    /// integers without sign, which must fit those with one.
     pub fn vdb_type(&self) -> ValueType {
         use ValueType::{F16, F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
         match self.value_type {
@@ -27,8 +27,8 @@ impl DenseGrid {
         }
     }
 
-    /// The voxels as a tree. Those are active that are said to be; where nothing is said, those that
-    /// differ from the background; without a background, all of them.
+    /// The voxels as a tree. Those are active that are said to be; where nothing is said, those
+    /// that differ from the background; without a background, all of them.
     ///
     /// # Errors
     /// If a voxel has neither 1 nor 3 numbers, or a number does not fit.
@@ -86,7 +86,8 @@ impl DenseGrid {
         background[0]
     }
 
-    /// Puts the 8^3 voxels from `origin` on, z fastest, and says which of them are active; `bounds` are the box's.
+    /// Puts the 8^3 voxels from `origin` on, z fastest, and says which of them are active; `bounds`
+    /// are the box's.
     pub(super) fn fill_leaf<T: Value>(
         &self,
         origin: IVec3,

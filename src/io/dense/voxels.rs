@@ -8,7 +8,8 @@ use crate::error::Result;
 use crate::error::memory;
 use crate::io::number::{decode, is_beyond_f32};
 
-/// The voxels in some rows along x as numbers to render: the value itself, or the length of a vector.
+/// The voxels in some rows along x as numbers to render: the value itself, or the length of a
+/// vector.
 pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
     let [slope, intercept] = header.scale;
     let (value_type, endian, components) = (header.value_type, header.endian, header.components);

@@ -47,8 +47,8 @@ impl Array<'_> {
         matches!(self.components.as_str(), "" | "0" | "1")
     }
 
-    /// Whether it is one of VTK's own, which say something of the other arrays: which values are valid, where
-    /// they come from.
+    /// Whether it is one of VTK's own, which say something of the other arrays: which values are
+    /// valid, where they come from.
     fn serves(&self) -> bool {
         const OWN: [&str; 4] = ["vtkValid", "vtkGhost", "vtkOriginal", "vtkInterpolated"];
         OWN.iter().any(|own| self.name.starts_with(own))

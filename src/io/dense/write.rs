@@ -1,4 +1,5 @@
-//! Dense voxels as files: which files a format becomes. How a header looks is each format's own matter.
+//! Dense voxels as files: which files a format becomes. How a header looks is each format's own
+//! matter.
 
 use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};

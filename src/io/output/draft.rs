@@ -1,5 +1,5 @@
-//! A file in the making: without a name wherever the system has such files, so that whatever ends the
-//! program leaves nothing. It knows nothing of other files.
+//! A file in the making: without a name wherever the system has such files, so that whatever ends
+//! the program leaves nothing. It knows nothing of other files.
 
 use std::fs::{File, Permissions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -94,8 +94,8 @@ impl Draft {
         stream.flush()
     }
 
-    /// Puts the file at `path`, where nothing is yet; `None` if there is something after all, or the
-    /// file cannot be named at once.
+    /// Puts the file at `path`, where nothing is yet; `None` if there is something after all, or
+    /// the file cannot be named at once.
     pub(super) fn link_new(&self, path: &Path) -> Option<()> {
         match self {
             #[cfg(target_os = "linux")]
@@ -107,8 +107,8 @@ impl Draft {
         }
     }
 
-    /// The file under a name of its own beside `path`: number `turn` of those that only the holder of the
-    /// folder's lock gives, or any.
+    /// The file under a name of its own beside `path`: number `turn` of those that only the holder
+    /// of the folder's lock gives, or any.
     pub(super) fn named(self, path: &Path, turn: Option<usize>) -> io::Result<Leftover> {
         match self {
             Self::Named(_, leftover) => Ok(leftover),
@@ -146,8 +146,8 @@ impl Draft {
     }
 }
 
-/// Names that files have between being written and being in their places, one after another: who holds the
-/// folder's lock gives them, and takes away what an ended run left under them.
+/// Names that files have between being written and being in their places, one after another: who
+/// holds the folder's lock gives them, and takes away what an ended run left under them.
 fn turn_name(path: &Path, turn: usize) -> PathBuf {
     folder_of(path).join(format!("{PREFIX}{turn}"))
 }

@@ -12,8 +12,8 @@ use super::lock::FolderLock;
 use super::place::{Place, folder_of};
 use crate::error::{Error, Result};
 
-/// A folder to be filled once its contents are known. An older one gives way if it holds nothing but
-/// files of the same names.
+/// A folder to be filled once its contents are known. An older one gives way if it holds nothing
+/// but files of the same names.
 #[derive(Debug)]
 pub struct PendingFolder {
     target: PathBuf,
@@ -26,9 +26,9 @@ impl PendingFolder {
     /// whose result it takes, it tells at once whether there is a place to write to.
     ///
     /// # Errors
-    /// If the folder around it does not exist or cannot be written to, or if there is something else
-    /// in the place of `target` than an empty folder or one of these files alone, none of them one
-    /// of `inputs`.
+    /// If the folder around it does not exist or cannot be written to, or if there is something
+    /// else in the place of `target` than an empty folder or one of these files alone, none of them
+    /// one of `inputs`.
     pub fn create(target: impl AsRef<Path>, names: &[&str], inputs: &Inputs) -> Result<Self> {
         let names = names.iter().map(|&name| name.to_owned()).collect();
         let named = target.as_ref();

@@ -23,8 +23,8 @@ impl Placing {
     }
 }
 
-/// Something that is gone when dropped, and when the program is told to end: a file, or a folder; with
-/// the files in it if its name is one of ours.
+/// Something that is gone when dropped, and when the program is told to end: a file, or a folder;
+/// with the files in it if its name is one of ours.
 #[derive(Debug)]
 pub(super) struct Leftover(PathBuf);
 
@@ -61,8 +61,9 @@ impl Drop for Leftover {
     }
 }
 
-/// Takes away what is not in its place yet, and lets nothing more be put anywhere: for programs that
-/// are told to end, as the last thing that they do. What is just being put in place gets there first.
+/// Takes away what is not in its place yet, and lets nothing more be put anywhere: for programs
+/// that are told to end, as the last thing that they do. What is just being put in place gets there
+/// first.
 pub fn abandon() {
     let placing = Placing::begin();
     let names = names();

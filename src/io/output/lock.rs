@@ -1,18 +1,18 @@
-//! One run at a time puts files into a folder, so that files which belong together stay together. It
-//! knows nothing of what they are.
+//! One run at a time puts files into a folder, so that files which belong together stay together.
+//! It knows nothing of what they are.
 
 use std::fs::File;
 use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Longest wait for others. They take milliseconds; who holds a folder's lock for longer does so for
-/// reasons of his own.
+/// Longest wait for others. They take milliseconds; who holds a folder's lock for longer does so
+/// for reasons of his own.
 const PATIENCE: Duration = Duration::from_secs(2);
 const PAUSE: Duration = Duration::from_millis(2);
 
-/// A folder that no other run puts files into while this lives; advisory, and gone with the process.
-/// Where the system has no such locks there is none.
+/// A folder that no other run puts files into while this lives; advisory, and gone with the
+/// process. Where the system has no such locks there is none.
 pub(super) struct FolderLock(Option<File>);
 
 impl FolderLock {

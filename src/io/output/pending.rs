@@ -13,8 +13,8 @@ use super::place::{Place, folder_of};
 use super::stream;
 use crate::error::{Error, Result};
 
-/// A file to be written once its contents are known. Until it is committed nothing lies in the folder
-/// and an older file of that name is unchanged; dropped, it leaves nothing.
+/// A file to be written once its contents are known. Until it is committed nothing lies in the
+/// folder and an older file of that name is unchanged; dropped, it leaves nothing.
 #[derive(Debug)]
 pub struct PendingFile {
     target: PathBuf,
@@ -28,12 +28,12 @@ pub struct PendingFile {
 
 impl PendingFile {
     /// Promises a file that will be `target`. Made before the work whose result it takes, it tells
-    /// at once whether there is a place to write to. Links are followed, an older file's mode is kept,
-    /// and pipes and devices get all bytes when they are committed.
+    /// at once whether there is a place to write to. Links are followed, an older file's mode is
+    /// kept, and pipes and devices get all bytes when they are committed.
     ///
     /// # Errors
-    /// If `target` is one of `inputs`; if its folder does not exist or cannot be written to; if it is
-    /// a folder or may not be written over.
+    /// If `target` is one of `inputs`; if its folder does not exist or cannot be written to; if it
+    /// is a folder or may not be written over.
     pub fn create(target: impl AsRef<Path>, inputs: &Inputs) -> Result<Self> {
         let target = target.as_ref().to_owned();
         inputs.refuse(&target)?;
@@ -120,8 +120,8 @@ impl Seek for PendingFile {
     }
 }
 
-/// Puts several files in their places: none before all of them are written. The last one comes last,
-/// so that who sees it sees the others.
+/// Puts several files in their places: none before all of them are written. The last one comes
+/// last, so that who sees it sees the others.
 ///
 /// # Errors
 /// If one cannot be written or renamed; then no new file is left behind.

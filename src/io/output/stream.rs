@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(10);
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Opens the pipe or device `path` if that takes no waiting; `None` for a pipe that nobody reads yet.
+/// Opens the pipe or device `path` if that takes no waiting; `None` for a pipe that nobody reads
+/// yet.
 pub(super) fn open_now(path: &Path) -> io::Result<Option<File>> {
     let mut options = OpenOptions::new();
     options.write(true);

@@ -125,8 +125,8 @@ fn unshuffle(shuffled: &[u8], type_size: usize, output: &mut [u8]) {
 }
 
 /// Appends a chunk that unpacks to `bytes`, numbers of `type_size` bytes; `false`, with something
-/// useless appended, where it would not be shorter. The same bytes give the same chunk. `shuffled` is
-/// memory to work in.
+/// useless appended, where it would not be shorter. The same bytes give the same chunk. `shuffled`
+/// is memory to work in.
 pub(super) fn compress(
     bytes: &[u8],
     type_size: usize,

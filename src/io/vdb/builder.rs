@@ -32,7 +32,8 @@ struct Node<T> {
     tile: (T, bool),
     slots: Option<BTreeMap<usize, Self>>,
     leaf: Option<Box<LeafVoxels<T>>>,
-    /// In its place: a leaf as files have it, which begins with the active mask; it is not changed any more.
+    /// In its place: a leaf as files have it, which begins with the active mask; it is not changed
+    /// any more.
     packed: Option<Box<[u8]>>,
 }
 
@@ -114,7 +115,8 @@ impl<T: Value> TreeBuilder<T> {
         }
     }
 
-    /// Sets the leaf at `origin`, where nothing was set before: as files have it, its active mask first.
+    /// Sets the leaf at `origin`, where nothing was set before: as files have it, its active mask
+    /// first.
     pub(super) fn set_packed(&mut self, origin: IVec3, bytes: Box<[u8]>) {
         self.node(origin).packed = Some(bytes);
     }

@@ -91,8 +91,8 @@ pub(super) fn take_run<'a>(
 /// How hard to deflate: zlib's own middle.
 const DEFLATE_LEVEL: u8 = 6;
 
-/// Appends a run in its frame. `part_bytes` is the size of the numbers in it; `shuffled` is memory to
-/// work in.
+/// Appends a run in its frame. `part_bytes` is the size of the numbers in it; `shuffled` is memory
+/// to work in.
 pub(super) fn put_run(
     run: &[u8],
     compression: Compression,

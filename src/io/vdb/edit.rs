@@ -1,5 +1,5 @@
-//! Trees made of other trees: other values, fewer voxels, constant regions as tiles. It knows nothing
-//! of files.
+//! Trees made of other trees: other values, fewer voxels, constant regions as tiles. It knows
+//! nothing of files.
 
 use glam::IVec3;
 use rayon::prelude::*;
@@ -54,8 +54,8 @@ impl<T: Value> Tree<T> {
         Tree::new(topology, values.into_iter().map(&convert).collect())
     }
 
-    /// The voxels of `bounds`, each value and activity through `change`; all others are inactive and
-    /// have the background's value. Constant regions become tiles.
+    /// The voxels of `bounds`, each value and activity through `change`; all others are inactive
+    /// and have the background's value. Constant regions become tiles.
     #[must_use]
     pub fn rebuilt(&self, bounds: IndexBox, change: &dyn Fn(T, bool) -> (T, bool)) -> Self {
         let background = self.background();

@@ -106,8 +106,8 @@ impl Grid {
         with_tree!(self, tree => tree.memory_bytes())
     }
 
-    /// All voxels of `bounds`, x fastest, in their own type: little endian, the components of a vector
-    /// beside each other, booleans as bytes of 0 and 1.
+    /// All voxels of `bounds`, x fastest, in their own type: little endian, the components of a
+    /// vector beside each other, booleans as bytes of 0 and 1.
     ///
     /// # Errors
     /// [`crate::ErrorKind::Limit`] if they take more than `limit_bytes`.
@@ -162,8 +162,8 @@ impl Grid {
         with_tree!(self, tree => tree.densify(bounds, limit_bytes, Value::to_f32))
     }
 
-    /// All voxels of `bounds`, active or not, as numbers for rendering through `convert`: dense if they are
-    /// few or blocks would save less than half of the memory, else sparse.
+    /// All voxels of `bounds`, active or not, as numbers for rendering through `convert`: dense if
+    /// they are few or blocks would save less than half of the memory, else sparse.
     ///
     /// # Errors
     /// [`crate::ErrorKind::Limit`] if they take more than `limit_bytes` either way.

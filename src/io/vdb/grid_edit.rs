@@ -1,4 +1,5 @@
-//! Grids of any value type made into others: fewer voxels, other numbers. It knows nothing of files.
+//! Grids of any value type made into others: fewer voxels, other numbers. It knows nothing of
+//! files.
 
 use super::edit::EVERYWHERE;
 use super::grid::{Grid, with_tree};

@@ -1,5 +1,5 @@
-//! Trees whose leaves are packed as soon as they are there: for grids whose voxels come piece by piece, and are
-//! never in memory as a whole. It knows nothing of files.
+//! Trees whose leaves are packed as soon as they are there: for grids whose voxels come piece by
+//! piece, and are never in memory as a whole. It knows nothing of files.
 
 use glam::IVec3;
 use rayon::prelude::*;
@@ -53,8 +53,9 @@ where
         Self { builder: TreeBuilder::new(background), encoding, leaves: 0 }
     }
 
-    /// Packs the leaves at `origins`, each the lowest of its voxels; those that are the same everywhere become
-    /// tiles. `fill` puts a leaf's voxels, z fastest, and says which of them are active.
+    /// Packs the leaves at `origins`, each the lowest of its voxels; those that are the same
+    /// everywhere become tiles. `fill` puts a leaf's voxels, z fastest, and says which of them are
+    /// active.
     pub fn add(&mut self, origins: Vec<IVec3>, fill: impl Fn(IVec3, &mut [T]) -> [u64; 8] + Sync) {
         let encoding = &self.encoding;
         let packed: Vec<_> = origins
@@ -68,7 +69,8 @@ where
                     put_words(&active, bytes);
                     put_block(values, &active, &[], encoding, workspace, bytes);
                 }
-                // Nothing but these pieces is asked for here, so that there are no holes between them.
+                // Nothing but these pieces is asked for here, so that there are no holes between
+                // them.
                 (origin, constant, Box::from(bytes.as_slice()))
             })
             .collect();

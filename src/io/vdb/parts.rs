@@ -1,5 +1,5 @@
-//! Bytes of a file in the making, in pieces, so that what is there already is never moved. It knows nothing of
-//! what they mean.
+//! Bytes of a file in the making, in pieces, so that what is there already is never moved. It knows
+//! nothing of what they mean.
 
 /// Pieces that follow one another; the last one is still growing.
 #[derive(Default)]

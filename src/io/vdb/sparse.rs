@@ -1,5 +1,5 @@
-//! A box of a tree as blocks of values to render, of which equal ones share one: what a tree leaves out takes
-//! no memory here either.
+//! A box of a tree as blocks of values to render, of which equal ones share one: what a tree leaves
+//! out takes no memory here either.
 
 use std::collections::HashMap;
 
@@ -49,8 +49,8 @@ impl<T: Value> Tree<T> {
     /// The blocks of `bounds`, none of them filled.
     ///
     /// # Errors
-    /// [`ErrorKind::Limit`] if they are more than a table can hold, or take more than `limit_bytes` once they are
-    /// filled.
+    /// [`ErrorKind::Limit`] if they are more than a table can hold, or take more than `limit_bytes`
+    /// once they are filled.
     pub fn blocks(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Blocks<'_, T>> {
         let blocks = bounds.dims().map(|length| length.div_ceil(BLOCK as u64));
         let count = blocks.iter().fold(1_u64, |all, &n| all.saturating_mul(n));
@@ -109,8 +109,8 @@ impl<'a, T: Value> Blocks<'a, T> {
         SparseVoxels::bytes_of(self.table.len() as u64, stored as u64)
     }
 
-    /// The blocks with all voxels, active or not, as numbers for rendering (see [`Value::to_f32`]) through
-    /// `convert`.
+    /// The blocks with all voxels, active or not, as numbers for rendering (see [`Value::to_f32`])
+    /// through `convert`.
     ///
     /// # Errors
     /// If there is no memory for them.
@@ -130,7 +130,8 @@ impl<'a, T: Value> Blocks<'a, T> {
         SparseVoxels::new(bounds.dims().map(|n| n as usize), table, values)
     }
 
-    /// Keeps one of all blocks in which tiles lie alike and nothing else: those along the faces of a large tile.
+    /// Keeps one of all blocks in which tiles lie alike and nothing else: those along the faces of
+    /// a large tile.
     fn share_alike(&mut self) {
         let mut known: HashMap<Vec<i64>, u32> = HashMap::new();
         let mut moved = Vec::with_capacity(self.own.len());
@@ -168,7 +169,8 @@ impl<'a, T: Value> Blocks<'a, T> {
         });
     }
 
-    /// Calls `visit` with each block that has voxels of a cube, and whether all that it has are the cube's.
+    /// Calls `visit` with each block that has voxels of a cube, and whether all that it has are the
+    /// cube's.
     fn each_touched(&mut self, cube: IndexBox, mut visit: impl FnMut(&mut Self, usize, bool)) {
         let Some(part) = cube.intersection(&self.bounds) else { return };
         let min = self.bounds.min.to_array();
@@ -202,7 +204,8 @@ impl<'a, T: Value> Blocks<'a, T> {
         known.is_some_and(|known| known.to_bits() == value.to_bits())
     }
 
-    /// What is known of a block that is not the same everywhere; `None` if there is no room for more of them.
+    /// What is known of a block that is not the same everywhere; `None` if there is no room for
+    /// more of them.
     fn own_at(&mut self, i: usize) -> Option<&mut Own<'a, T>> {
         let known = self.table[i];
         if known & OWN == 0 {

@@ -198,8 +198,8 @@ fn block_reader<'a>(source: &'a Source, header: &GridHeader) -> Reader<'a> {
     Reader::new(source, header.place.blocks, header.place.end, CHUNK)
 }
 
-/// Hands what `each` makes of a leaf's values and active mask to `take`, leaf by leaf in their order,
-/// keeping no values; replaces the topology's masks by the buffers' own.
+/// Hands what `each` makes of a leaf's values and active mask to `take`, leaf by leaf in their
+/// order, keeping no values; replaces the topology's masks by the buffers' own.
 fn visit_leaves<T: Value, R: Send>(
     format: &LeafFormat<T>,
     reader: &mut Reader,

@@ -1,5 +1,5 @@
-//! Writing OpenVDB files (format 224): what `file` reads, as OpenVDB 10 and Houdini take it. It knows
-//! nothing of where bytes go.
+//! Writing OpenVDB files (format 224): what `file` reads, as OpenVDB 10 and Houdini take it. It
+//! knows nothing of where bytes go.
 //!
 //! In practice: the names of all grids first, then grid by grid, so that only one is in memory.
 //!
@@ -59,7 +59,8 @@ impl NewGrid {
         Self { grid, metadata: Metadata::default(), map_bytes, half: false, mask: false }
     }
 
-    /// What is said of a grid that is written in another way ([`VdbWriter::add_packed`]), with no metadata.
+    /// What is said of a grid that is written in another way ([`VdbWriter::add_packed`]), with no
+    /// metadata.
     pub fn described(world_from_index: &DMat4) -> Self {
         Self::new(Grid::Float(TreeBuilder::new(0.0).finish()), world_from_index)
     }
@@ -147,7 +148,8 @@ impl VdbWriter {
         with_tree!(grid, tree => self.add_tree(tree, &value_type, metadata, &map_bytes, half))
     }
 
-    /// Writes the next grid, whose leaves are packed already; of `like` the metadata, the class and the place count.
+    /// Writes the next grid, whose leaves are packed already; of `like` the metadata, the class and
+    /// the place count.
     ///
     /// # Errors
     /// If there are more grids than names, or if it was packed for another compression.

@@ -4,8 +4,8 @@ use crate::error::Result;
 use crate::scene::transfer::TransferFunction;
 use crate::volume::Volume;
 
-/// From densities, which tables and functions speak of, to the numbers that a volume holds: a density is cut to a
-/// window's 0..1 between voxels, where the numbers have been interpolated.
+/// From densities, which tables and functions speak of, to the numbers that a volume holds: a
+/// density is cut to a window's 0..1 between voxels, where the numbers have been interpolated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Densities {
     /// A number is the density times this, above 0, ...
@@ -29,7 +29,8 @@ impl Densities {
         Self { offset: volume.moved_by().into(), ..Self::default() }
     }
 
-    /// The stored values of a window are densities of 0..1, in a volume whose stored values were moved by as much.
+    /// The stored values of a window are densities of 0..1, in a volume whose stored values were
+    /// moved by as much.
     pub fn of_window(window: [f32; 2], moved_by: f32) -> Self {
         let [low, high] = window.map(f64::from);
         Self { scale: high - low, offset: low + f64::from(moved_by), cut: Some([0.0, 1.0]) }

@@ -115,7 +115,8 @@ fn scale_for(volume: &Volume, wanted: f64) -> f64 {
     volume.column_quantile(FULL_COLUMN).map_or(1.0, |integral| wanted / integral)
 }
 
-/// Points around what can be seen of a body ([`Volume::visible_points`]): what lets no light through, and what glows.
+/// Points around what can be seen of a body ([`Volume::visible_points`]): what lets no light
+/// through, and what glows.
 pub(super) fn visible_points(own: &Ingredients, medium: &Medium) -> Vec<DVec3> {
     let mut points = match &medium.transfer {
         Some(function) => classified(&own.volume, function).seen_points(VISIBLE_SHARE),

@@ -54,7 +54,8 @@ pub enum Surroundings {
 }
 
 /// The window that separates a scanned object from its surroundings: from the level of the volume's
-/// border to its largest value, but for a few voxels that stand apart. `None` where the border is empty or nothing rises above it.
+/// border to its largest value, but for a few voxels that stand apart. `None` where the border is
+/// empty or nothing rises above it.
 pub fn window(volume: &Volume) -> Option<[f32; 2]> {
     let (border, largest) = (volume.statistics().border, volume.typical_largest());
     let surrounded = border > 0.01 * largest;
@@ -63,8 +64,8 @@ pub fn window(volume: &Volume) -> Option<[f32; 2]> {
 }
 
 impl Scene {
-    /// A scene that shows a volume well: light from above, an endless ground under a soft sky, a camera that sees all of
-    /// it, and the density that makes its shadows seen.
+    /// A scene that shows a volume well: light from above, an endless ground under a soft sky, a
+    /// camera that sees all of it, and the density that makes its shadows seen.
     ///
     /// # Errors
     /// If nothing fits the volume.

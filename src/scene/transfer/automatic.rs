@@ -33,9 +33,9 @@ const SOFTNESS: f64 = 0.125;
 /// 3. The parts are soft blue, terracotta and ivory, and opacity rises throughout: to 0.1 in the
 ///    first, to 0.4 in the second, to 1 in the third.
 ///
-/// Where there is nothing to tell apart (no bins, no counts, at most one bin with any, nothing above
-/// the background) it is a grey ramp from `low` to `high`: a step if they are equal, and from 0 to 1 if
-/// they fall or are not within what f32 holds.
+/// Where there is nothing to tell apart (no bins, no counts, at most one bin with any, nothing
+/// above the background) it is a grey ramp from `low` to `high`: a step if they are equal, and from
+/// 0 to 1 if they fall or are not within what f32 holds.
 pub fn automatic(histogram: &[u64], [low, high]: [f64; 2]) -> TransferFunction {
     if !(holds(low) && holds(high) && low <= high) {
         return TransferFunction::grey([0.0, 1.0]);

@@ -15,10 +15,10 @@ const MAX_BYTES: usize = 1 << 24;
 /// The transfer function in `text`, which stood in the file `path`; that file is not read.
 ///
 /// ParaView: an array of maps, of which the first with `RGBPoints` counts, or such a map alone.
-/// `RGBPoints` is a flat list of x, red, green, blue; `Points`, which may be missing, of x, opacity,
-/// midpoint, sharpness. Colours are sRGB in 0..1. Between points everything is linear, colours in
-/// linear RGB: `ColorSpace`, midpoint and sharpness are ignored. Without `Points` opacity rises evenly
-/// from 0 to 1.
+/// `RGBPoints` is a flat list of x, red, green, blue; `Points`, which may be missing, of x,
+/// opacity, midpoint, sharpness. Colours are sRGB in 0..1. Between points everything is linear,
+/// colours in linear RGB: `ColorSpace`, midpoint and sharpness are ignored. Without `Points`
+/// opacity rises evenly from 0 to 1.
 ///
 /// Lists: a point a line, `value red green blue opacity` or, if white, `value opacity`, between
 /// spaces, tabs or commas; `#` begins a comment. Colours are sRGB in 0..1, or in 0..255 if any is

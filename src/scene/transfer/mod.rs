@@ -49,8 +49,8 @@ impl TransferFunction {
     ///
     /// # Errors
     /// With the number of the point, counted from 1, if there are none or more than [`MAX_POINTS`],
-    /// a number is not finite, a value falls, stands thrice or is beyond f32, or a colour or opacity
-    /// is outside of 0..1.
+    /// a number is not finite, a value falls, stands thrice or is beyond f32, or a colour or
+    /// opacity is outside of 0..1.
     pub fn new(points: Vec<TransferPoint>) -> Result<Self> {
         Self::named("transfer function", points)
     }
@@ -75,8 +75,8 @@ impl TransferFunction {
         &self.points
     }
 
-    /// Colour (linear RGB, 0..1) and opacity (0..1) of a density: those of the nearer end beyond the
-    /// ends, those of the second point at a jump, those of the first point for NaN.
+    /// Colour (linear RGB, 0..1) and opacity (0..1) of a density: those of the nearer end beyond
+    /// the ends, those of the second point at a jump, those of the first point for NaN.
     pub fn at(&self, value: f64) -> (DVec3, f64) {
         self.between(self.points.partition_point(|point| point.value <= value), value)
     }
@@ -127,7 +127,8 @@ impl TransferFunction {
 }
 
 impl TransferFunction {
-    /// The same function between `low` and `high` and constant beyond them; one value if nothing is between.
+    /// The same function between `low` and `high` and constant beyond them; one value if nothing is
+    /// between.
     ///
     /// # Errors
     /// If `low`..`high` is empty or not within what f32 holds.

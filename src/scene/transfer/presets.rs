@@ -52,8 +52,8 @@ pub fn preset(name: &str) -> Result<TransferFunction> {
     TransferFunction::new(points)
 }
 
-/// The preset called `name` over Hounsfield units (water 0, air -1000, soft tissue 0 to 80, bone from 150 to
-/// 300 on), if it is one that speaks of them.
+/// The preset called `name` over Hounsfield units (water 0, air -1000, soft tissue 0 to 80, bone
+/// from 150 to 300 on), if it is one that speaks of them.
 pub fn over_hounsfield(name: &str) -> Option<TransferFunction> {
     let points = match name {
         "bone" => listed(&BONE_HU),

@@ -89,12 +89,13 @@ fn of_text(file: &Path, text: Option<&str>) -> Result<TransferFunction> {
     from_file(file, text.ok_or_else(missing)?)
 }
 
-/// The table's `gradient` as a white function over the length of the density's gradient, as a share of the
-/// steepest: its opacity, 0..1, is a factor on the volume's. None if the table has no such key.
+/// The table's `gradient` as a white function over the length of the density's gradient, as a share
+/// of the steepest: its opacity, 0..1, is a factor on the volume's. None if the table has no such
+/// key.
 ///
 /// # Errors
-/// With the number of the point, counted from 1, for what [`TransferFunction::new`] refuses of values
-/// and opacities, and for lengths below 0.
+/// With the number of the point, counted from 1, for what [`TransferFunction::new`] refuses of
+/// values and opacities, and for lengths below 0.
 pub fn gradient(table: &TransferTable) -> Result<Option<TransferFunction>> {
     const WHAT: &str = "volume.transfer.gradient";
     let Some(pairs) = &table.gradient else {

@@ -3,10 +3,10 @@
 //! Muenstermann et al. 2018). Of all distributions with the same moments it is the one that has the
 //! most mass at that point; how much lies in front of it is the sharpest bound that there is.
 //!
-//! Theory. Let v(z) = (1, z, ..., z^m) and M the mean of v(z) v(z)^H over the distribution, which the
-//! moments give. With K(w, z) = v(w)^H M^-1 v(z), the representation's points are z0 and the m roots of
-//! K(., z0), and the mass at a point z is 1 / K(z, z). Practice. Order at most 5, f64, complex also where
-//! all is real: the power moments' share of the time is small.
+//! Theory. Let v(z) = (1, z, ..., z^m) and M the mean of v(z) v(z)^H over the distribution, which
+//! the moments give. With K(w, z) = v(w)^H M^-1 v(z), the representation's points are z0 and the m
+//! roots of K(., z0), and the mass at a point z is 1 / K(z, z). Practice. Order at most 5, f64,
+//! complex also where all is real: the power moments' share of the time is small.
 
 use rustfft::num_complex::Complex64;
 
@@ -16,12 +16,12 @@ const MOST: usize = 5;
 /// v(z) as far as needed; the rest is 0.
 type Vector = [Complex64; MOST];
 
-/// The points of a representation, the prescribed one first, with their masses. A point at infinity, or
-/// one of moments that no distribution has, has no mass.
+/// The points of a representation, the prescribed one first, with their masses. A point at
+/// infinity, or one of moments that no distribution has, has no mass.
 pub(super) type Points = [(Complex64, f64); MOST];
 
-/// The representation with point `z0` on the real line or on the unit circle, and `order` (at most 4)
-/// others, for a distribution whose matrix M has `element(row, column)`.
+/// The representation with point `z0` on the real line or on the unit circle, and `order` (at most
+/// 4) others, for a distribution whose matrix M has `element(row, column)`.
 pub(super) fn representation(
     order: usize,
     element: impl Fn(usize, usize) -> Complex64,
@@ -90,7 +90,8 @@ impl Factor {
     }
 }
 
-/// The roots of a polynomial of degree `order`, lowest coefficient first, all at once (Aberth 1973).
+/// The roots of a polynomial of degree `order`, lowest coefficient first, all at once (Aberth
+/// 1973).
 fn roots(order: usize, polynomial: &Vector) -> Vector {
     const MOST_ROUNDS: usize = 60;
     // Anywhere but in a symmetric place.

@@ -1,17 +1,17 @@
-//! Transmittance at equal distances: opacity shadow maps (Kim and Neumann 2001), with layers between
-//! each ray's entry and exit and numbers that do not round.
+//! Transmittance at equal distances: opacity shadow maps (Kim and Neumann 2001), with layers
+//! between each ray's entry and exit and numbers that do not round.
 
 use super::bytes::{put_f32, transmittance_at};
 use super::slices::between_slices;
 use super::{Codec, TexelRay, share, through};
 
-/// Number `i` of a texel (f32) is transmittance at the end of part `i` of `count` equal ones. Between
-/// them transmittance is linear; where the ray enters it is 1.
+/// Number `i` of a texel (f32) is transmittance at the end of part `i` of `count` equal ones.
+/// Between them transmittance is linear; where the ray enters it is 1.
 ///
-/// Lines of optical depth would be exact in a uniform medium, but are worse where a medium begins or
-/// ends between two slices: 0.0075 and 0.0178 (root mean square over the presets, largest optical depth
-/// 4 and 16, 16 slices) where lines of transmittance have 0.0073 and 0.0154. Nor does rounding matter:
-/// 8 bits (`slices`) err as much.
+/// Lines of optical depth would be exact in a uniform medium, but are worse where a medium begins
+/// or ends between two slices: 0.0075 and 0.0178 (root mean square over the presets, largest
+/// optical depth 4 and 16, 16 slices) where lines of transmittance have 0.0073 and 0.0154. Nor does
+/// rounding matter: 8 bits (`slices`) err as much.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FloatSlices {
     pub count: usize,

@@ -1,9 +1,9 @@
 //! A Fourier series of extinction: Fourier opacity mapping (Jansen and Bavoil 2010).
 //!
-//! Extinction over depth, of period 1 over the ray's way through the volume, is kept as its mean and
-//! some cosines and sines; optical depth is the series integrated term by term. It rings where extinction
-//! is steep. Two things keep that in bounds: optical depth is held between 0 and that of the whole ray,
-//! which the mean is, and behind the volume it is exactly that.
+//! Extinction over depth, of period 1 over the ray's way through the volume, is kept as its mean
+//! and some cosines and sines; optical depth is the series integrated term by term. It rings where
+//! extinction is steep. Two things keep that in bounds: optical depth is held between 0 and that of
+//! the whole ray, which the mean is, and behind the volume it is exactly that.
 
 use std::f32::consts::TAU;
 

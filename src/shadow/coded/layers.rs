@@ -1,9 +1,9 @@
 //! Layers that follow the medium's front: deep opacity maps (Yuksel and Keyser 2008).
 //!
-//! Their first pass keeps the depth where the light first meets something, their second the opacity of
-//! layers at growing distances behind that depth, so that the layers take the medium's shape. Here the
-//! distances grow evenly (1, 3, 6, 10, ... parts) up to where the ray leaves the volume, and optical
-//! depth between two layers is linear.
+//! Their first pass keeps the depth where the light first meets something, their second the opacity
+//! of layers at growing distances behind that depth, so that the layers take the medium's shape.
+//! Here the distances grow evenly (1, 3, 6, 10, ... parts) up to where the ray leaves the volume,
+//! and optical depth between two layers is linear.
 
 use super::bytes::{put_share, share_at};
 use super::{Codec, TexelRay, share, through};

@@ -27,8 +27,8 @@ use crate::settings::{Coding, MapKind};
 /// What a codec keeps: optical depth over depth along one texel's ray.
 #[derive(Clone, Copy, Debug)]
 pub struct TexelRay<'a> {
-    /// The polyline of all slabs, by rising depth; empty for a ray without medium. Optical depth is 0
-    /// in front of the first node and stays behind the last.
+    /// The polyline of all slabs, by rising depth; empty for a ray without medium. Optical depth is
+    /// 0 in front of the first node and stays behind the last.
     pub nodes: &'a [Node],
     /// Depths where the ray enters and leaves the volume; it misses if the second is not greater. A
     /// reader knows them without the map.
@@ -71,8 +71,8 @@ impl TexelRay<'_> {
         share(self.extent, depth)
     }
 
-    /// The slabs that hold medium, by rising depth: the shares of the extent where each begins and ends,
-    /// and its optical depth.
+    /// The slabs that hold medium, by rising depth: the shares of the extent where each begins and
+    /// ends, and its optical depth.
     fn slabs(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
         let place = |node: &Node| f64::from(share(self.extent, node.depth));
         let depth = |[a, b]: &[Node; 2]| f64::from(b.optical_depth) - f64::from(a.optical_depth);
@@ -81,8 +81,8 @@ impl TexelRay<'_> {
     }
 }
 
-/// Where `depth` lies in an extent: 0 at its front and before, 1 at its end and behind; 0 in one that
-/// is empty.
+/// Where `depth` lies in an extent: 0 at its front and before, 1 at its end and behind; 0 in one
+/// that is empty.
 fn share([enter, exit]: [f32; 2], depth: f32) -> f32 {
     let share = (depth - enter) / (exit - enter);
     // What is no number counts as 0.
@@ -107,8 +107,8 @@ pub trait Codec: Send + Sync + Debug {
     /// Writes a ray into `texel`, whose [`Codec::stride`] bytes are zero.
     fn encode(&self, ray: &TexelRay<'_>, texel: &mut [u8]);
 
-    /// Transmittance at `depth` of the ray of `extent` (as in [`TexelRay`]) from its bytes, in 0..1;
-    /// of any bytes, also such that no encoder writes.
+    /// Transmittance at `depth` of the ray of `extent` (as in [`TexelRay`]) from its bytes, in
+    /// 0..1; of any bytes, also such that no encoder writes.
     fn transmittance(&self, texel: &[u8], extent: [f32; 2], depth: f32) -> f32;
 }
 

@@ -1,10 +1,11 @@
-//! Power moments of extinction over depth: moment shadow mapping (Peters and Klein 2015), for media as
-//! in moment-based order-independent transparency (Muenstermann, Krumpen, Klein and Peters 2018).
+//! Power moments of extinction over depth: moment shadow mapping (Peters and Klein 2015), for media
+//! as in moment-based order-independent transparency (Muenstermann, Krumpen, Klein and Peters
+//! 2018).
 //!
-//! Depth is mapped to -1..1 over the ray's way through the volume, without their logarithm, since that
-//! way is all there is. A moment is the mean of a power of it, weighted with extinction. A lookup has
-//! the lowest and the highest optical depth that distributions of these moments have in front of a
-//! depth, and takes one between: the lowest and [`OVERESTIMATION`] of their difference.
+//! Depth is mapped to -1..1 over the ray's way through the volume, without their logarithm, since
+//! that way is all there is. A moment is the mean of a power of it, weighted with extinction. A
+//! lookup has the lowest and the highest optical depth that distributions of these moments have in
+//! front of a depth, and takes one between: the lowest and [`OVERESTIMATION`] of their difference.
 
 use rustfft::num_complex::Complex64;
 
@@ -19,8 +20,8 @@ pub(super) const OVERESTIMATION: f64 = 0.25;
 /// distribution: how much of these, for 4 and for 6 moments, as the authors have it.
 const BIAS: [f64; 2] = [5e-7, 5e-6];
 
-/// Numbers of a texel (f32): the optical depth of the whole ray (b0), then moments 1 to 2 `half`, each
-/// -1..1: 20 bytes for 4 moments, 28 for 6.
+/// Numbers of a texel (f32): the optical depth of the whole ray (b0), then moments 1 to 2 `half`,
+/// each -1..1: 20 bytes for 4 moments, 28 for 6.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moments {
     pub half: usize,

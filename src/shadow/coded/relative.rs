@@ -2,9 +2,9 @@
 //!
 //! The threshold map's idea (Volumetric Deep Shadow Maps, "Implementation": depths where opacity
 //! reaches fixed values, and the largest opacity A) with every threshold a share of A, so that each
-//! depth is reached in every texel, as in the channels that the threshold map's default lookup finds
-//! unset; and with 16 bits a number in place of 32. The curve through them is the default lookup's:
-//! `kernel::threshold`.
+//! depth is reached in every texel, as in the channels that the threshold map's default lookup
+//! finds unset; and with 16 bits a number in place of 32. The curve through them is the default
+//! lookup's: `kernel::threshold`.
 
 use super::bytes::{put_share, share_at};
 use super::{Codec, TexelRay, share, through};
@@ -63,7 +63,8 @@ impl Codec for Relative {
     }
 }
 
-/// Optical depth at `place`: zero, an onset, cubics through the points (`z`, `tau`), an end, `total`.
+/// Optical depth at `place`: zero, an onset, cubics through the points (`z`, `tau`), an end,
+/// `total`.
 fn optical_depth(z: &[f32; POINTS], tau: &[f32; POINTS], total: f32, place: f32) -> f32 {
     const LAST: usize = POINTS - 1;
     let gap = |i: usize| (z[i + 1] - z[i]).max(NEAREST);

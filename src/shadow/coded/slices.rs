@@ -1,5 +1,5 @@
-//! Transmittance at equal distances: opacity shadow maps (Kim and Neumann 2001), with layers between
-//! each ray's entry and exit.
+//! Transmittance at equal distances: opacity shadow maps (Kim and Neumann 2001), with layers
+//! between each ray's entry and exit.
 
 use super::{Codec, TexelRay, share, through};
 
@@ -10,8 +10,8 @@ pub(super) struct Slices {
     pub count: usize,
 }
 
-/// Transmittance at a share of the extent: linear between those `at` the ends of `count` equal parts,
-/// and 1 where the ray enters.
+/// Transmittance at a share of the extent: linear between those `at` the ends of `count` equal
+/// parts, and 1 where the ray enters.
 pub(super) fn between_slices(share: f32, count: usize, at: impl Fn(usize) -> f32) -> f32 {
     let place = share * count as f32;
     let after = (place as usize).min(count - 1);

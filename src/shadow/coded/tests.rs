@@ -66,8 +66,8 @@ fn nothing_is_dark_in_front_of_the_volume_and_all_is_behind_it() {
     }
 }
 
-/// Largest error of transmittance where a uniform medium of optical depth 2 fills the ray, and where
-/// one of optical depth 1 begins and ends within it.
+/// Largest error of transmittance where a uniform medium of optical depth 2 fills the ray, and
+/// where one of optical depth 1 begins and ends within it.
 fn bounds(coding: Coding) -> [f32; 2] {
     match coding {
         Coding::Nested => [0.007, 0.007],

@@ -2,9 +2,10 @@
 //! (Muenstermann, Krumpen, Klein and Peters 2018).
 //!
 //! Depth is mapped to angles over the ray's way through the volume, all but the last [`FREE`] of a
-//! circle. Moment k is the mean of exp(i k angle), weighted with extinction. A lookup bounds optical
-//! depth as that of power moments does (see `moments`). Mass that the bound puts in the free part lies
-//! between the end of the way and its beginning: the nearer to the beginning, the more of it counts.
+//! circle. Moment k is the mean of exp(i k angle), weighted with extinction. A lookup bounds
+//! optical depth as that of power moments does (see `moments`). Mass that the bound puts in the
+//! free part lies between the end of the way and its beginning: the nearer to the beginning, the
+//! more of it counts.
 
 use std::f64::consts::{PI, TAU};
 
@@ -22,8 +23,8 @@ const FREE: f64 = 0.1 * PI;
 /// leaves moments of some distribution: for 2, 3 and 4 moments, as the authors have it.
 const BIAS: [f64; 3] = [4e-7, 8e-7, 1.5e-6];
 
-/// Numbers of a texel (f32): the optical depth of the whole ray (b0), then for each of `count` moments
-/// its real and its imaginary part, each -1..1: 20 bytes for 2 moments, 28 for 3, 36 for 4.
+/// Numbers of a texel (f32): the optical depth of the whole ray (b0), then for each of `count`
+/// moments its real and its imaginary part, each -1..1: 20 bytes for 2 moments, 28 for 3, 36 for 4.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trigonometric {
     pub count: usize,

@@ -1,19 +1,20 @@
-//! Links from each node to the depth-nearest nodes of the texels to the right and above, and filters
-//! that walk along them. (Real-time deep shadow maps for hair, "Neighbor Linking" and "Spatial
-//! filtering".)
+//! Links from each node to the depth-nearest nodes of the texels to the right and above, and
+//! filters that walk along them. (Real-time deep shadow maps for hair, "Neighbor Linking" and
+//! "Spatial filtering".)
 
 use super::lists::Runs;
 use crate::kernel::fragments::Node;
 
-/// No node to link to: the neighbour's list is empty, there is no such neighbour, or the node's place is
-/// beyond sixteen bits.
+/// No node to link to: the neighbour's list is empty, there is no such neighbour, or the node's
+/// place is beyond sixteen bits.
 pub const NO_LINK: u16 = u16::MAX;
 
 /// Nodes that a walk from a link passes before a search takes over.
 pub const MOST_WALKED: u32 = 8;
 
 /// Of a texel's nodes to those of a neighbour: for each node the index (in `neighbour`) of the
-/// nearest in depth, the nearer to the light of two equal ones. Both rise in depth, so one pass does.
+/// nearest in depth, the nearer to the light of two equal ones. Both rise in depth, so one pass
+/// does.
 pub fn nearest_nodes(nodes: &[Node], neighbour: &[Node], mut link: impl FnMut(usize, u16)) {
     let mut at = 0;
     for (i, node) in nodes.iter().enumerate() {
@@ -47,8 +48,8 @@ impl Links {
         Self { links }
     }
 
-    /// For each node of the map: the index of the depth-nearest node within the right and within the
-    /// upper texel's list, or [`NO_LINK`].
+    /// For each node of the map: the index of the depth-nearest node within the right and within
+    /// the upper texel's list, or [`NO_LINK`].
     pub fn links(&self) -> &[[u16; 2]] {
         &self.links
     }
@@ -61,9 +62,9 @@ pub(super) struct Place {
     pub(super) before: usize,
 }
 
-/// Moves from `from` to the neighbour `texel` by the link `direction` (0 right, 1 up) of the last node
-/// in front of `depth`, then a few nodes further or back to where `depth` is; where the two lists have
-/// little in common, a search finds it.
+/// Moves from `from` to the neighbour `texel` by the link `direction` (0 right, 1 up) of the last
+/// node in front of `depth`, then a few nodes further or back to where `depth` is; where the two
+/// lists have little in common, a search finds it.
 pub(super) fn step(
     runs: &Runs,
     links: &Links,

@@ -1,5 +1,5 @@
-//! Per-texel linked lists of fragments, as any caster leaves them: unordered. (Real-time deep shadow
-//! maps for hair, "Creating list entries".)
+//! Per-texel linked lists of fragments, as any caster leaves them: unordered. (Real-time deep
+//! shadow maps for hair, "Creating list entries".)
 
 use super::FragmentMap;
 use crate::error::memory;
@@ -40,7 +40,8 @@ struct Element {
 /// The end of a list.
 const NONE: u32 = u32::MAX;
 
-/// A head buffer and an element buffer: a linked list of fragments for each texel, last pushed first.
+/// A head buffer and an element buffer: a linked list of fragments for each texel, last pushed
+/// first.
 #[derive(Clone, Debug)]
 pub struct FragmentLists {
     heads: Vec<u32>,
@@ -53,8 +54,8 @@ impl FragmentLists {
         Self { heads: vec![NONE; texels], elements: Vec::new() }
     }
 
-    /// Puts a fragment on a texel's list. One without opacity, or whose numbers are not finite, leaves
-    /// no trace.
+    /// Puts a fragment on a texel's list. One without opacity, or whose numbers are not finite,
+    /// leaves no trace.
     ///
     /// # Panics
     /// If there is no such texel.
@@ -121,8 +122,8 @@ impl FragmentLists {
     }
 }
 
-/// Cuts a raw list where transmittance is within `truncation` of its final value; one line to the last
-/// node stands for the rest.
+/// Cuts a raw list where transmittance is within `truncation` of its final value; one line to the
+/// last node stands for the rest.
 pub fn truncate(nodes: &mut Vec<Node>, truncation: f32) {
     let kept = truncated(nodes, truncation);
     if let Some(&last) = nodes.last()

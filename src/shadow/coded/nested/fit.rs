@@ -1,11 +1,11 @@
 //! Where the nine knots go: least squares over a texel's points, first freely, then code by code.
 //!
 //! Knots are put one after the other where a polyline errs most. Then each in turn moves along the
-//! points, a knot's best opacity following from its depth in closed form: with its neighbours held, the
-//! squared error is a parabola of it. Knots settle on codes from the root of the tree down, each
-//! choosing its best opacity again with what is settled already, so that later knots make up for
-//! rounding. All of it touches 64 points and nine knots, in order, without division of work that a
-//! GPU thread could not do.
+//! points, a knot's best opacity following from its depth in closed form: with its neighbours held,
+//! the squared error is a parabola of it. Knots settle on codes from the root of the tree down,
+//! each choosing its best opacity again with what is settled already, so that later knots make up
+//! for rounding. All of it touches 64 points and nine knots, in order, without division of work
+//! that a GPU thread could not do.
 
 use super::samples::{COUNT, Samples, unit};
 
@@ -15,8 +15,8 @@ const LAST: usize = KNOTS - 1;
 /// How many points a knot tries to move by, sweep after sweep.
 const MOVES: [usize; 4] = [4, 2, 1, 1];
 
-/// Codes of depth to either side of the wanted one that are tried: opacity's codes are coarser, and a
-/// knot a little aside may meet one.
+/// Codes of depth to either side of the wanted one that are tried: opacity's codes are coarser, and
+/// a knot a little aside may meet one.
 const NEAR: u32 = 2;
 
 /// A knot of the curve.
@@ -154,8 +154,8 @@ impl Fit {
         }
     }
 
-    /// Squared error between the points of the neighbours of knot `j` if it is put at `depth` between
-    /// `neighbours`.
+    /// Squared error between the points of the neighbours of knot `j` if it is put at `depth`
+    /// between `neighbours`.
     fn error(&self, j: usize, [a, b]: [Knot; 2], depth: f32) -> Parabola {
         // Relative to a guess, so that small errors keep their digits.
         let guess = self.knots[j].opacity;

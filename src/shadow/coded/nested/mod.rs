@@ -2,9 +2,9 @@
 //! Knows one texel at a time; where the ray enters and leaves the volume is the reader's to say.
 //!
 //! Transmittance is 1 in front of the first knot, linear between knots, and 1 - A behind the last,
-//! where A is the ray's largest opacity. The first and the last knot lie at shares of the way from the
-//! ray's entry to its exit. The seven others form a tree: the middle one lies between those two, the
-//! quarters between the middle and an end, the eighths between two of these.
+//! where A is the ray's largest opacity. The first and the last knot lie at shares of the way from
+//! the ray's entry to its exit. The seven others form a tree: the middle one lies between those
+//! two, the quarters between the middle and an end, the eighths between two of these.
 //!
 //! ```text
 //! opacity                                   _8-------- A
@@ -17,8 +17,8 @@
 //!     entry                                       exit
 //! ```
 //!
-//! So any 128 bits are a curve that falls, precision grows where knots crowd, and a lookup goes down
-//! three levels and decodes three knots: no search, no table, no exponential.
+//! So any 128 bits are a curve that falls, precision grows where knots crowd, and a lookup goes
+//! down three levels and decodes three knots: no search, no table, no exponential.
 //!
 //! Four 32-bit words, little endian; bit 0 is the lowest; a field of n bits is a share of 2^n - 1:
 //!
@@ -37,22 +37,22 @@
 //! | 3 | 6..13, 13..19 | depth and opacity of knot 5 | knot 4 to 6 |
 //! | 3 | 19..26, 26..32 | depth and opacity of knot 7 | knot 6 to 8 |
 //!
-//! Errors of transmittance on texel-centre rays of 512 x 512 maps, RMS on average over the four presets
-//! at largest optical depth 4 and 16: .0010 and .0013; over six real volumes that had no part in the
-//! design .0015 and .0017. What lost, fitted by a slower search with which this layout has .0011 and
-//! .0014 on a twentieth of the texels:
-//! - Monotone cubics through the same knots: .0010 and .0013, with larger maxima on thin surfaces; over
-//!   presets and nine real volumes .0013 and .0014, this layout .0011 and .0015. The better of the two by
-//!   a bit a texel: .0009 and .0012 there, for some three times the arithmetic of a lookup. Exponentials by
-//!   a bit: .0010 and .0012 there, nothing on the presets.
-//! - More knots of fewer bits: 11 of 8.5 bits .0018 and .0022, 15 of 6.5 bits .0022 and .0025. Seven
-//!   that are not rounded: .0009 and .0012. So knots are what is short, and how 96 bits are shared
-//!   between depths and opacities changes errors by 5 %.
-//! - Six knots of 8 + 8 bits, each by itself: .0014 and .0017. Seven of 11 bits with a curvature of 3 bits
-//!   for each piece between: .0012 and .0014.
-//! - Depths of fifteen fixed opacities: .0017 and .0046, joined by cubics .0011 and .0034. Opacities of
-//!   fifteen equal slices between the ends: .0012 and .0025, by cubics .0008 and .0016; their largest
-//!   errors at optical depth 16 are twice to four times this layout's.
+//! Errors of transmittance on texel-centre rays of 512 x 512 maps, RMS on average over the four
+//! presets at largest optical depth 4 and 16: .0010 and .0013; over six real volumes that had no
+//! part in the design .0015 and .0017. What lost, fitted by a slower search with which this layout
+//! has .0011 and .0014 on a twentieth of the texels:
+//! - Monotone cubics through the same knots: .0010 and .0013, with larger maxima on thin surfaces;
+//!   over presets and nine real volumes .0013 and .0014, this layout .0011 and .0015. The better of
+//!   the two by a bit a texel: .0009 and .0012 there, for some three times the arithmetic of a
+//!   lookup. Exponentials by a bit: .0010 and .0012 there, nothing on the presets.
+//! - More knots of fewer bits: 11 of 8.5 bits .0018 and .0022, 15 of 6.5 bits .0022 and .0025.
+//!   Seven that are not rounded: .0009 and .0012. So knots are what is short, and how 96 bits are
+//!   shared between depths and opacities changes errors by 5 %.
+//! - Six knots of 8 + 8 bits, each by itself: .0014 and .0017. Seven of 11 bits with a curvature of
+//!   3 bits for each piece between: .0012 and .0014.
+//! - Depths of fifteen fixed opacities: .0017 and .0046, joined by cubics .0011 and .0034.
+//!   Opacities of fifteen equal slices between the ends: .0012 and .0025, by cubics .0008 and
+//!   .0016; their largest errors at optical depth 16 are twice to four times this layout's.
 
 mod fit;
 mod samples;
@@ -85,8 +85,8 @@ impl Codec for Nested {
     }
 
     /// Codes a ray that enters and leaves the volume at the depths of `extent`, from the polyline
-    /// `nodes` of optical depth, which rises; what does not is read as if it did. Without nodes, and
-    /// below an opacity of 1 / 8190, the texel is empty.
+    /// `nodes` of optical depth, which rises; what does not is read as if it did. Without nodes,
+    /// and below an opacity of 1 / 8190, the texel is empty.
     ///
     /// Writes the first [`Self::BYTES`] bytes of `texel`, nothing if there are fewer.
     fn encode(&self, ray: &TexelRay<'_>, texel: &mut [u8]) {
@@ -95,8 +95,9 @@ impl Codec for Nested {
         }
     }
 
-    /// Transmittance of a texel from the light to `depth`, in 0..1, never rising with depth: exactly 1
-    /// in front of the medium, 1 - A behind it. Fewer than [`Self::BYTES`] bytes are an empty texel.
+    /// Transmittance of a texel from the light to `depth`, in 0..1, never rising with depth:
+    /// exactly 1 in front of the medium, 1 - A behind it. Fewer than [`Self::BYTES`] bytes are an
+    /// empty texel.
     fn transmittance(&self, texel: &[u8], [enter, exit]: [f32; 2], depth: f32) -> f32 {
         let [ends, middle, left, right] = words_in(texel);
         let largest = share(ends, 0, LARGEST_BITS);

@@ -4,8 +4,8 @@ use crate::shadow::Node;
 
 /// Points of a curve.
 pub const COUNT: usize = 64;
-/// How much a point weighs for being one, against the share of depth that it stands for: points crowd
-/// where opacity rises steeply, so this keeps the largest error small.
+/// How much a point weighs for being one, against the share of depth that it stands for: points
+/// crowd where opacity rises steeply, so this keeps the largest error small.
 const POINT_WEIGHT: f32 = 1.0;
 /// Smallest length that is divided by.
 const SMALLEST: f32 = 1e-30;
@@ -69,7 +69,8 @@ impl Samples {
         samples
     }
 
-    /// Weighs points by the depth halfway to their neighbours. What lies within a jump weighs nothing.
+    /// Weighs points by the depth halfway to their neighbours. What lies within a jump weighs
+    /// nothing.
     fn weigh(&mut self) {
         let length = (self.depth[COUNT - 1] - self.depth[0]).max(SMALLEST);
         for i in 0..COUNT {
