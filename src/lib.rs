@@ -54,6 +54,7 @@ pub mod image;
 pub mod io;
 pub mod kernel;
 pub mod math;
+mod parallel;
 pub mod progress;
 pub mod reference;
 pub mod scene;

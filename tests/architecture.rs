@@ -8,7 +8,7 @@ use crate::support::project;
 
 /// Lowest first.
 const LAYERS: [&[&str]; 10] = [
-    &["error", "math", "progress"],
+    &["error", "math", "parallel", "progress"],
     &["image", "settings", "volume"],
     &["scene"],
     &["frame"],

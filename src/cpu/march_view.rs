@@ -19,6 +19,7 @@ use crate::kernel::ray::{Ray, intersect_box, step_count, voxels_over};
 use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
 };
+use crate::math::Each;
 use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::Shadow;
@@ -191,7 +192,7 @@ impl View<'_> {
         let met = Cell::default();
         loop {
             let four = |first: usize| {
-                let at = Vec4::from_array([0, 1, 2, 3].map(|k| batch.sample(first + k)));
+                let at = Vec4::from_array([0, 1, 2, 3].each(|k| batch.sample(first + k)));
                 four_along(&self.sampler, batch.ray, at, Vec4::splat(0.25 * batch.step), &met)
             };
             let per_density = frame.media.extinction * (0.5 * batch.step);
@@ -242,7 +243,7 @@ impl View<'_> {
             let half = 0.5 * batch.step * steps as f32;
             let radiance = weight * self.source((ray, light), batch.ray, [added.places[k], half]);
             let behind = k + steps as usize;
-            let part = [front, behind].map(|step| batch.begin + step as f32 * batch.step);
+            let part = [front, behind].each(|step| batch.begin + step as f32 * batch.step);
             visit(Added { part, weight, through: before, radiance });
             before -= weight;
             front = behind;

@@ -4,9 +4,8 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::error::Result;
+use crate::parallel;
 use crate::progress::Progress;
 use crate::shadow::Runs;
 
@@ -14,13 +13,12 @@ use crate::shadow::Runs;
 const TILE: usize = 16;
 
 /// Columns of the tiles of a width.
-fn columns(width: usize) -> impl IndexedParallelIterator<Item = Range<usize>> {
-    let tiles = (0..width.div_ceil(TILE)).into_par_iter();
-    tiles.map(move |i| i * TILE..((i + 1) * TILE).min(width))
+fn columns(width: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..width.div_ceil(TILE)).map(move |i| i * TILE..((i + 1) * TILE).min(width))
 }
 
-/// Fills rows of `width` cells with what `cell` says at (x, y), with scratch that cells made one
-/// after the other share.
+/// Fills rows of `width` cells with what `cell` says at (x, y), with scratch that the cells of a
+/// tile share.
 pub(super) fn fill<T: Copy + Send + Sync, S>(
     cells: &mut [T],
     width: usize,
@@ -28,13 +26,13 @@ pub(super) fn fill<T: Copy + Send + Sync, S>(
     scratch: impl Fn() -> S + Sync + Send,
     cell: impl Fn(&mut S, [usize; 2]) -> T + Sync,
 ) {
-    cells.par_chunks_mut((width * TILE).max(1)).enumerate().for_each(|(j, band)| {
+    parallel::for_each(cells.chunks_mut((width * TILE).max(1)).enumerate(), |(j, band)| {
         let rows = band.len() / width;
-        let tile = |scratch: &mut S, columns: Range<usize>| -> Vec<T> {
+        let tiles: Vec<Vec<T>> = parallel::map(columns(width), |columns| {
+            let mut scratch = scratch();
             let places = (0..rows).flat_map(|y| columns.clone().map(move |x| [x, j * TILE + y]));
-            places.map(|place| cell(scratch, place)).collect()
-        };
-        let tiles: Vec<Vec<T>> = columns(width).map_init(&scratch, tile).collect();
+            places.map(|place| cell(&mut scratch, place)).collect()
+        });
         for (i, tile) in tiles.into_iter().enumerate() {
             let columns = tile.len() / rows;
             for (row, from) in band.chunks_exact_mut(width).zip(tile.chunks_exact(columns)) {
@@ -53,12 +51,12 @@ pub(super) fn runs<T: Copy + Default + Send>(
     lists: impl Fn(Range<usize>, usize) -> Result<Runs<T>> + Sync,
 ) -> Result<Runs<T>> {
     progress.begin("shadow map", size as u64);
-    let bands = (0..size.div_ceil(TILE)).into_par_iter().map(|j| {
+    let bands = parallel::map(0..size.div_ceil(TILE), |j| -> Result<Runs<T>> {
         let rows = j * TILE..((j + 1) * TILE).min(size);
-        let tiles: Result<Vec<Vec<Runs<T>>>> = columns(size)
-            .map(|columns| rows.clone().map(|y| lists(columns.clone(), y)).collect())
-            .collect();
-        let tiles = tiles?;
+        let tiles = parallel::map(columns(size), |columns| -> Result<Vec<Runs<T>>> {
+            rows.clone().map(|y| lists(columns.clone(), y)).collect()
+        });
+        let tiles = tiles.into_iter().collect::<Result<Vec<_>>>()?;
         let mut band = Runs::default();
         for y in 0..rows.len() {
             for tile in &tiles {
@@ -69,7 +67,7 @@ pub(super) fn runs<T: Copy + Default + Send>(
         Ok(band)
     });
     let mut all = Runs::default();
-    for band in bands.collect::<Vec<Result<Runs<T>>>>() {
+    for band in bands {
         all.append(&band?)?;
     }
     Ok(all)

@@ -6,6 +6,7 @@ use super::trace_slices::trace_texel;
 use crate::frame::Frame;
 use crate::kernel::light::light_extent;
 use crate::kernel::media::Sampler;
+use crate::math::Each;
 use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Codec, TexelRay};
@@ -24,7 +25,7 @@ pub(super) fn trace_coded(
     let rows = bytes.par_chunks_exact_mut(size * stride).enumerate();
     rows.for_each_init(Vec::new, |nodes, (y, row)| {
         for (x, texel) in row.chunks_exact_mut(stride).enumerate() {
-            let [u, v] = [x, y].map(|i| (i as f32 + 0.5) / size as f32);
+            let [u, v] = [x, y].each(|i| (i as f32 + 0.5) / size as f32);
             trace_texel(&sampler, frame, [u, v], nodes);
             codec.encode(&TexelRay { nodes, extent: light_extent(frame, u, v).into() }, texel);
         }

@@ -11,6 +11,7 @@ use crate::kernel::media::{Sampler, density_along, four_along};
 use crate::kernel::occupancy::{BATCH, Walk, cut_to_bend};
 use crate::kernel::ray::{intersect_box, step_count, voxels_over};
 use crate::kernel::threshold::{LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
+use crate::math::Each;
 use crate::progress::Progress;
 use crate::scene::Media;
 
@@ -25,7 +26,7 @@ pub(super) fn trace_threshold(
     let sampler = Sampler::of_extinction(media);
     let mut texels = vec![[0.0; 4]; size * size];
     tiles::fill(&mut texels, size, progress, Vec::new, |batches, place| {
-        let [u, v] = place.map(|i| (i as f32 + 0.5) / size as f32);
+        let [u, v] = place.each(|i| (i as f32 + 0.5) / size as f32);
         trace_texel(&sampler, frame, [u, v], batches)
     });
     texels
@@ -58,7 +59,7 @@ impl Batch {
         let [a, b, c, d] = self.taus.to_array();
         let bends = [b - a, 0.5 * (c - a), 0.5 * (d - b), d - c];
         let k = reached[1..4].partition_point(|&tau| tau < wanted);
-        let ends = [k, k + 1].map(|i| self.begin + i as f32 * self.step);
+        let ends = [k, k + 1].each(|i| self.begin + i as f32 * self.step);
         crossing_depth(crossing, ends, wanted, [reached[k], reached[k + 1]], bends[k])
     }
 }

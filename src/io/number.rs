@@ -1,10 +1,10 @@
 //! Numbers as files store them: their types, byte orders and texts. Knows no format.
 
 use half::f16;
-use rayon::prelude::*;
 
 use crate::error::memory;
 use crate::error::{Error, Result};
+use crate::parallel;
 
 /// Whether a number is finite and above what f32 holds, in which volumes are held.
 pub fn is_beyond_f32(number: f64) -> bool {
@@ -103,8 +103,13 @@ impl ValueType {
         });
     }
 
-    /// The little-endian numbers of this type in `bytes`.
-    pub fn decode(self, bytes: &[u8]) -> Vec<f64> {
+    /// The numbers of this type in `bytes`; what does not fill a number at the end is left out.
+    pub fn decode(self, bytes: &[u8], endian: Endian) -> Vec<f64> {
+        if endian == Endian::Big && self.size() > 1 {
+            let mut turned = bytes.to_vec();
+            turned.chunks_exact_mut(self.size()).for_each(<[u8]>::reverse);
+            return self.decode(&turned, Endian::Little);
+        }
         for_type!(self, N => numbers::<N>(bytes).map(Number::to_f64).collect())
     }
 }
@@ -141,6 +146,9 @@ impl std::str::FromStr for Endian {
         }
     }
 }
+
+/// Numbers that a thread takes at once.
+pub(super) const CHUNK: usize = 1 << 13;
 
 /// What the types have in common; wide enough for all but the last digits of 64-bit integers.
 trait Number: Copy + std::str::FromStr {
@@ -225,27 +233,21 @@ impl Number for f16 {
     }
 }
 
-/// The numbers in `bytes`, each through `convert`, in their order; what does not fill a number at
-/// the end is left out.
-pub fn decode<T: Send>(
+/// The numbers in `bytes`, each times the slope plus the intercept, by all threads.
+pub fn decode(
     bytes: &[u8],
     value_type: ValueType,
     endian: Endian,
-    convert: impl Fn(f64) -> T + Sync + Send,
-) -> Vec<T> {
-    for_type!(value_type, N => bytes
-        .par_chunks_exact(size_of::<N>())
-        .with_min_len(1 << 14)
-        .map(|chunk| {
-            let mut number = [0; size_of::<N>()];
-            number.copy_from_slice(chunk);
-            let number = match endian {
-                Endian::Little => N::from_le_bytes(number),
-                Endian::Big => N::from_be_bytes(number),
-            };
-            convert(number.to_f64())
-        })
-        .collect())
+    [slope, intercept]: [f64; 2],
+) -> Vec<f64> {
+    let mut numbers = vec![0.0; bytes.len() / value_type.size()];
+    let parts = numbers.chunks_mut(CHUNK).zip(bytes.chunks(CHUNK * value_type.size()));
+    parallel::for_each(parts, |(numbers, bytes)| {
+        for (number, stored) in numbers.iter_mut().zip(value_type.decode(bytes, endian)) {
+            *number = stored * slope + intercept;
+        }
+    });
+    numbers
 }
 
 /// The little-endian numbers in `bytes` as little-endian numbers of another type, each the nearest
@@ -257,7 +259,7 @@ pub fn cast(bytes: &[u8], from: ValueType, to: ValueType) -> Result<Vec<u8>> {
     transformed(bytes, [from.size(), to.size()], |chunk| {
         let mut bytes = Vec::new();
         if from.limits().is_none() {
-            to.encode(&from.decode(chunk), &mut bytes);
+            to.encode(&from.decode(chunk, Endian::Little), &mut bytes);
             return bytes;
         }
         let whole: Vec<i128> =
@@ -280,12 +282,10 @@ pub(super) fn transformed(
     [from, to]: [usize; 2],
     change: impl Fn(&[u8]) -> Vec<u8> + Sync,
 ) -> Result<Vec<u8>> {
-    const CHUNK: usize = 1 << 13;
     const AT_ONCE: usize = 64;
     let mut all = memory::room(bytes.len() / from * to, "numbers of another type")?;
     for part in bytes.chunks(AT_ONCE * CHUNK * from) {
-        let parts: Vec<Vec<u8>> = part.par_chunks(CHUNK * from).map(&change).collect();
-        for part in parts {
+        for part in parallel::map(part.chunks(CHUNK * from), &change) {
             all.extend_from_slice(&part);
         }
     }

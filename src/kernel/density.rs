@@ -3,6 +3,7 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::ray::Ray;
+use crate::math::Each;
 use crate::volume::{BLOCK_EDGE, SparseVoxels, Volume, Voxels};
 
 /// A volume's voxels, ready to be sampled.
@@ -30,12 +31,13 @@ impl<'a> Density<'a> {
         for (next, n) in next.iter_mut().zip(dims) {
             *next *= usize::from(n > 1);
         }
-        let last = Vec3::from_array(dims.map(|n| (n - 1) as f32));
+        let last = Vec3::from_array(dims.each(|n| (n - 1) as f32));
         Self { values, sparse, dims, last, next }
     }
 
     /// The values from voxel (x, y, z) to the opposite corner of the cell that begins there.
-    #[inline]
+    #[allow(clippy::inline_always)] // Eight of them are in every sample's way.
+    #[inline(always)]
     fn cell(&self, voxel: [usize; 3]) -> Option<&'a [f32]> {
         let base = if let Some(voxels) = self.sparse {
             voxels.offset(voxel)?
@@ -67,7 +69,7 @@ pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
     let index = index.clamp(Vec3::ZERO, density.last);
     let lowest = (index - 0.5).min((density.last - 1.0).max(Vec3::ZERO));
     let shifted = lowest + INTEGERS;
-    let Some(cell) = density.cell(shifted.to_array().map(integer)) else { return 0.0 };
+    let Some(cell) = density.cell(shifted.to_array().each(integer)) else { return 0.0 };
     let f = index - (shifted - INTEGERS);
     let [dx, dy, dz] = density.next;
     // Four rows along x at once, then two along y.
@@ -111,7 +113,7 @@ fn cells_along(origin: f32, direction: f32, last: f32, at: Vec4) -> ([usize; 4],
     let place = (origin + at * direction).clamp(Vec4::ZERO, Vec4::splat(last));
     let lowest = (place - 0.5).min(Vec4::splat((last - 1.0).max(0.0)));
     let shifted = lowest + INTEGERS;
-    (shifted.to_array().map(integer), place - (shifted - INTEGERS))
+    (shifted.to_array().each(integer), place - (shifted - INTEGERS))
 }
 
 /// How many samples this thread has taken.

@@ -67,6 +67,7 @@ impl Fitter {
 
     /// Adds a fragment from depth `front` to `back` (equal for a surface), not in front of the one
     /// before, and gives the nodes that this settles to `keep`.
+    #[inline]
     pub fn add(
         &mut self,
         [front, back]: [f32; 2],
@@ -114,16 +115,19 @@ impl Fitter {
     }
 
     /// Optical depth of all that was added.
+    #[inline]
     pub fn optical_depth(&self) -> f32 {
         self.last.optical_depth
     }
 
     /// Whether what follows is too dark to matter to a fit.
+    #[inline]
     pub fn is_dark(&self) -> bool {
         self.tolerance > 0.0 && self.last.optical_depth > self.dark
     }
 
     /// The line from the last node has to pass near `point`.
+    #[inline]
     fn point(&mut self, point: Node, keep: &mut impl FnMut(Node)) {
         if self.tolerance == 0.0 {
             self.last = point;
@@ -161,6 +165,7 @@ impl Fitter {
     }
 
     /// Ends the line at the last point: through it if that is allowed, else as near as it may.
+    #[inline]
     fn close(&mut self, keep: &mut impl FnMut(Node)) {
         if self.tolerance == 0.0 {
             return;

@@ -22,11 +22,13 @@ pub struct Node {
 }
 
 /// How many of `nodes` (by rising depth) lie at or in front of `depth`.
+#[inline]
 pub fn nodes_before(nodes: &[Node], depth: f32) -> usize {
     nodes.partition_point(|node| node.depth <= depth)
 }
 
 /// Optical depth at `depth`, where `before` nodes lie at or in front of it.
+#[inline]
 pub fn optical_depth_between(nodes: &[Node], before: usize, depth: f32) -> f32 {
     match (before.checked_sub(1).and_then(|i| nodes.get(i)), nodes.get(before)) {
         (None, _) => 0.0,
@@ -47,6 +49,7 @@ pub const LEAST_WITH_FRONT: f32 = std::f32::consts::LN_10;
 
 /// Depth where optical depth reaches [`FRONT_DEPTH`]; `None` where it stays below
 /// [`LEAST_WITH_FRONT`].
+#[inline]
 pub fn front_of(nodes: &[Node]) -> Option<f32> {
     nodes.last().filter(|last| last.optical_depth >= LEAST_WITH_FRONT)?;
     let pairs = nodes.array_windows().map(|[a, b]| (a, b));

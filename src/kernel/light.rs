@@ -4,6 +4,7 @@ use glam::{Vec3, Vec4};
 
 use super::ray::{Ray, intersect_box};
 use crate::frame::Frame;
+use crate::math::Each;
 
 /// The light ray through map position `(u, v)`, 0..1. Distances along it are the map's depths.
 pub fn light_ray(frame: &Frame, u: f32, v: f32) -> Ray {
@@ -23,9 +24,10 @@ pub fn light_extent(frame: &Frame, u: f32, v: f32) -> (f32, f32) {
 }
 
 /// (u, v, depth) of a point; u = -1 (outside of every map) behind a point or spot light.
+#[inline]
 pub fn light_coordinates(frame: &Frame, point: Vec3) -> Vec3 {
     let p = point.extend(1.0);
-    let [u, v, depth, w] = frame.light.from_frame.map(|row| row.dot(p));
+    let [u, v, depth, w] = frame.light.from_frame.each(|row| row.dot(p));
     if frame.light.spread == 0 {
         return Vec3::new(u, v, depth);
     }
@@ -36,6 +38,7 @@ pub fn light_coordinates(frame: &Frame, point: Vec3) -> Vec3 {
 }
 
 /// The way light travels at a point, unit length.
+#[inline]
 pub fn light_direction_at(frame: &Frame, point: Vec3) -> Vec3 {
     if frame.light.spread == 0 {
         return frame.light.direction.truncate();
@@ -44,6 +47,7 @@ pub fn light_direction_at(frame: &Frame, point: Vec3) -> Vec3 {
 }
 
 /// Unshadowed irradiance at a point on a plane that faces the light, per channel.
+#[inline]
 pub fn irradiance_at(frame: &Frame, point: Vec3) -> Vec3 {
     if frame.light.spread == 0 {
         return frame.light.irradiance;
@@ -57,6 +61,7 @@ pub fn irradiance_at(frame: &Frame, point: Vec3) -> Vec3 {
 }
 
 /// Share of a spot's light that goes in a direction; 1 for a point light.
+#[inline]
 fn cone_share(frame: &Frame, direction: Vec3) -> f32 {
     let (inner, outer) = (frame.light.cone_inner, frame.light.cone_outer);
     let cosine = direction.dot(frame.light.axis);
@@ -69,7 +74,7 @@ fn cone_share(frame: &Frame, direction: Vec3) -> f32 {
 /// the squared distance is the angle that the piece takes up as the light sees it, over the light's
 /// distance from the ray; a cone's share is a mean over that angle.
 pub fn irradiance_over(frame: &Frame, [begin, middle, end]: [Vec3; 3]) -> Vec3 {
-    let [a, m, b] = [begin, middle, end].map(|point| point - frame.light.position);
+    let [a, m, b] = [begin, middle, end].each(|point| point - frame.light.position);
     if face_of(m) != frame.light.spread - 2 {
         return Vec3::ZERO;
     }

@@ -13,6 +13,7 @@ use super::mixture::{
 };
 use super::ray::Ray;
 use crate::frame::Frame;
+use crate::math::Each;
 use crate::scene::{Media, Occupancy};
 
 /// Media ready to be sampled.
@@ -134,7 +135,7 @@ pub fn four_along(sampler: &Sampler<'_>, ray: &Ray, at: Vec4, half: Vec4, met: &
 
 fn four_mixed(media: &MixedMedia<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
     let piece = |i: usize| Piece { ray, at: at[i], half: half[i] };
-    Vec4::from_array([0, 1, 2, 3].map(|i| mixture_density(media, &piece(i))))
+    Vec4::from_array([0, 1, 2, 3].each(|i| mixture_density(media, &piece(i))))
 }
 
 /// Light that arrives at a point of a camera ray where nothing shadows it.
@@ -149,6 +150,7 @@ pub struct Arriving {
 }
 
 /// Light that arrives at a point of a camera ray.
+#[inline]
 pub fn arriving(frame: &Frame, ray: &Ray, point: Vec3) -> Arriving {
     let cosine = -ray.direction.dot(light_direction_at(frame, point));
     let irradiance = irradiance_at(frame, point);
@@ -158,12 +160,13 @@ pub fn arriving(frame: &Frame, ray: &Ray, point: Vec3) -> Arriving {
 /// Light that arrives over a piece of a camera ray, around a place and of half a length: that of
 /// its middle, but of a light that stands among the media, whose square of the distance may change
 /// by much over a piece.
+#[inline]
 pub fn arriving_over(frame: &Frame, ray: &Ray, [at, half]: [f32; 2]) -> Arriving {
     if frame.light.spread < 2 {
         return arriving(frame, ray, ray.at(at));
     }
     let cosine = -ray.direction.dot(light_direction_at(frame, ray.at(at)));
-    let irradiance = irradiance_over(frame, [at - half, at, at + half].map(|t| ray.at(t)));
+    let irradiance = irradiance_over(frame, [at - half, at, at + half].each(|t| ray.at(t)));
     Arriving { irradiance, cosine, scattered: irradiance * phase(frame.media.phase_g, cosine) }
 }
 
@@ -199,6 +202,7 @@ pub fn source_along(
 }
 
 /// Radiance per world length that a piece of a ray emits.
+#[inline]
 pub fn emission_along(sampler: &Sampler<'_>, piece: &Piece<'_>) -> Vec3 {
     match &sampler.content {
         Content::Plain(_) | Content::Scaled(..) | Content::Within(_) => Vec3::ZERO,

@@ -22,6 +22,7 @@ pub fn mean_transmittance(tau: f32) -> f32 {
 
 /// Share of light scattered per steradian into an angle of the given cosine between the ways that
 /// light travels before and after (Henyey and Greenstein 1941); 1 / (4 pi) for g = 0.
+#[inline]
 pub fn phase(g: f32, cosine: f32) -> f32 {
     let spread = 1.0 + g * g - 2.0 * g * cosine;
     (1.0 - g * g) / (FOUR_PI * spread * spread.sqrt())
@@ -61,6 +62,7 @@ pub struct Scattered {
 /// the distance between samples, and the transmittance from the camera in front of them. Steps
 /// share a place if they add at most `weight` together: all four if they are no longer than
 /// `length`, else the first or the last two.
+#[inline]
 pub fn scattered(
     through: f32,
     [early, late]: [Vec4; 2],
@@ -95,6 +97,7 @@ pub fn scattered(
 
 impl Scattered {
     /// How many steps the place of step `k` stands for.
+    #[inline]
     pub fn shared_steps(&self, k: usize) -> u32 {
         let weights = self.weights;
         if weights.y + weights.z + weights.w <= 0.0 {
@@ -106,6 +109,7 @@ impl Scattered {
 }
 
 /// What four samples take of the light, and what is left behind them.
+#[inline]
 fn taken(through: f32, taus: Vec4) -> (Vec4, f32) {
     let kept = (-taus).exp();
     let half = kept.x * kept.y;

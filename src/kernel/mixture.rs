@@ -9,6 +9,7 @@ use super::media::Piece;
 use super::ray::{Ray, intersect_box};
 use super::table::{OpacityCell, OpacityTable, Readings, opacity_cells, table_mean};
 use crate::frame::{Field, Mixture, Part};
+use crate::math::Each;
 use crate::scene::Media;
 
 /// A mixture ready to be sampled.
@@ -75,14 +76,14 @@ fn middle(grid: &Density<'_>, [a, b]: [Vec3; 2]) -> f32 {
 const TOUCHING: f32 = 1e-3;
 /// What a body does over a piece: (albedo times extinction, extinction), means over the piece.
 fn part_along(media: &MixedMedia<'_>, part: &Part, piece: &Piece<'_>) -> Vec4 {
-    let [density, color, _, modulation] = part.fields.map(|field| field as usize);
+    let [density, color, _, modulation] = part.fields.each(|field| field as usize);
     let (ends, share) = inside(&media.mixture.fields[density], piece);
     if share == 0.0 {
         return Vec4::ZERO;
     }
     let grid = &media.grids[density];
     let classified = if part.transfer.y > 0.0 {
-        let values = ends.map(|end| sample_density(grid, end));
+        let values = ends.each(|end| sample_density(grid, end));
         table_mean(&media.mixture.tables, part.transfer, values)
     } else {
         Vec4::splat(middle(grid, ends))
@@ -96,7 +97,7 @@ fn part_along(media: &MixedMedia<'_>, part: &Part, piece: &Piece<'_>) -> Vec4 {
     }
     let mut albedo = part.albedo.truncate();
     if color > 0 {
-        albedo *= Vec3::from_array([0, 1, 2].map(|c| field_value(media, color - 1 + c, piece)));
+        albedo *= Vec3::from_array([0, 1, 2].each(|c| field_value(media, color - 1 + c, piece)));
     }
     extinction * classified * albedo.extend(1.0)
 }
@@ -127,8 +128,8 @@ pub fn four_classified(
     let apart = (ends.xyz() - begins.yzw()).abs();
     let nearest = TOUCHING * half.max_element();
     if apart.max_element() > nearest {
-        let pieces = [0, 1, 2, 3].map(|i| Piece { ray, at: at[i], half: half[i] });
-        return Vec4::from_array(pieces.map(|piece| mixture_density(media, &piece)));
+        let pieces = [0, 1, 2, 3].each(|i| Piece { ray, at: at[i], half: half[i] });
+        return Vec4::from_array(pieces.each(|piece| mixture_density(media, &piece)));
     }
     let table = OpacityTable { cells: &media.opacities, header: part.transfer };
     let known = met.get().0.into_iter().flatten().find(|(at, _)| (at - begins.x).abs() <= nearest);
@@ -163,7 +164,7 @@ pub fn mixture_emission(media: &MixedMedia<'_>, piece: &Piece<'_>) -> Vec3 {
         let field = part.fields[2] as usize - 1;
         let (ends, share) = inside(&media.mixture.fields[field], piece);
         if share > 0.0 {
-            let values = ends.map(|end| sample_density(&media.grids[field], end));
+            let values = ends.each(|end| sample_density(&media.grids[field], end));
             let mean = table_mean(&media.mixture.tables, part.emission, values);
             sum += mean.truncate() * (part.strength.y * share);
         }

@@ -4,6 +4,7 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::ray::Ray;
+use crate::math::Each;
 use crate::scene::{EMPTY, Occupancy, ROUGHEST};
 
 /// Steps that a pass takes after each look, one after the other and all as long as each other.
@@ -65,7 +66,7 @@ impl<'a> Walk<'a> {
             occupancy,
             origin,
             edge,
-            last: Vec3::from_array(occupancy.dims().map(|n| (n - 1) as f32)),
+            last: Vec3::from_array(occupancy.dims().each(|n| (n - 1) as f32)),
             ray: *ray,
             inverse: direction.recip(),
             exit,
@@ -121,10 +122,10 @@ impl<'a> Walk<'a> {
     fn look(&mut self, t: f32) -> bool {
         let place = (self.ray.at(t) - self.origin) / self.edge;
         // Rounded down, as it is not below zero; conversion to i32 is the fastest.
-        let cell = place.clamp(Vec3::ZERO, self.last).to_array().map(|c| c as i32);
-        let brick = Vec3::from_array(cell.map(|c| c as f32));
+        let cell = place.clamp(Vec3::ZERO, self.last).to_array().each(|c| c as i32);
+        let brick = Vec3::from_array(cell.each(|c| c as f32));
         let [nx, ny, _] = self.occupancy.dims();
-        let [x, y, z] = cell.map(|c| c as usize);
+        let [x, y, z] = cell.each(|c| c as usize);
         let code = self.occupancy.codes()[(z * ny + y) * nx + x];
         let around = f32::from(code.max(EMPTY) - EMPTY);
         let forward = self.inverse.cmpgt(Vec3::ZERO);

@@ -3,6 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::frame::Frame;
+use crate::math::Each;
 
 /// A ray in frame space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +16,7 @@ pub struct Ray {
 
 impl Ray {
     /// The point at distance `t`.
+    #[inline]
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.direction
     }
@@ -22,17 +24,19 @@ impl Ray {
     /// The same ray in another space; its direction is no longer of unit length, so that `t` still
     /// counts frame-space lengths.
     #[must_use]
+    #[inline]
     pub fn transformed(&self, rows: &[Vec4; 3]) -> Self {
         let (origin, direction) = (self.origin.extend(1.0), self.direction.extend(0.0));
         Self {
-            origin: Vec3::from_array(rows.map(|row| row.dot(origin))),
-            direction: Vec3::from_array(rows.map(|row| row.dot(direction))),
+            origin: Vec3::from_array(rows.each(|row| row.dot(origin))),
+            direction: Vec3::from_array(rows.each(|row| row.dot(direction))),
         }
     }
 }
 
 /// The part of a ray inside a box, as distances (enter, exit) with 0 <= enter; empty if
 /// exit <= enter. A direction of zero along an axis misses or hits for all distances.
+#[inline]
 pub fn intersect_box(ray: &Ray, min: Vec3, max: Vec3) -> (f32, f32) {
     // A tiny slope instead of none keeps 0 / 0 out; it moves nothing within f32.
     let d = ray.direction;
@@ -46,12 +50,14 @@ pub fn intersect_box(ray: &Ray, min: Vec3, max: Vec3) -> (f32, f32) {
 
 /// Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at
 /// most those that the frame allows for all of it.
+#[inline]
 pub fn voxels_over(frame: &Frame, ray: &Ray, length: f32, extent: f32) -> f32 {
     let most = frame.media.most_voxels / extent.max(length).max(f32::MIN_POSITIVE);
     length * ray.direction.length().min(most)
 }
 
 /// How many steps to take over `voxels` voxel lengths.
+#[inline]
 pub fn step_count(voxels: f32, per_voxel: f32, least: u32, most: u32) -> u32 {
     ((voxels * per_voxel).ceil().min(16_777_216.0) as u32).clamp(least, most)
 }

@@ -80,6 +80,7 @@ pub fn samples_over(frame: &Frame, ray: &Ray, step: f32, extent: f32) -> u32 {
 }
 
 /// Depths of the front and the back of slab `i` in the volume; empty if the second is not greater.
+#[inline]
 pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
     let front = slabs.start + i as f32 * slabs.step;
     let back = slabs.start + (i + 1) as f32 * slabs.step;
@@ -87,6 +88,7 @@ pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
 }
 
 /// Optical depth of slab `i`, by midpoints.
+#[inline]
 pub fn slab_optical_depth(sampler: &Sampler<'_>, frame: &Frame, slabs: &Slabs, i: u32) -> f32 {
     ray_optical_depth(sampler, frame, &slabs.ray, slab_bounds(slabs, i), slabs.samples)
 }
@@ -122,6 +124,7 @@ pub struct Batch {
 
 /// Four slabs as long as `step` from depth `t` on; with planes, the four from the one that holds
 /// `t` on, but none in front of slab `next`.
+#[inline]
 pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32, next: f32) -> Batch {
     let (start, first, step) = if frame.map.planes > 0 {
         // Rather one too many, which is empty, than one too few.
@@ -138,6 +141,7 @@ pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32, next: f32) -> B
 }
 
 /// Optical depths of a batch's slabs. `met` is the ray's own.
+#[inline]
 pub fn four_optical_depths(
     sampler: &Sampler<'_>,
     frame: &Frame,
@@ -155,6 +159,7 @@ pub fn four_optical_depths(
 }
 
 /// Optical depth of a slab as long as a batch's last one with the density at its end.
+#[inline]
 pub fn end_optical_depth(
     sampler: &Sampler<'_>,
     frame: &Frame,

@@ -5,6 +5,7 @@
 use glam::{Mat4, Vec4, Vec4Swizzles};
 
 use crate::frame::{FARTHEST_CELL, LEAST_CELLS, TABLE_CELLS};
+use crate::math::Each;
 
 /// Cells of a table and entries of one of its halves.
 const CELLS: usize = TABLE_CELLS as usize;
@@ -25,8 +26,8 @@ fn place_of(header: Vec4, value: f32) -> f32 {
 #[inline]
 pub fn table_mean(tables: &[Vec4], header: Vec4, values: [f32; 2]) -> Vec4 {
     let (entries, integrals) = tables[header.x as usize..][..2 * (CELLS + 1)].split_at(CELLS + 1);
-    let [a, b] = values.map(|value| place_of(header, value));
-    let [begin, end] = [a, b].map(cell_of);
+    let [a, b] = values.each(|value| place_of(header, value));
+    let [begin, end] = [a, b].each(cell_of);
     let line = |cell: f32, place: f32| {
         let first = cell.max(0.0);
         let at = first as usize;
@@ -110,7 +111,7 @@ impl OpacityTable<'_> {
         let place = ((densities - self.header.z) * self.header.w).clamp(-farthest, farthest);
         let cell = place.floor().clamp(Vec4::NEG_ONE, Vec4::splat(CELLS as f32));
         // Conversion to i32 is the fastest.
-        let rows = cell.to_array().map(|cell| self.cells[(cell as i32 + 1) as usize].to_array());
+        let rows = cell.to_array().each(|cell| self.cells[(cell as i32 + 1) as usize].to_array());
         let columns = Mat4::from_cols_array_2d(&rows).transpose();
         let inside = place - cell.max(Vec4::ZERO);
         let half_rise = columns.z_axis * inside;
@@ -152,7 +153,7 @@ impl OpacityTable<'_> {
         // The edge between two cells is where the later one begins.
         let edge = cell.max(ends.cell);
         let at_edge =
-            Vec4::from_array(edge.to_array().map(|cell| self.cells[(cell as i32 + 1) as usize].y));
+            Vec4::from_array(edge.to_array().each(|cell| self.cells[(cell as i32 + 1) as usize].y));
         let share = (ends.place - edge) / Vec4::select(is_one, Vec4::ONE, across);
         let apart = 0.5 * (at_edge + first + (last - first) * share);
         let short = Vec4::select(is_one, 0.5 * (first + last), apart);

@@ -7,6 +7,7 @@ use super::ray::Ray;
 use crate::frame::Frame;
 
 /// The camera ray through picture position `(x, y)`, 0..1 from the upper left corner.
+#[inline]
 pub fn camera_ray(frame: &Frame, x: f32, y: f32) -> Ray {
     let at = |base: Vec4, dx: Vec4, dy: Vec4| (base + x * dx + y * dy).truncate();
     Ray {
@@ -27,6 +28,7 @@ pub fn pixel_offset(i: u32, samples: u32) -> Vec2 {
 }
 
 /// Distance to the ground along a ray; a negative number where the ray misses it.
+#[inline]
 pub fn ground_distance(frame: &Frame, ray: &Ray) -> f32 {
     let ground = &frame.view.ground;
     if ground.exists == 0 || ray.direction.y.abs() < 1e-20 {
@@ -47,6 +49,7 @@ pub fn ground_radiance(frame: &Frame, point: Vec3, transmittance: f32) -> Vec3 {
 }
 
 /// The depth at which to look up the shadow of a surface's point, (u, v, depth) in the map.
+#[inline]
 pub fn surface_depth(frame: &Frame, light: Vec3) -> f32 {
     light.z - frame.map.bias
 }

@@ -18,6 +18,7 @@ pub use threshold::ThresholdMap;
 pub use visibility::{VisibilityMap, VisibilityPoint, fit_visibility};
 
 use crate::kernel::medium::SMALLEST_WEIGHT;
+use crate::math::Each;
 use crate::scene::LightView;
 
 /// What answers how much light gets to a point, whatever it keeps: passes, pictures and measures
@@ -104,7 +105,7 @@ pub trait TexelMap: Shadow {
         if !inside(u, v) {
             return 1.0;
         }
-        brute_force_mean(self, [u, v].map(|c| window(c, width, self.size())), depth)
+        brute_force_mean(self, [u, v].each(|c| window(c, width, self.size())), depth)
     }
 
     /// Transmittance at (u, v, depth) with a window of as many texels along its edge; 0 is
@@ -130,7 +131,7 @@ fn aligned(
 ) -> f32 {
     let texels = [[xs[0], ys[0]], [xs[1], ys[0]], [xs[0], ys[1]], [xs[1], ys[1]]];
     let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
-    let fronts = texels.map(|[x, y]| map.front(x, y));
+    let fronts = texels.each(|[x, y]| map.front(x, y));
     let (mut sum, mut all) = (0.0, 0.0);
     for (front, weight) in fronts.iter().zip(weights) {
         if let Some(front) = front {
@@ -139,7 +140,7 @@ fn aligned(
         }
     }
     let mean = sum / f32::max(all, SMALLEST_WEIGHT);
-    let shifts = fronts.map(|front| front.map_or(0.0, |front| front - mean));
+    let shifts = fronts.each(|front| front.map_or(0.0, |front| front - mean));
     let farthest = shifts.iter().fold(0.0_f32, |most, shift| most.max(shift.abs()));
     let share = (2.0 - farthest / map.reach()).clamp(0.0, 1.0);
     let mut light = 0.0;

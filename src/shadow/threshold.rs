@@ -9,6 +9,7 @@ use super::{Shadow, TexelMap};
 use crate::frame::Frame;
 use crate::kernel::light::light_extent;
 use crate::kernel::threshold::{Curve, curve, optical_depth_at, transmittance_paper};
+use crate::math::Each;
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
 
@@ -119,7 +120,7 @@ impl TexelMap for ThresholdMap {
         match self.lookup {
             Lookup::Default => (-optical_depth_at(&self.curves()[i], depth)).exp(),
             Lookup::Paper => {
-                let thresholds = Vec3::from_array(self.thresholds.map(|t| t as f32));
+                let thresholds = Vec3::from_array(self.thresholds.each(|t| t as f32));
                 transmittance_paper(Vec4::from(self.texels[i]), thresholds, depth)
             }
         }

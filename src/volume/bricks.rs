@@ -3,10 +3,10 @@
 
 use glam::DVec3;
 use ndarray::{Array3, Axis};
-use rayon::prelude::*;
 
 use super::sparse::{BLOCK, BLOCK_EDGE};
 use super::{SparseVoxels, Voxels};
+use crate::parallel;
 
 /// Voxels along each edge of a brick, unless a volume would have too many of them.
 pub const BRICK: usize = 4;
@@ -99,9 +99,10 @@ fn dense(values: &Array3<f32>, edge: usize) -> Array3<Range> {
     let row_of = |z: usize, y: usize| &values[(z.min(nz - 1) * ny + y.min(ny - 1)) * nx..][..nx];
     let mut ranges = Array3::from_elem((bz, by, bx), NOTHING);
     let layers: Vec<_> = ranges.axis_iter_mut(Axis(0)).collect();
-    layers.into_par_iter().enumerate().for_each(|(b, mut layer)| {
+    parallel::for_each(layers.into_iter().enumerate(), |(b, mut layer)| {
         // What is known of the layer's rows so far, as one row; slopes squared.
         let (mut low, mut high, mut slope) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
+        let mut next = vec![0.0; nx];
         for j in 0..by {
             low.fill(f32::INFINITY);
             high.fill(f32::NEG_INFINITY);
@@ -109,8 +110,9 @@ fn dense(values: &Array3<f32>, edge: usize) -> Array3<Range> {
             for z in felt(b, nz) {
                 for y in felt(j, ny) {
                     let (own, above, behind) = (row_of(z, y), row_of(z, y + 1), row_of(z + 1, y));
-                    let next = own[1..].iter().chain(&own[nx - 1..]);
-                    let around = own.iter().zip(next).zip(above).zip(behind);
+                    next[..nx - 1].copy_from_slice(&own[1..]);
+                    next[nx - 1] = own[nx - 1];
+                    let around = own.iter().zip(&next).zip(above).zip(behind);
                     let known = low.iter_mut().zip(&mut high).zip(&mut slope);
                     for (((low, high), slope), (((&a, &x), &y), &z)) in known.zip(around) {
                         *low = a.min(*low);
@@ -141,7 +143,7 @@ fn sparse(voxels: &SparseVoxels, edge: usize) -> Array3<Range> {
     let [nx, ny, _] = voxels.blocks();
     let mut ranges = Array3::from_elem((bz, by, bx), NOTHING);
     let layers: Vec<_> = ranges.axis_iter_mut(Axis(0)).collect();
-    layers.into_par_iter().enumerate().for_each(|(z, mut layer)| {
+    parallel::for_each(layers.into_iter().enumerate(), |(z, mut layer)| {
         for ((y, x), range) in layer.indexed_iter_mut() {
             let brick = [x, y, z];
             let felt: [_; 3] = std::array::from_fn(|axis| felt(edge, brick[axis], dims[axis]));

@@ -4,9 +4,9 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 use ndarray::Array3;
-use rayon::prelude::*;
 
 use super::{Volume, Voxels, place_of};
+use crate::parallel;
 
 impl Volume {
     /// The same volume with every density replaced; what is negative or not finite becomes 0.
@@ -46,8 +46,12 @@ impl Volume {
             Voxels::Dense(values) => {
                 let mut lengths = Array3::zeros(values.dim());
                 if let Some(all) = lengths.as_slice_mut() {
-                    let lengths = all.par_iter_mut().enumerate();
-                    lengths.for_each(|(i, own)| *own = length(place_of(i, dims)));
+                    let rows = all.chunks_mut(dims[0]).enumerate();
+                    parallel::for_each(rows, |(row, lengths)| {
+                        for (x, own) in lengths.iter_mut().enumerate() {
+                            *own = length(place_of(row * dims[0] + x, dims));
+                        }
+                    });
                 }
                 Voxels::Dense(lengths)
             }

@@ -1,11 +1,10 @@
 //! From stored values to densities: as they are, mapped to 0..1, or moved so that none is below 0.
 //! Knows no transfer function, only the values that one speaks of.
 
-use rayon::prelude::*;
-
 use super::Voxels;
 use super::ranks::Ranks;
 use crate::error::{Error, Result};
+use crate::parallel;
 
 /// How stored values become densities, which are never below 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -95,8 +94,8 @@ impl Voxels {
             let finite = part.iter().copied().filter(|v| v.is_finite());
             finite.fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)])
         };
-        let parts = self.distinct().par_chunks(1 << 16).map(ends);
-        let none = || [f32::INFINITY, f32::NEG_INFINITY];
-        parts.reduce(none, |a, b| [a[0].min(b[0]), a[1].max(b[1])])
+        let parts = parallel::map(self.distinct().chunks(1 << 16), ends);
+        let none = [f32::INFINITY, f32::NEG_INFINITY];
+        parts.into_iter().fold(none, |a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 }

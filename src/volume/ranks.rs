@@ -1,9 +1,8 @@
 //! Values by rank: what is typical of a volume whatever a few voxels of it hold. Knows no light and
 //! no transfer function.
 
-use rayon::prelude::*;
-
 use super::Voxels;
+use crate::parallel;
 
 /// Classes of values: the sign, exponent and first seven digits of f32.
 const CLASSES: usize = 1 << 16;
@@ -35,14 +34,15 @@ impl Ranks {
         let mut classes = match voxels {
             Voxels::Dense(values) => {
                 let values = values.as_slice().unwrap_or_default();
-                let parts = values.par_chunks((values.len() / 16).max(1 << 20)).map(|part| {
+                let parts = values.chunks((values.len() / 16).max(1 << 20));
+                let parts = parallel::map(parts, |part| {
                     let mut classes = nothing();
                     for &value in part {
                         add(&mut classes, value, 1);
                     }
                     classes
                 });
-                parts.reduce_with(|mut a, b| {
+                parts.into_iter().reduce(|mut a, b| {
                     for (a, b) in a.iter_mut().zip(b) {
                         *a = (a.0 + b.0, a.1.min(b.1), a.2.max(b.2));
                     }

@@ -10,9 +10,9 @@
 use std::collections::HashMap;
 
 use ndarray::Array3;
-use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::parallel;
 
 /// Cells along each edge of a block.
 pub const BLOCK: usize = 16;
@@ -195,7 +195,7 @@ impl SparseVoxels {
 
     /// What each stored block is everywhere, if it is.
     pub fn uniform(&self) -> Vec<Option<f32>> {
-        self.values.par_chunks(BLOCK_VALUES).map(same_everywhere).collect()
+        parallel::map(self.values.chunks(BLOCK_VALUES), same_everywhere)
     }
 
     /// Blocks that hold anything, x fastest.
@@ -216,7 +216,9 @@ impl SparseVoxels {
 
     /// Replaces every value.
     pub fn replace(&mut self, with: impl Fn(f32) -> f32 + Sync) {
-        self.values.par_iter_mut().for_each(|value| *value = with(*value));
+        parallel::for_each(self.values.chunks_mut(BLOCK_VALUES), |block| {
+            block.iter_mut().for_each(|value| *value = with(*value));
+        });
         self.share();
     }
 
@@ -238,8 +240,8 @@ impl SparseVoxels {
         };
         let others: Vec<usize> = (0..self.table.len()).filter(|&i| !even(i)).collect();
         let mut values = vec![0.0; (others.len() + 1) * BLOCK_VALUES];
-        let blocks = values.par_chunks_exact_mut(BLOCK_VALUES).skip(1).zip(&others);
-        blocks.for_each(|(block, &i)| {
+        let blocks = values.chunks_exact_mut(BLOCK_VALUES).skip(1).zip(&others);
+        parallel::for_each(blocks, |(block, &i)| {
             let first = position(i).map(|b| b * BLOCK);
             let at = |k: usize, axis: usize| (first[axis] + k).min(self.dims[axis] - 1);
             for (k, filled) in block.iter_mut().enumerate() {
@@ -277,8 +279,8 @@ impl SparseVoxels {
                 _ => ends[stored as usize] = Some(last),
             }
         }
-        let blocks = self.values.par_chunks_exact_mut(BLOCK_VALUES).zip(ends);
-        blocks.for_each(|(values, last)| {
+        let blocks = self.values.chunks_exact_mut(BLOCK_VALUES).zip(ends);
+        parallel::for_each(blocks, |(values, last)| {
             let Some(last) = last.filter(|last| *last != [BLOCK; 3]) else { return };
             for k in 0..BLOCK_VALUES {
                 let place = place_of(k, [BLOCK_EDGE; 3]);
@@ -316,7 +318,7 @@ impl SparseVoxels {
         }
         self.values.truncate(kept as usize * BLOCK_VALUES);
         self.values.shrink_to_fit();
-        self.table.par_iter_mut().for_each(|stored| *stored = moved[*stored as usize]);
+        self.table.iter_mut().for_each(|stored| *stored = moved[*stored as usize]);
     }
 }
 

@@ -3,9 +3,12 @@
 use std::borrow::Cow;
 
 use ndarray::{Array3, Axis};
-use rayon::prelude::*;
 
 use super::sparse::{SparseVoxels, place_of};
+use crate::parallel;
+
+/// Values that a thread takes at once.
+const CHUNK: usize = 1 << 16;
 
 /// A box of voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,9 +69,11 @@ impl Voxels {
                 let [nx, ny, nz] = voxels.dims();
                 let mut values = Array3::zeros((nz, ny, nx));
                 if let Some(all) = values.as_slice_mut() {
-                    all.par_chunks_mut(nx)
-                        .enumerate()
-                        .for_each(|(i, row)| voxels.fill_row(i % ny, i / ny, row));
+                    parallel::for_each(all.chunks_mut(nx * ny).enumerate(), |(z, plane)| {
+                        for (y, row) in plane.chunks_mut(nx).enumerate() {
+                            voxels.fill_row(y, z, row);
+                        }
+                    });
                 }
                 Cow::Owned(values)
             }
@@ -124,7 +129,9 @@ impl Voxels {
     pub(super) fn replace(&mut self, with: impl Fn(f32) -> f32 + Sync) {
         match self {
             Self::Dense(values) => match values.as_slice_mut() {
-                Some(all) => all.par_iter_mut().for_each(|value| *value = with(*value)),
+                Some(all) => parallel::for_each(all.chunks_mut(CHUNK), |part| {
+                    part.iter_mut().for_each(|value| *value = with(*value));
+                }),
                 None => values.mapv_inplace(with),
             },
             Self::Sparse(voxels) => voxels.replace(with),
@@ -139,7 +146,8 @@ impl Voxels {
             Self::Sparse(voxels) => Some(voxels.values()),
         };
         let largest = |part: &[f32]| part.iter().copied().fold(0.0, f32::max);
-        all.unwrap_or_default().par_chunks(1 << 16).map(largest).reduce(|| 0.0, f32::max)
+        let parts = parallel::map(all.unwrap_or_default().chunks(CHUNK), largest);
+        parts.into_iter().fold(0.0, f32::max)
     }
 
     /// Makes what does not render 0, and says how many voxels that were: negative ones, NaN and
@@ -149,9 +157,10 @@ impl Voxels {
         let replaced = match self {
             Self::Dense(values) => {
                 let count = |part: &[f32]| part.iter().filter(|&&v| !renders(v)).count();
-                values.as_slice().unwrap_or_default().par_chunks(1 << 16).map(count).sum()
+                let parts = values.as_slice().unwrap_or_default().chunks(CHUNK);
+                parallel::map(parts, count).into_iter().sum()
             }
-            Self::Sparse(voxels) if voxels.values().par_iter().all(|&v| renders(v)) => 0,
+            Self::Sparse(voxels) if voxels.values().iter().all(|&v| renders(v)) => 0,
             Self::Sparse(_) => {
                 let mut count = 0;
                 self.for_each_held(|held, value| {

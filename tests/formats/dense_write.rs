@@ -4,7 +4,7 @@
 use deepshadow::ErrorKind;
 use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::{DenseFile, DenseGrid, DenseTarget};
-use deepshadow::io::number::ValueType;
+use deepshadow::io::number::{Endian, ValueType};
 use deepshadow::io::remap::{Remap, Span};
 use deepshadow::io::vdb::{Grid, IndexBox};
 use deepshadow::io::{Format, Inputs};
@@ -216,7 +216,7 @@ fn floats(dims: [usize; 3], value: impl Fn(DVec3) -> f64) -> DenseGrid {
 }
 
 fn values(grid: &DenseGrid) -> Vec<f64> {
-    grid.value_type.decode(&grid.bytes)
+    grid.value_type.decode(&grid.bytes, Endian::Little)
 }
 
 /// The corners of the box in the world.

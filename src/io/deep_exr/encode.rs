@@ -1,8 +1,6 @@
 //! Deep images as bytes of an OpenEXR file: one scanline part, lines from top to bottom. The same
 //! image gives the same bytes, however many threads pack it.
 
-use rayon::prelude::*;
-
 use super::attribute::Attribute;
 use super::header::{Channel, DeepHeader, PixelType};
 use super::row::{DeepImage, DeepRow, Samples};
@@ -10,6 +8,7 @@ use super::slab::Slab;
 use super::{DEEP_FLAG, LONG_NAMES_FLAG, MAGIC, VERSION};
 use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
+use crate::parallel;
 
 /// Lines that are packed at once, so that no more of them are in memory than that.
 const BATCH: usize = 64;
@@ -107,8 +106,9 @@ fn assemble(header: &DeepHeader, chunk: impl Fn(u32) -> Result<Chunk> + Sync) ->
     let mut most_samples = 0;
     let lines: Vec<u32> = (0..height).collect();
     for batch in lines.chunks(BATCH) {
-        let chunks: Vec<Chunk> = batch.par_iter().map(|&y| chunk(y)).collect::<Result<_>>()?;
+        let chunks = parallel::map(batch, |&y| chunk(y));
         for (&y, chunk) in batch.iter().zip(chunks) {
+            let chunk = chunk?;
             let length = CHUNK_HEAD + chunk.counts.len() + chunk.samples.len();
             memory::grow(&mut bytes, length, "a deep image")?;
             let offset = bytes.len() as u64;

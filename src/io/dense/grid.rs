@@ -2,13 +2,13 @@
 //! readers and OpenVDB's grids make them, writers take them.
 
 use glam::{DMat4, IVec3};
-use rayon::prelude::*;
 
 use super::{DenseFile, DenseHeader, Order, Space};
 use crate::error::memory;
 use crate::error::{Error, Result};
-use crate::io::number::{Endian, ValueType, transformed};
+use crate::io::number::{CHUNK, Endian, ValueType, transformed};
 use crate::io::vdb::{AnyValue, Grid, IndexBox};
+use crate::parallel;
 use crate::volume::Axis;
 
 /// All voxels of a box, and what is known of them.
@@ -273,14 +273,17 @@ fn plain(header: &DenseHeader, mut bytes: Vec<u8>) -> Result<(ValueType, Vec<u8>
     let (mut value_type, [slope, intercept]) = (header.value_type, header.scale);
     let size = value_type.size();
     if header.endian == Endian::Big {
-        bytes.par_chunks_exact_mut(size).for_each(<[u8]>::reverse);
+        let parts = bytes.chunks_mut(CHUNK * size);
+        parallel::for_each(parts, |part| {
+            part.chunks_exact_mut(size).for_each(<[u8]>::reverse);
+        });
     }
     if header.scale != [1.0, 0.0] {
         use ValueType::{F16, F32, I8, I16, U8, U16};
         let narrow = matches!(value_type, U8 | I8 | U16 | I16 | F16 | F32);
         let to = if narrow { F32 } else { ValueType::F64 };
         bytes = transformed(&bytes, [size, to.size()], |chunk| {
-            let mut values = value_type.decode(chunk);
+            let mut values = value_type.decode(chunk, Endian::Little);
             for value in &mut values {
                 *value = *value * slope + intercept;
             }
@@ -294,7 +297,7 @@ fn plain(header: &DenseHeader, mut bytes: Vec<u8>) -> Result<(ValueType, Vec<u8>
         let [nx, ny, nz] = header.dims;
         let size = value_type.size();
         let mut turned = memory::filled(bytes.len(), 0, "voxels")?;
-        turned.par_chunks_mut(nx * ny * size).enumerate().for_each(|(z, plane)| {
+        parallel::for_each(turned.chunks_mut(nx * ny * size).enumerate(), |(z, plane)| {
             for (i, voxel) in plane.chunks_exact_mut(size).enumerate() {
                 let from = ((i % nx * ny + i / nx) * nz + z) * size;
                 voxel.copy_from_slice(&bytes[from..from + size]);

@@ -229,12 +229,10 @@ impl DenseFile {
     pub fn scan(&self, mut each: impl FnMut(&[f64], &[f32])) -> Result<()> {
         let header = &self.header;
         self.check_memory(header.bytes())?;
-        let [slope, intercept] = header.scale;
         let row = header.components * header.value_type.size() * header.dims[0];
         let rows = (SCANNED / row).max(1) * row;
         self.payload.read_parts(&self.path, header.bytes() as usize, rows, &mut |part| {
-            let numbers =
-                decode(&part, header.value_type, header.endian, |v| v * slope + intercept);
+            let numbers = decode(&part, header.value_type, header.endian, header.scale);
             each(&numbers, &densities(header, &part));
             Ok(())
         })

@@ -2,11 +2,12 @@
 //! other. It knows no format.
 
 use glam::{DMat4, DVec3, IVec3};
-use rayon::prelude::*;
 
 use super::grid::DenseGrid;
 use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
+use crate::io::number::{CHUNK, Endian};
+use crate::parallel;
 
 /// Less than this share of a voxel is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -74,24 +75,34 @@ impl Axis {
     /// and `outside` says what number k is beyond the box.
     fn apply(&self, old: &[f64], count: usize, inner: usize, outside: &[f64]) -> Result<Vec<f64>> {
         let mut new = memory::filled(old.len() / count * self.parts.len(), 0.0, "new voxels")?;
-        let rows = new.par_chunks_mut(inner * self.parts.len()).zip(old.par_chunks(inner * count));
-        rows.for_each(|(new, old)| {
-            for (new, parts) in new.chunks_mut(inner).zip(&self.parts) {
-                for &(at, weight) in parts {
-                    match at {
-                        Some(at) => {
-                            let old = &old[at * inner..(at + 1) * inner];
-                            new.iter_mut().zip(old).for_each(|(new, old)| *new += weight * old);
-                        }
-                        None => {
-                            let old = outside.iter().cycle();
-                            new.iter_mut().zip(old).for_each(|(new, old)| *new += weight * old);
-                        }
+        // Some thousand numbers at a time, which may be many short rows.
+        let (new_row, old_row) = (inner * self.parts.len(), inner * count);
+        let rows = (CHUNK / new_row).max(1);
+        let parts = new.chunks_mut(rows * new_row).zip(old.chunks(rows * old_row));
+        let rows = |(new, old): (&mut [f64], &[f64])| {
+            let rows = new.chunks_mut(new_row).zip(old.chunks(old_row));
+            rows.for_each(|(new, old)| self.apply_row(new, old, inner, outside));
+        };
+        parallel::for_each(parts, rows);
+        Ok(new)
+    }
+
+    /// The same for a row.
+    fn apply_row(&self, new: &mut [f64], old: &[f64], inner: usize, outside: &[f64]) {
+        for (new, parts) in new.chunks_mut(inner).zip(&self.parts) {
+            for &(at, weight) in parts {
+                match at {
+                    Some(at) => {
+                        let old = &old[at * inner..(at + 1) * inner];
+                        new.iter_mut().zip(old).for_each(|(new, old)| *new += weight * old);
+                    }
+                    None => {
+                        let old = outside.iter().cycle();
+                        new.iter_mut().zip(old).for_each(|(new, old)| *new += weight * old);
                     }
                 }
             }
-        });
-        Ok(new)
+        }
     }
 
     fn apply_activity(&self, old: &[bool], count: usize, inner: usize) -> Result<Vec<bool>> {
@@ -143,7 +154,7 @@ impl DenseGrid {
         let size = self.value_type.size();
         let mut values = memory::room(self.bytes.len() / size, "voxels")?;
         for part in self.bytes.chunks(size << 16) {
-            values.extend(self.value_type.decode(part));
+            values.extend(self.value_type.decode(part, Endian::Little));
         }
         let mut active = self.active;
         let (mut inner, mut dims, mut first) = (1, self.dims, [0; 3]);

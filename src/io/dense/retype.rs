@@ -1,13 +1,12 @@
 //! Voxels with other numbers: another type, vectors as lengths, nothing below a threshold. It knows
 //! no format.
 
-use rayon::prelude::*;
-
 use super::grid::DenseGrid;
 use crate::error::Result;
 use crate::error::memory;
-use crate::io::number::{ValueType, cast, transformed};
+use crate::io::number::{Endian, ValueType, cast, transformed};
 use crate::io::remap::{Remap, Span};
+use crate::parallel;
 
 /// Numbers that a thread takes at once.
 const CHUNK: usize = 1 << 16;
@@ -15,13 +14,11 @@ const CHUNK: usize = 1 << 16;
 impl DenseGrid {
     /// What all numbers are like.
     pub fn span(&self) -> Span {
-        let chunks = self.bytes.par_chunks(CHUNK * self.value_type.size());
-        chunks
-            .map(|chunk| {
-                let values = self.value_type.decode(chunk);
-                values.into_iter().fold(Span::EMPTY, Span::with)
-            })
-            .reduce(|| Span::EMPTY, Span::and)
+        let parts = parallel::map(self.bytes.chunks(CHUNK * self.value_type.size()), |chunk| {
+            let values = self.value_type.decode(chunk, Endian::Little);
+            values.into_iter().fold(Span::EMPTY, Span::with)
+        });
+        parts.into_iter().fold(Span::EMPTY, Span::and)
     }
 
     /// The same values as numbers of type `to`; the background goes with them.
@@ -37,7 +34,7 @@ impl DenseGrid {
             Remap::Cast => cast(&self.bytes, self.value_type, to)?,
             Remap::Affine { .. } => {
                 transformed(&self.bytes, [self.value_type.size(), to.size()], |chunk| {
-                    let values = self.value_type.decode(chunk);
+                    let values = self.value_type.decode(chunk, Endian::Little);
                     let stored: Vec<f64> =
                         values.into_iter().map(|value| remap.apply(value, whole)).collect();
                     encoded(to, &stored)
@@ -61,7 +58,7 @@ impl DenseGrid {
         let to = if self.value_type == ValueType::F64 { ValueType::F64 } else { ValueType::F32 };
         let length = |vector: &[f64]| vector.iter().map(|v| v * v).sum::<f64>().sqrt();
         let bytes = transformed(&self.bytes, [self.voxel_bytes(), to.size()], |chunk| {
-            let values = self.value_type.decode(chunk);
+            let values = self.value_type.decode(chunk, Endian::Little);
             let lengths: Vec<f64> = values.chunks_exact(self.components).map(length).collect();
             encoded(to, &lengths)
         })?;
@@ -83,9 +80,9 @@ impl DenseGrid {
             Some(active) => active,
             None => memory::filled(self.voxels(), true, "which voxels are active")?,
         };
-        let chunks = self.bytes.par_chunks_mut(voxel * CHUNK).zip(active.par_chunks_mut(CHUNK));
-        chunks.for_each(|(bytes, active)| {
-            let values = value_type.decode(bytes);
+        let chunks = self.bytes.chunks_mut(voxel * CHUNK).zip(active.chunks_mut(CHUNK));
+        parallel::for_each(chunks, |(bytes, active)| {
+            let values = value_type.decode(bytes, Endian::Little);
             let voxels = bytes.chunks_exact_mut(voxel).zip(active);
             for ((bytes, active), values) in voxels.zip(values.chunks_exact(components)) {
                 let value = match values {

@@ -113,7 +113,7 @@ impl DenseFile {
                 // larger.
                 memory::check(2 * slab.bytes.len() as u64 + SPARE, "leaves")?;
                 for x in leaves_along(&bounds, 0) {
-                    builder.add(leaves_at(&bounds, x), |origin, values| {
+                    builder.add(&leaves_at(&bounds, x), |origin, values| {
                         slab.fill_leaf(origin, &bounds, background, values)
                     });
                 }

@@ -1,7 +1,6 @@
 //! Dense voxels as a sparse grid of OpenVDB's. It knows nothing of files.
 
 use glam::IVec3;
-use rayon::prelude::*;
 
 use super::grid::DenseGrid;
 use crate::error::memory;
@@ -9,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::io::number::ValueType;
 use crate::io::remap::Remap;
 use crate::io::vdb::{Grid, IndexBox, Tree, TreeBuilder, Value};
+use crate::parallel;
 
 /// Edge of a leaf, in voxels.
 pub(super) const EDGE: i32 = 8;
@@ -69,8 +69,7 @@ impl DenseGrid {
                 let active = self.fill_leaf(origin, &bounds, background, &mut values);
                 (origin, (values, active))
             };
-            let leaves: Vec<_> = leaves_at(&bounds, x).into_par_iter().map(leaf).collect();
-            for (origin, block) in leaves {
+            for (origin, block) in parallel::map(leaves_at(&bounds, x), leaf) {
                 builder.put_block(origin, block);
             }
         }

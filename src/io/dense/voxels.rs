@@ -1,29 +1,31 @@
 //! The voxels of a dense file in their own type, and as numbers. Knows no format.
 
 use ndarray::Array3;
-use rayon::prelude::*;
 
 use super::{DenseHeader, Order};
 use crate::error::Result;
 use crate::error::memory;
-use crate::io::number::{decode, is_beyond_f32};
+use crate::io::number::{CHUNK, decode, is_beyond_f32};
+use crate::parallel;
 
 /// The voxels in some rows along x as numbers to render: the value itself, or the length of a
 /// vector.
 pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
     let [slope, intercept] = header.scale;
     let (value_type, endian, components) = (header.value_type, header.endian, header.components);
-    if components == 1 && header.scale == [1.0, 0.0] {
-        return decode(rows, value_type, endian, |v| v as f32);
-    }
-    // A row at a time, so that the wide numbers take little memory.
-    let rows = rows.par_chunks_exact(components * value_type.size() * header.dims[0]);
-    rows.flat_map_iter(|row| {
-        let numbers = decode(row, value_type, endian, |v| v * slope + intercept);
-        let lengths = numbers.chunks_exact(components).map(|vector| length(vector) as f32);
-        lengths.collect::<Vec<_>>()
-    })
-    .collect()
+    let voxel = components * value_type.size();
+    let mut densities = vec![0.0; rows.len() / voxel];
+    let parts = densities.chunks_mut(CHUNK).zip(rows.chunks(CHUNK * voxel));
+    parallel::for_each(parts, |(densities, bytes)| {
+        let mut numbers = value_type.decode(bytes, endian);
+        if header.scale != [1.0, 0.0] {
+            numbers.iter_mut().for_each(|number| *number = *number * slope + intercept);
+        }
+        for (density, vector) in densities.iter_mut().zip(numbers.chunks_exact(components)) {
+            *density = length(vector) as f32;
+        }
+    });
+    densities
 }
 
 /// The first of the numbers in some rows that [`is_beyond_f32`]; `densities` are theirs.
@@ -31,8 +33,7 @@ pub(super) fn beyond_f32(header: &DenseHeader, rows: &[u8], densities: &[f32]) -
     if !densities.contains(&f32::INFINITY) {
         return None;
     }
-    let [slope, intercept] = header.scale;
-    let numbers = decode(rows, header.value_type, header.endian, |v| v * slope + intercept);
+    let numbers = decode(rows, header.value_type, header.endian, header.scale);
     numbers.chunks_exact(header.components).map(length).find(|&length| is_beyond_f32(length))
 }
 
@@ -52,7 +53,7 @@ pub(super) fn arranged(header: &DenseHeader, mut values: Vec<f32>) -> Result<Arr
     let [nx, ny, nz] = header.dims;
     if header.order == Order::ZFastest {
         let mut turned = memory::filled(values.len(), 0.0, "voxels")?;
-        turned.par_chunks_mut(nx * ny).enumerate().for_each(|(z, plane)| {
+        parallel::for_each(turned.chunks_mut(nx * ny).enumerate(), |(z, plane)| {
             for (i, value) in plane.iter_mut().enumerate() {
                 *value = values[(i % nx * ny + i / nx) * nz + z];
             }
@@ -97,15 +98,12 @@ impl Voxels {
     /// Runs `each` on every component of every voxel in the file's order: its value and which
     /// component it is.
     pub fn for_each(&self, mut each: impl FnMut(f64, usize)) {
-        const CHUNK: usize = 1 << 20;
-        let [slope, intercept] = self.header.scale;
-        let voxel = self.header.components * self.header.value_type.size();
-        for chunk in self.bytes.chunks(CHUNK / voxel.max(1) * voxel) {
-            let numbers = decode(chunk, self.header.value_type, self.header.endian, |v| {
-                v * slope + intercept
-            });
-            for (number, component) in numbers.into_iter().zip((0..self.header.components).cycle())
-            {
+        const BYTES: usize = 1 << 20;
+        let DenseHeader { value_type, endian, scale, components, .. } = self.header;
+        let voxel = components * value_type.size();
+        for chunk in self.bytes.chunks(BYTES / voxel.max(1) * voxel) {
+            let numbers = decode(chunk, value_type, endian, scale);
+            for (number, component) in numbers.into_iter().zip((0..components).cycle()) {
                 each(number, component);
             }
         }

@@ -3,7 +3,6 @@
 
 use glam::IVec3;
 use ndarray::Array3;
-use rayon::prelude::*;
 
 use super::canvas::Canvas;
 use super::index_box::IndexBox;
@@ -11,6 +10,7 @@ use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
 use crate::error::memory;
 use crate::error::{ErrorKind, Result};
+use crate::parallel;
 
 /// All voxels of a box.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +78,7 @@ impl<T: Value> Tree<T> {
                 slabs[slab_of(part.min.z)].leaves.push(leaf);
             }
         }
-        slabs.into_par_iter().for_each(|slab| slab.fill(&convert));
+        parallel::for_each(slabs, |slab| slab.fill(&convert));
 
         let values = Array3::from_shape_vec((nz, ny, nx), values)
             .map_err(|error| crate::Error::value("dense grid", error.to_string()))?;

@@ -2,7 +2,6 @@
 //! nothing of files.
 
 use glam::IVec3;
-use rayon::prelude::*;
 
 use super::builder::TreeBuilder;
 use super::grid_type::{TreeShape, slot_offset};
@@ -113,7 +112,7 @@ impl<T: Value> Tree<T> {
         };
         let is_pruned = topology.shape == shape
             && topology.uppers.iter().chain(&topology.lowers).all(lean)
-            && !self.par_leaves().any(constant);
+            && !self.leaves().any(constant);
         if is_pruned { self } else { self.rebuilt(EVERYWHERE, &|value, active| (value, active)) }
     }
 }

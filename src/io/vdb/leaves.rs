@@ -2,8 +2,6 @@
 //! topology. They are read in batches, and a batch is decoded by all threads. It knows nothing of
 //! what is done with the values.
 
-use rayon::prelude::*;
-
 use super::compression::Workspace;
 use super::fault::{Fault, Parsed};
 use super::grid_type::{TreeShape, ValueType};
@@ -13,11 +11,12 @@ use super::topology::Topology;
 use super::value::Value;
 use super::value_block::{Encoding, ValueBlock};
 use crate::error::memory;
+use crate::parallel;
 
 /// Bytes of leaf buffers in memory at once, unless a single leaf has more.
 const BATCH_BYTES: u64 = 4 << 20;
-/// Leaves that a thread takes at least.
-const MIN_LEAVES: usize = 32;
+/// Leaves that a thread takes at once.
+pub(super) const LEAVES: usize = 32;
 
 /// How a leaf buffer is laid out.
 #[derive(Clone, Copy)]
@@ -200,14 +199,20 @@ impl<T: Value> LeafFormat<T> {
         let masks = &mut topology.leaf_active;
         self.for_each_batch(reader, count, |first, batch| {
             let range = first..first + batch.len();
-            values[range.start * voxels..range.end * voxels]
-                .par_chunks_exact_mut(voxels)
-                .zip(masks[range.start * words..range.end * words].par_chunks_exact_mut(words))
-                .zip(batch)
-                .with_min_len(MIN_LEAVES)
-                .try_for_each_init(LeafWorkspace::default, |workspace, ((values, active), leaf)| {
-                    self.decode(leaf, workspace, active, values)
+            let values = &mut values[range.start * voxels..range.end * voxels];
+            let masks = &mut masks[range.start * words..range.end * words];
+            let parts = values
+                .chunks_mut(voxels * LEAVES)
+                .zip(masks.chunks_mut(words * LEAVES))
+                .zip(batch.chunks(LEAVES));
+            let decoded = parallel::map(parts, |((values, masks), leaves)| {
+                let mut workspace = LeafWorkspace::default();
+                let blocks = values.chunks_exact_mut(voxels).zip(masks.chunks_exact_mut(words));
+                blocks.zip(leaves).try_for_each(|((values, active), leaf)| {
+                    self.decode(leaf, &mut workspace, active, values)
                 })
+            });
+            decoded.into_iter().collect()
         })?;
         Ok(values)
     }

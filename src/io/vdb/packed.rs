@@ -2,7 +2,6 @@
 //! piece, and are never in memory as a whole. It knows nothing of files.
 
 use glam::IVec3;
-use rayon::prelude::*;
 
 use super::builder::TreeBuilder;
 use super::compression::Compression;
@@ -15,11 +14,14 @@ use super::write_block::{BlockWorkspace, put_block};
 use super::write_tree::put_words;
 use crate::error::Result;
 use crate::error::memory;
+use crate::parallel;
 
+/// Leaves that a thread takes at once.
+const LEAVES: usize = 32;
 /// Voxels of a leaf.
 const VOXELS: usize = 512;
 
-/// Memory to work in, for use again and again by one thread.
+/// Memory to work in, used for one leaf after another.
 #[derive(Default)]
 struct Scratch<T> {
     values: Vec<T>,
@@ -56,11 +58,13 @@ where
     /// Packs the leaves at `origins`, each the lowest of its voxels; those that are the same
     /// everywhere become tiles. `fill` puts a leaf's voxels, z fastest, and says which of them are
     /// active.
-    pub fn add(&mut self, origins: Vec<IVec3>, fill: impl Fn(IVec3, &mut [T]) -> [u64; 8] + Sync) {
+    pub fn add(&mut self, origins: &[IVec3], fill: impl Fn(IVec3, &mut [T]) -> [u64; 8] + Sync) {
         let encoding = &self.encoding;
-        let packed: Vec<_> = origins
-            .into_par_iter()
-            .map_init(Scratch::default, |Scratch { values, workspace, bytes }, origin| {
+        let packed = parallel::map(origins.chunks(LEAVES), |origins| {
+            let mut scratch = Scratch::default();
+            let mut packed = Vec::with_capacity(origins.len());
+            for &origin in origins {
+                let Scratch { values, workspace, bytes } = &mut scratch;
                 values.resize(VOXELS, encoding.background);
                 let active = fill(origin, values);
                 let constant = TreeBuilder::constant(values, &active);
@@ -69,12 +73,11 @@ where
                     put_words(&active, bytes);
                     put_block(values, &active, &[], encoding, workspace, bytes);
                 }
-                // Nothing but these pieces is asked for here, so that there are no holes between
-                // them.
-                (origin, constant, Box::from(bytes.as_slice()))
-            })
-            .collect();
-        for (origin, constant, bytes) in packed {
+                packed.push((origin, constant, Box::from(bytes.as_slice())));
+            }
+            packed
+        });
+        for (origin, constant, bytes) in packed.into_iter().flatten() {
             match constant {
                 Some((value, active)) => self.builder.put_constant(origin, value, active),
                 None => {

@@ -4,7 +4,6 @@
 use std::collections::HashMap;
 
 use glam::IVec3;
-use rayon::prelude::*;
 
 use super::canvas::Canvas;
 use super::index_box::IndexBox;
@@ -12,6 +11,7 @@ use super::tree::{Leaf, Tile, Tree};
 use super::value::Value;
 use crate::error::memory;
 use crate::error::{ErrorKind, Result};
+use crate::parallel;
 use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, MAX_DIM, SparseVoxels, place_of};
 
 /// Blocks that a box may have.
@@ -122,8 +122,8 @@ impl<'a, T: Value> Blocks<'a, T> {
         for (block, value) in constant.chunks_exact_mut(BLOCK_VALUES).zip(&uniform) {
             block.fill(convert(*value));
         }
-        let blocks = rest.par_chunks_exact_mut(BLOCK_VALUES).zip(&own);
-        blocks.for_each(|(values, own)| own.fill(values, &bounds, &convert));
+        let blocks = rest.chunks_exact_mut(BLOCK_VALUES).zip(&own);
+        parallel::for_each(blocks, |(values, own)| own.fill(values, &bounds, &convert));
         for block in table.iter_mut().filter(|block| **block & OWN != 0) {
             *block = (*block & !OWN) + uniform.len() as u32;
         }

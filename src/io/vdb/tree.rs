@@ -1,7 +1,6 @@
 //! A loaded grid of one value type: a sparse tree, as OpenVDB's. It knows nothing of files.
 
 use glam::IVec3;
-use rayon::prelude::*;
 
 use super::grid_type::{slot_of, slot_offset};
 use super::index_box::IndexBox;
@@ -9,6 +8,7 @@ use super::mask;
 use super::statistics::{Findings, Statistics};
 use super::topology::{RootContent, Tiles, Topology, branch_slots};
 use super::value::Value;
+use crate::parallel;
 
 /// The values of a grid: leaves of (nearly always) 8^3 voxels, and tiles for larger constant
 /// regions. Everything else has the background's value and is inactive.
@@ -136,11 +136,6 @@ impl<T: Value> Tree<T> {
         (0..self.leaf_count()).map(|index| self.leaf(index))
     }
 
-    /// All leaves, for all threads.
-    pub fn par_leaves(&self) -> impl IndexedParallelIterator<Item = Leaf<'_, T>> {
-        (0..self.leaf_count()).into_par_iter().map(|index| self.leaf(index))
-    }
-
     /// The tiles that are active or differ from the background.
     pub fn tiles(&self) -> impl Iterator<Item = Tile<T>> {
         self.topology.tiles()
@@ -165,8 +160,9 @@ impl<T: Value> Tree<T> {
     /// Statistics of the active values, one for each component; none without active voxels.
     pub fn statistics(&self) -> Vec<Statistics> {
         let mut all = Findings::of_tiles(&self.topology);
-        let leaves = self.par_leaves().map(|leaf| Findings::of_leaf(leaf.values, leaf.active));
-        leaves.collect::<Vec<_>>().iter().for_each(|leaf| all.merge(leaf));
+        let leaves =
+            parallel::map(self.leaves(), |leaf| Findings::of_leaf(leaf.values, leaf.active));
+        leaves.iter().for_each(|leaf| all.merge(leaf));
         all.statistics(T::COMPONENTS)
     }
 

@@ -2,14 +2,13 @@
 //! nothing of headers.
 
 use half::f16;
-use rayon::prelude::*;
 
 use super::fault::{Fault, Parsed};
 use super::grid::Grid;
 use super::grid_type::ValueType;
 use super::header::GridHeader;
 use super::index_box::IndexBox;
-use super::leaves::{LeafFormat, LeafWorkspace};
+use super::leaves::{LEAVES, LeafFormat, LeafWorkspace};
 use super::mask;
 use super::source::{Reader, Source};
 use super::statistics::{self, Findings, Statistics};
@@ -18,6 +17,7 @@ use super::tree::Tree;
 use super::value::{AnyValue, Value};
 use super::value_block::Encoding;
 use crate::io::Histogram;
+use crate::parallel;
 
 /// Bytes to read at once.
 const CHUNK: usize = 256 << 10;
@@ -212,18 +212,20 @@ fn visit_leaves<T: Value, R: Send>(
     let (voxels, words) = (format.shape.leaf_voxels(), format.shape.leaf_words());
     format.for_each_batch(reader, count, |first, batch| {
         let range = first * words..(first + batch.len()) * words;
-        let of_batch: Result<Vec<R>, Fault> = topology.leaf_active[range]
-            .par_chunks_exact_mut(words)
-            .zip(batch)
-            .map_init(
-                || (LeafWorkspace::default(), vec![T::default(); voxels]),
-                |(workspace, values), (active, leaf)| {
-                    format.decode(leaf, workspace, active, values)?;
-                    Ok(each(values, active))
-                },
-            )
-            .collect();
-        of_batch?.into_iter().for_each(&mut take);
+        let masks = topology.leaf_active[range].chunks_mut(words * LEAVES);
+        let of_batch = parallel::map(masks.zip(batch.chunks(LEAVES)), |(masks, leaves)| {
+            let (mut workspace, mut values) =
+                (LeafWorkspace::default(), vec![T::default(); voxels]);
+            let leaves = masks.chunks_exact_mut(words).zip(leaves);
+            let each = leaves.map(|(active, leaf)| {
+                format.decode(leaf, &mut workspace, active, &mut values)?;
+                Ok(each(&values, active))
+            });
+            each.collect::<Parsed<Vec<R>>>()
+        });
+        for of_leaves in of_batch {
+            of_leaves?.into_iter().for_each(&mut take);
+        }
         Ok(())
     })
 }

@@ -1,7 +1,6 @@
 //! A tree as bytes of the file: what `topology` and `leaves` read. It knows nothing of headers.
 
 use glam::IVec3;
-use rayon::prelude::*;
 
 use super::grid_type::ValueType;
 use super::mask::SlotMask;
@@ -10,6 +9,7 @@ use super::tree::{Leaf, Tree};
 use super::value::Value;
 use super::value_block::Encoding;
 use super::write_block::{BlockWorkspace, put_block};
+use crate::parallel;
 
 /// Leaves that a thread takes at once, and leaves whose bytes wait to be put together.
 const LEAVES: usize = 64;
@@ -89,16 +89,13 @@ pub(super) fn put_leaves<T: Value>(
 ) {
     let leaves: Vec<Leaf<T>> = tree.leaves().collect();
     for batch in leaves.chunks(BATCH) {
-        let parts: Vec<Vec<u8>> = batch
-            .par_chunks(LEAVES)
-            .map(|leaves| {
-                let (mut part, mut workspace) = (Vec::new(), BlockWorkspace::default());
-                for leaf in leaves {
-                    put_leaf(leaf, value_type, encoding, &mut workspace, &mut part);
-                }
-                part
-            })
-            .collect();
+        let parts = parallel::map(batch.chunks(LEAVES), |leaves| {
+            let (mut part, mut workspace) = (Vec::new(), BlockWorkspace::default());
+            for leaf in leaves {
+                put_leaf(leaf, value_type, encoding, &mut workspace, &mut part);
+            }
+            part
+        });
         parts.into_iter().for_each(&mut put);
     }
 }

@@ -194,6 +194,7 @@ impl<T: Copy> Runs<T> {
     }
 
     /// Nodes of a texel, by rising depth; none if there is no such texel.
+    #[inline]
     pub fn of(&self, texel: usize) -> &[T] {
         let bounds = self.starts.get(texel).zip(self.starts.get(texel + 1));
         bounds.and_then(|(&a, &b)| self.nodes.get(a as usize..b as usize)).unwrap_or_default()

@@ -20,6 +20,7 @@ use crate::frame::Frame;
 use crate::kernel::fragments::{
     Node, exponential_transmittance, front_of, nodes_before, optical_depth_between,
 };
+use crate::math::Each;
 use crate::scene::LightView;
 use links::{Place, search, step};
 
@@ -173,7 +174,7 @@ impl TexelMap for FragmentMap {
         if !inside(u, v) {
             return 1.0;
         }
-        let window = [u, v].map(|c| super::window(c, width, self.size));
+        let window = [u, v].each(|c| super::window(c, width, self.size));
         match &self.links {
             Some(links) => self.linked_mean(links, window, depth),
             None => super::brute_force_mean(self, window, depth),
