@@ -1,14 +1,17 @@
 //! Claims about volume files. Each format has files of its own.
 
+mod deep_by_others;
 mod deep_exr;
 mod deep_exr_odd;
 mod dense_ambiguous;
+mod dense_by_others;
 mod dense_fixtures;
 mod dense_hostile;
 mod dense_spaces;
 mod dense_truth;
 mod dense_write;
 mod fuzz_targets;
+mod nanovdb_fixtures;
 mod vdb_blocks;
 mod vdb_bytes;
 mod vdb_dense;

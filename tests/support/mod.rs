@@ -9,6 +9,11 @@ pub fn project() -> std::path::PathBuf {
     folder.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")).into()
 }
 
+/// A file of `tests/fixtures`.
+pub fn fixture(name: &str) -> std::path::PathBuf {
+    project().join("tests/fixtures").join(name)
+}
+
 /// xorshift64*: seeded numbers for tests.
 pub struct Random(pub u64);
 
