@@ -24,7 +24,6 @@ mod vdb_write;
 
 pub use deep_exr::{COMPRESSIONS as DEEP_COMPRESSIONS, small_image as small_deep_image};
 pub use dense_fixtures::{cases as dense_cases, gzip};
-pub use dense_truth::shared as shared_file;
+pub use nanovdb_fixtures::{BUMPS as NANOVDB_FIXTURES, bytes_of as nanovdb_fixture};
 pub use vdb_fixtures::fixture as vdb_fixture;
 pub use vdb_hostile::{Random as Xorshift, fixtures as vdb_fixture_files, mutate};
-pub use vdb_truth::shared_files as shared_vdb;

@@ -1,6 +1,7 @@
 //! What many tests need: small scenes, seeded random numbers, error measures.
 
 pub mod backends;
+pub mod data;
 pub mod scenes;
 
 /// The project's folder, also where the tests run from an archive on another machine.
