@@ -10,6 +10,7 @@ mod dense_hostile;
 mod dense_spaces;
 mod dense_truth;
 mod dense_write;
+mod fixture_list;
 mod fuzz_targets;
 mod nanovdb_fixtures;
 mod vdb_blocks;
