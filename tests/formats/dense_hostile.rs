@@ -7,8 +7,9 @@ use deepshadow::io::Format;
 use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::DenseFile;
 
+use super::dense_by_others::FACTS;
 use super::dense_fixtures::cases;
-use super::dense_truth::shared;
+use super::nanovdb_fixtures::{BUMPS, bytes_of};
 use super::vdb_hostile::{Random, mutate, rounds};
 
 /// Longest time that a file may take, in an unoptimised build on a busy machine.
@@ -76,30 +77,51 @@ fn voxels_in_a_device_are_refused() {
     }
 }
 
-#[test]
-fn mutated_real_dense_files_give_an_answer_or_an_error() {
-    let names = [
-        "den/head-scaleddown4.den",
-        "mhd/Bucky.mhd",
-        "mitsuba_vol/torus_sdfgrid.vol",
-        "nifti/little.nii.gz",
-        "nvdb/fvdb_smoke-blosc.nvdb",
-        "nrrd/xtk_smallvolume.nrrd",
-        "pvm/Bucky.pvm",
-        "vti/voreen_flow_A_0020000.vti",
-    ];
+/// Mutates the file `name` so many times.
+fn mutate_file(name: &str, whole: &[u8], rounds: usize) {
     let folder = tempfile::tempdir().unwrap();
-    for name in names {
-        let Some(path) = shared(name) else { continue };
-        let format = Format::of_file(&path).unwrap();
-        let whole = std::fs::read(&path).unwrap();
-        let mutated = folder.path().join(path.file_name().unwrap());
-        for round in 0..rounds(30) {
-            let mut random = Random(11 + round as u64 * 0x9e37_79b9);
-            let mut bytes = whole.clone();
-            mutate(&mut bytes, &mut random);
-            std::fs::write(&mutated, bytes).unwrap();
-            exercise(&mutated, format, &format!("{name}, round {round}"));
+    let mutated = folder.path().join(Path::new(name).file_name().unwrap());
+    std::fs::write(&mutated, whole).unwrap();
+    let format = Format::of_file(&mutated).unwrap();
+    for round in 0..rounds {
+        let mut random = Random(11 + round as u64 * 0x9e37_79b9);
+        let mut bytes = whole.to_vec();
+        mutate(&mut bytes, &mut random);
+        std::fs::write(&mutated, bytes).unwrap();
+        exercise(&mutated, format, &format!("{name}, round {round}"));
+    }
+}
+
+#[test]
+fn mutated_fixtures_of_other_programs_give_an_answer_or_an_error() {
+    for fact in FACTS {
+        mutate_file(fact.file, &std::fs::read(fact.path()).unwrap(), rounds(30));
+    }
+    for (name, _) in BUMPS {
+        mutate_file(name, &bytes_of(name), rounds(30));
+    }
+}
+
+mod outside {
+    use super::*;
+    use crate::support::data::outside;
+
+    /// Twin: `mutated_fixtures_of_other_programs_give_an_answer_or_an_error`.
+    #[test]
+    #[ignore = "needs DEEPSHADOW_DATA"]
+    fn mutated_real_dense_files_give_an_answer_or_an_error() {
+        for name in [
+            "den/head-scaleddown4.den",
+            "mhd/Bucky.mhd",
+            "mitsuba_vol/torus_sdfgrid.vol",
+            "nifti/little.nii.gz",
+            "nvdb/fvdb_smoke-blosc.nvdb",
+            "nrrd/xtk_smallvolume.nrrd",
+            "pvm/Bucky.pvm",
+            "vti/voreen_flow_A_0020000.vti",
+        ] {
+            let path = outside("data").join(name);
+            mutate_file(name, &std::fs::read(path).unwrap(), rounds(30));
         }
     }
 }

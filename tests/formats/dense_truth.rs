@@ -1,6 +1,7 @@
-//! Dense formats: exact values and places from files made by hand, and known facts of real ones.
+//! Dense formats: exact values and places from files made by hand, and known facts of real ones
+//! in the folder of outside data.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::DenseFile;
@@ -211,80 +212,80 @@ fn a_cut_file_is_an_error() {
     }
 }
 
-/// A file beside the repository; `None`, said aloud, where it is missing.
-pub fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
+mod outside {
+    use super::*;
+    use crate::support::data::outside;
 
-/// Sums and samples as other readers give them: pynrrd, nibabel, SimpleITK, VTK, NumPy.
-#[test]
-#[allow(clippy::unreadable_literal, clippy::excessive_precision)] // As the readers print them.
-fn real_files_hold_what_other_readers_find_in_them() {
-    // Name, voxels along x, y, z, sum of all values, an index (x, y, z) and the value there.
-    type Fact = (&'static str, [usize; 3], f64, [usize; 3], f32);
-    let facts: &[Fact] = &[
-        (
-            "nrrd/xtk_smallvolume.nrrd",
-            [27, 27, 27],
-            7156683.851019859,
-            [13, 13, 13],
-            118.31072998046875,
-        ),
-        ("raw/nucleon.nrrd", [41, 41, 41], 2715326.0, [20, 20, 20], 8.0),
-        ("nifti/avg152T1_LR_nifti.nii.gz", [91, 109, 91], 74825382.0, [45, 54, 45], 121.0),
-        (
-            "nifti/little.nii.gz",
-            [64, 64, 21],
-            11648.372022011292,
-            [32, 32, 10],
-            -1.2852673530578613,
-        ),
-        ("mhd/5_annotation.mhd", [67, 43, 40], 190498735.0, [33, 21, 20], 16353.0),
-        ("mhd/Bucky.mhd", [32, 32, 32], 1174726.0, [16, 16, 16], 1.0),
-        ("vti/voreen_flow_A_0020000.vti", [33, 44, 28], 331.5420003593099, [16, 22, 14], 0.0),
-        ("pvm/Bucky.pvm", [32, 32, 32], 1174726.0, [16, 16, 16], 1.0),
-        ("den/head-scaleddown4.den", [64, 64, 28], 4070712.0, [32, 32, 14], 171.0),
-        ("mitsuba_vol/torus_sdfgrid.vol", [40, 40, 40], 570627.9328067699, [20, 20, 20], 6.0),
-    ];
-    for &(name, dims, sum, [x, y, z], value) in facts {
-        let Some(path) = shared(name) else { continue };
-        let file = open(&path).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(file.header().dims, dims, "{name}");
-        let density = file.voxels().unwrap_or_else(|error| panic!("{error}")).density().unwrap();
-        let found: f64 = density.iter().map(|&v| f64::from(v)).sum();
-        assert!((found - sum).abs() <= 1e-9 * sum.abs(), "{name}: {found} instead of {sum}");
-        assert_eq!(density[[z, y, x]], value, "{name}");
+    /// Sums and samples as other readers give them: pynrrd, nibabel, SimpleITK, VTK, NumPy.
+    ///
+    /// Twin: `files_of_other_programs_hold_their_formulas_at_every_voxel`.
+    #[test]
+    #[ignore = "needs DEEPSHADOW_DATA"]
+    #[allow(clippy::unreadable_literal, clippy::excessive_precision)] // As the readers print them.
+    fn real_files_hold_what_other_readers_find_in_them() {
+        // Name, voxels along x, y, z, sum of all values, an index (x, y, z) and the value there.
+        type Fact = (&'static str, [usize; 3], f64, [usize; 3], f32);
+        let facts: &[Fact] = &[
+            (
+                "nrrd/xtk_smallvolume.nrrd",
+                [27, 27, 27],
+                7156683.851019859,
+                [13, 13, 13],
+                118.31072998046875,
+            ),
+            ("raw/nucleon.nrrd", [41, 41, 41], 2715326.0, [20, 20, 20], 8.0),
+            ("nifti/avg152T1_LR_nifti.nii.gz", [91, 109, 91], 74825382.0, [45, 54, 45], 121.0),
+            (
+                "nifti/little.nii.gz",
+                [64, 64, 21],
+                11648.372022011292,
+                [32, 32, 10],
+                -1.2852673530578613,
+            ),
+            ("mhd/5_annotation.mhd", [67, 43, 40], 190498735.0, [33, 21, 20], 16353.0),
+            ("mhd/Bucky.mhd", [32, 32, 32], 1174726.0, [16, 16, 16], 1.0),
+            ("vti/voreen_flow_A_0020000.vti", [33, 44, 28], 331.5420003593099, [16, 22, 14], 0.0),
+            ("pvm/Bucky.pvm", [32, 32, 32], 1174726.0, [16, 16, 16], 1.0),
+            ("den/head-scaleddown4.den", [64, 64, 28], 4070712.0, [32, 32, 14], 171.0),
+            ("mitsuba_vol/torus_sdfgrid.vol", [40, 40, 40], 570627.9328067699, [20, 20, 20], 6.0),
+        ];
+        for &(name, dims, sum, [x, y, z], value) in facts {
+            let path = outside("data").join(name);
+            let file = open(&path).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(file.header().dims, dims, "{name}");
+            let density =
+                file.voxels().unwrap_or_else(|error| panic!("{error}")).density().unwrap();
+            let found: f64 = density.iter().map(|&v| f64::from(v)).sum();
+            assert!((found - sum).abs() <= 1e-9 * sum.abs(), "{name}: {found} instead of {sum}");
+            assert_eq!(density[[z, y, x]], value, "{name}");
+        }
     }
-}
 
-#[test]
-fn bucky_is_the_same_in_every_format() {
-    let Some(raw) = shared("raw/Bucky.raw") else { return };
-    let voxels = std::fs::read(raw).unwrap();
-    for name in ["pvm/Bucky.pvm", "mhd/Bucky.mhd"] {
-        let file = open(&shared(name).unwrap()).unwrap();
-        assert!(file.voxels().unwrap().bytes() == voxels, "{name}");
+    /// Twin: `files_of_other_programs_hold_their_formulas_at_every_voxel`.
+    #[test]
+    #[ignore = "needs DEEPSHADOW_DATA"]
+    fn bucky_is_the_same_in_every_format() {
+        let voxels = std::fs::read(outside("data/raw/Bucky.raw")).unwrap();
+        for name in ["data/pvm/Bucky.pvm", "data/mhd/Bucky.mhd"] {
+            let file = open(&outside(name)).unwrap();
+            assert!(file.voxels().unwrap().bytes() == voxels, "{name}");
+        }
     }
-}
 
-/// The same smoke, once as NanoVDB and once as OpenVDB.
-#[test]
-fn a_nanovdb_grid_has_the_voxels_of_the_openvdb_grid_it_came_from() {
-    let (Some(nano), Some(open_vdb)) =
-        (shared("nvdb/fvdb_smoke-blosc.nvdb"), shared("vdb/openvdb_smoke.vdb"))
-    else {
-        return;
-    };
-    let volume = |path: PathBuf| {
-        load_volume(&VolumeTable { path: Some(path), ..VolumeTable::default() }).unwrap()
-    };
-    let (nano, open_vdb) = (volume(nano), volume(open_vdb));
-    assert_eq!(nano.dims(), [113, 224, 114]);
-    assert!(nano.values() == open_vdb.values());
-    assert_eq!(nano.domain(), open_vdb.domain());
+    /// The same smoke, once as NanoVDB and once as OpenVDB.
+    ///
+    /// Twin: `one_tree_is_the_same_volume_as_nanovdb_and_as_openvdb`.
+    #[test]
+    #[ignore = "needs DEEPSHADOW_DATA"]
+    fn a_nanovdb_grid_has_the_voxels_of_the_openvdb_grid_it_came_from() {
+        let volume = |name: &str| {
+            load_volume(&VolumeTable { path: Some(outside(name)), ..VolumeTable::default() })
+                .unwrap()
+        };
+        let nano = volume("data/nvdb/fvdb_smoke-blosc.nvdb");
+        let open_vdb = volume("data/vdb/openvdb_smoke.vdb");
+        assert_eq!(nano.dims(), [113, 224, 114]);
+        assert!(nano.values() == open_vdb.values());
+        assert_eq!(nano.domain(), open_vdb.domain());
+    }
 }

@@ -1,14 +1,18 @@
 //! Claims about volume files. Each format has files of its own.
 
+mod deep_by_others;
 mod deep_exr;
 mod deep_exr_odd;
 mod dense_ambiguous;
+mod dense_by_others;
 mod dense_fixtures;
 mod dense_hostile;
 mod dense_spaces;
 mod dense_truth;
 mod dense_write;
+mod fixture_list;
 mod fuzz_targets;
+mod nanovdb_fixtures;
 mod vdb_blocks;
 mod vdb_bytes;
 mod vdb_dense;
@@ -21,7 +25,6 @@ mod vdb_write;
 
 pub use deep_exr::{COMPRESSIONS as DEEP_COMPRESSIONS, small_image as small_deep_image};
 pub use dense_fixtures::{cases as dense_cases, gzip};
-pub use dense_truth::shared as shared_file;
+pub use nanovdb_fixtures::{BUMPS as NANOVDB_FIXTURES, bytes_of as nanovdb_fixture};
 pub use vdb_fixtures::fixture as vdb_fixture;
 pub use vdb_hostile::{Random as Xorshift, fixtures as vdb_fixture_files, mutate};
-pub use vdb_truth::shared_files as shared_vdb;

@@ -8,6 +8,17 @@ use deepshadow::io::vdb::{
 };
 use glam::{DMat4, DVec3, IVec3};
 
+/// All fixtures in `tests/fixtures/vdb`; `bumps.vdb` is checked in `nanovdb_fixtures.rs`.
+pub const FILES: [&str; 7] = [
+    "ball_blosc.vdb",
+    "bumps.vdb",
+    "instance.vdb",
+    "strings.vdb",
+    "strings_stream.vdb",
+    "types_stream.vdb",
+    "types_zip.vdb",
+];
+
 /// Path of a fixture.
 pub fn fixture(name: &str) -> PathBuf {
     crate::support::project().join("tests/fixtures/vdb").join(name)

@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 use deepshadow::io::vdb::{IndexBox, SurveyDepth, VdbFile};
 
 use super::vdb_bytes::{Bytes, OneGrid, file_header, zip_frame};
-use super::vdb_fixtures::fixture;
-use super::vdb_truth::shared_files;
+use super::vdb_fixtures::{FILES, fixture};
 
 /// Longest time that a file may take, in an unoptimised build on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -116,14 +115,7 @@ fn mutate_files(paths: &[PathBuf], rounds: usize) {
 }
 
 pub fn fixtures() -> Vec<PathBuf> {
-    let mut paths: Vec<_> = std::fs::read_dir(fixture(""))
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "vdb"))
-        .collect();
-    paths.sort();
-    assert!(!paths.is_empty());
-    paths
+    FILES.map(fixture).to_vec()
 }
 
 /// Rounds for each file: `DEEPSHADOW_MUTATIONS`, or a number that suits every test run.
@@ -137,9 +129,16 @@ fn mutated_fixtures_give_an_answer_or_an_error() {
     mutate_files(&fixtures(), rounds(400));
 }
 
-#[test]
-fn mutated_files_of_the_real_library_give_an_answer_or_an_error() {
-    mutate_files(&shared_files("vdb"), rounds(10));
+mod outside {
+    use super::*;
+    use crate::support::data::outside_grids;
+
+    /// Twin: `mutated_fixtures_give_an_answer_or_an_error`.
+    #[test]
+    #[ignore = "needs DEEPSHADOW_DATA"]
+    fn mutated_files_of_the_real_library_give_an_answer_or_an_error() {
+        mutate_files(&outside_grids("vdb"), rounds(10));
+    }
 }
 
 #[test]

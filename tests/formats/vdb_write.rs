@@ -1,6 +1,7 @@
 //! What is written reads back as it was, voxel by voxel, and as the real library writes it.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 use deepshadow::io::vdb::{
     AnyValue, Compression, EVERYWHERE, Grid, IndexBox, MetaValue, Metadata, NewGrid, Transform,
@@ -11,7 +12,6 @@ use half::f16;
 
 use super::vdb_fixtures::fixture;
 use super::vdb_hostile::fixtures;
-use super::vdb_truth::shared_files;
 use crate::support::Random;
 
 const COMPRESSIONS: [Compression; 4] =
@@ -94,11 +94,28 @@ fn rewritten(file: &VdbFile, compression: Compression) -> Vec<u8> {
 
 #[test]
 fn files_of_the_real_library_written_again_hold_the_same() {
+    write_again(&fixtures());
+}
+
+mod outside {
+    use super::*;
+    use crate::support::data::outside_grids;
+
+    /// Twin: `files_of_the_real_library_written_again_hold_the_same`.
+    #[test]
+    #[ignore = "needs DEEPSHADOW_DATA"]
+    fn files_of_many_programs_written_again_hold_the_same() {
+        write_again(&[outside_grids("vdb"), outside_grids("data/vdb")].concat());
+    }
+}
+
+/// Checks that the files hold the same when they are read, written and read again.
+fn write_again(paths: &[PathBuf]) {
     let mut grids = 0;
-    for path in fixtures().into_iter().chain(shared_files("vdb")).chain(shared_files("data/vdb")) {
+    for path in paths {
         // All ways for small files, the usual one for large ones.
-        let small = std::fs::metadata(&path).unwrap().len() < 300_000;
-        let file = VdbFile::open(&path).unwrap();
+        let small = std::fs::metadata(path).unwrap().len() < 300_000;
+        let file = VdbFile::open(path).unwrap();
         for compression in COMPRESSIONS.into_iter().take(if small { 4 } else { 1 }) {
             let bytes = rewritten(&file, compression);
             let what = format!("{} as {compression}", path.display());

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use super::messages::{fault, steering};
 use crate::cli::program;
 use crate::formats::{
-    DEEP_COMPRESSIONS, Xorshift, dense_cases, mutate, shared_file, small_deep_image,
-    vdb_fixture_files,
+    DEEP_COMPRESSIONS, NANOVDB_FIXTURES, Xorshift, dense_cases, mutate, nanovdb_fixture,
+    small_deep_image, vdb_fixture_files,
 };
 
 /// KiB of address space, and seconds of processor time, that a run may take.
@@ -65,8 +65,11 @@ fn seeds() -> Vec<Seed> {
     for case in dense_cases() {
         seeds.push(Seed { name: case.name.to_owned(), files: case.files, commands: VOLUME });
     }
-    let nanovdb = shared_file("nvdb/fvdb_smoke-blosc.nvdb");
-    for path in vdb_fixture_files().into_iter().chain(nanovdb) {
+    for (name, codec) in NANOVDB_FIXTURES {
+        let files = vec![("v.nvdb".to_owned(), nanovdb_fixture(name))];
+        seeds.push(Seed { name: format!("nanovdb_{codec}"), files, commands: VOLUME });
+    }
+    for path in vdb_fixture_files() {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let files = vec![(name.clone(), std::fs::read(&path).unwrap())];
         seeds.push(Seed { name, files, commands: VOLUME });

@@ -1,12 +1,18 @@
 //! What many tests need: small scenes, seeded random numbers, error measures.
 
 pub mod backends;
+pub mod data;
 pub mod scenes;
 
 /// The project's folder, also where the tests run from an archive on another machine.
 pub fn project() -> std::path::PathBuf {
     let folder = std::env::var("CARGO_MANIFEST_DIR");
     folder.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")).into()
+}
+
+/// A file of `tests/fixtures`.
+pub fn fixture(name: &str) -> std::path::PathBuf {
+    project().join("tests/fixtures").join(name)
 }
 
 /// xorshift64*: seeded numbers for tests.
