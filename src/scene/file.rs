@@ -1,5 +1,5 @@
-//! Scene files: what a user wrote, not yet what it means. Every key is optional here; what is left
-//! out is chosen by `automatic`. Reads no volume: paths are only names here.
+//! Scene files as a user wrote them, before they are interpreted. Every key is optional;
+//! `automatic` chooses what is left out. Reads no volume: paths are only names here.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::Tables;
 use crate::error::{Error, Result};
 
-/// Declares tables whose keys are all optional and where an unknown key is an error.
+/// Declares tables in which all keys are optional and unknown keys are errors.
 macro_rules! tables {
     ($($(#[$doc:meta])* $name:ident { $($(#[$attribute:meta])* $key:ident: $type:ty,)* })*) => {
         $($(#[$doc])*
@@ -19,14 +19,15 @@ macro_rules! tables {
     };
 }
 
-/// A whole scene file (TOML), or what the command line says of a scene.
+/// A whole scene file (TOML), or what the command line specifies of a scene. The README's section
+/// "Scene files" lists all keys with their units and defaults.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct SceneFile {
-    /// `[volume]`, or `[[volume]]` for several; none for a scene without.
+    /// `[volume]`, or `[[volume]]` for several; empty for a scene without volumes.
     pub volume: Tables<VolumeTable>,
-    /// `[light]`, or `[[light]]` for several; none for one of which nothing is said.
+    /// `[light]`, or `[[light]]` for several; if empty, one light is chosen.
     pub light: Tables<LightTable>,
     pub ambient: RadianceTable,
     pub camera: CameraTable,
@@ -63,8 +64,8 @@ tables! {
         transfer: TransferTable,
         emission: EmissionTable,
     }
-    /// `[volume.transfer]`: points are (value, red, green, blue, opacity), colours linear in 0..1;
-    /// gradient is (length of the density's gradient, factor on opacity).
+    /// `[volume.transfer]`. Points are (value, red, green, blue, opacity), with linear colours in
+    /// 0..1. Gradient entries are (length of the density's gradient, factor on opacity).
     TransferTable {
         name: String,
         file: PathBuf,
@@ -72,7 +73,7 @@ tables! {
         range: TransferRange,
         gradient: Vec<[f64; 2]>,
     }
-    /// `[volume.emission]`: of a grid, or of the densities themselves.
+    /// `[volume.emission]`: emission over a grid, or over the densities themselves.
     EmissionTable {
         grid: String,
         colors: String,
@@ -127,29 +128,29 @@ tables! {
     GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
 }
 
-/// What values a transfer function is spread over.
+/// The range of values over which a transfer function is spread.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "range: neither two numbers nor \"data\"")]
 pub enum TransferRange {
-    /// These.
+    /// A range from low to high.
     Values([f64; 2]),
-    /// Those of the volume.
+    /// A range that depends on the volume.
     Word(RangeWord),
 }
 
-/// A range that is no pair of numbers.
+/// Names of ranges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RangeWord {
-    /// All values that the volume holds, but for a few that stand apart.
+    /// `"data"`: all values that the volume holds, without a few outliers.
     Data,
 }
 
 impl SceneFile {
-    /// Parses the text of the scene file `path`; paths become relative to its folder.
+    /// Parses the text of the scene file `path`. Paths in it become relative to its folder.
     ///
     /// # Errors
-    /// With the line and the key, if the text is no TOML or has a key that scenes do not have.
+    /// With the line and the key, if the text is not TOML or has an unknown key.
     pub fn parse(text: &str, path: &Path) -> Result<Self> {
         let mut file: Self = toml::from_str(text).map_err(|error| {
             let line = error.span().map_or(1, |span| {
