@@ -47,13 +47,13 @@ pub use row::{DeepImage, DeepRow, Samples};
 pub use slab::{Slab, SlabChannels};
 pub use statistics::DeepStatistics;
 
-/// What every OpenEXR file begins with.
+/// The first bytes of every OpenEXR file.
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-/// The format's version, in the low byte of the word behind it.
+/// The format's version, in the low byte of the next word.
 const VERSION: u32 = 2;
-/// Names have more than 31 bytes.
+/// Flag: names may have more than 31 bytes.
 const LONG_NAMES_FLAG: u32 = 0x400;
-/// Some part is deep.
+/// Flag: some part is deep.
 const DEEP_FLAG: u32 = 0x800;
-/// There may be several parts.
+/// Flag: there may be several parts.
 const MULTIPART_FLAG: u32 = 0x1000;
