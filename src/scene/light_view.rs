@@ -1,4 +1,5 @@
-//! The light's view of a volume: which ray belongs to which texel of a shadow map, and back.
+//! The light's view of a volume: the rays of a shadow map's texels, and the way back from a point
+//! to the map.
 //!
 //! ```text
 //!   light  \ | /            (u, v) in 0..1 over the map, v = 0 is the top row

@@ -1,5 +1,5 @@
-//! A volume: voxel values, where they lie in the world, and what the values look like as a whole.
-//! Knows no file format and no light; values stay as they were stored.
+//! Volumes: voxel values, their position in the world, and statistics of the values. Knows no file
+//! format and no light; values stay as they were stored.
 //!
 //! ```text
 //! index space: voxel centres at integers        world space: right-handed, y up

@@ -1,5 +1,5 @@
-//! Trees whose leaves are packed as soon as they are there: for grids whose voxels come piece by
-//! piece, and are never in memory as a whole. It knows nothing of files.
+//! Trees whose leaves are packed as soon as they arrive, for grids whose voxels come piece by piece
+//! and are never in memory as a whole. Knows nothing of files.
 
 use glam::IVec3;
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ use crate::error::memory;
 /// Voxels of a leaf.
 const VOXELS: usize = 512;
 
-/// Memory to work in, for use again and again by one thread.
+/// Scratch memory, which one thread reuses.
 #[derive(Default)]
 struct Scratch<T> {
     values: Vec<T>,
@@ -27,16 +27,16 @@ struct Scratch<T> {
     bytes: Vec<u8>,
 }
 
-/// Makes a [`PackedTree`]: leaves come in any order, each once.
+/// Builds a [`PackedTree`] from leaves that come in any order, each once.
 pub struct PackedBuilder<T> {
     builder: TreeBuilder<T>,
     encoding: Encoding<T>,
     leaves: usize,
 }
 
-/// A tree with its leaves as the file has them, in its order.
+/// A tree with its leaves encoded as in the file, in the file's order.
 pub struct PackedTree<T> {
-    /// Without the leaves' values.
+    /// The tree without the leaves' values.
     pub(super) tree: Tree<T>,
     pub(super) encoding: Encoding<T>,
     pub(super) value_type: ValueType,
@@ -47,15 +47,14 @@ impl<T: Value> PackedBuilder<T>
 where
     Grid: From<Tree<T>>,
 {
-    /// Nothing but the background.
+    /// A tree that holds only the background.
     pub fn new(background: T, compression: Compression) -> Self {
         let encoding = Encoding { compression, half: false, background };
         Self { builder: TreeBuilder::new(background), encoding, leaves: 0 }
     }
 
-    /// Packs the leaves at `origins`, each the lowest of its voxels; those that are the same
-    /// everywhere become tiles. `fill` puts a leaf's voxels, z fastest, and says which of them are
-    /// active.
+    /// Adds the leaves whose lowest voxels are `origins` and packs them; uniform ones become tiles.
+    /// `fill` writes a leaf's voxels, z fastest, and returns the mask of active ones.
     pub fn add(&mut self, origins: Vec<IVec3>, fill: impl Fn(IVec3, &mut [T]) -> [u64; 8] + Sync) {
         let encoding = &self.encoding;
         let packed: Vec<_> = origins
@@ -69,8 +68,7 @@ where
                     put_words(&active, bytes);
                     put_block(values, &active, &[], encoding, workspace, bytes);
                 }
-                // Nothing but these pieces is asked for here, so that there are no holes between
-                // them.
+                // Nothing else is allocated here, so that the pieces leave no holes in memory.
                 (origin, constant, Box::from(bytes.as_slice()))
             })
             .collect();
@@ -85,12 +83,12 @@ where
         }
     }
 
-    /// The tree.
+    /// Finishes the tree.
     ///
     /// # Errors
-    /// If there is no memory for it beside what it is made of.
+    /// If there is not enough memory for the tree besides its leaves.
     pub fn finish(self) -> Result<PackedTree<T>> {
-        // Origin, mask and place of each leaf.
+        // Origin, mask and position of each leaf.
         memory::check(256 * self.leaves as u64, "a tree")?;
         let (tree, leaves) = self.builder.finish_packed();
         let value_type = Grid::from(TreeBuilder::new(T::default()).finish()).value_type();

@@ -1,4 +1,4 @@
-//! The fragment map as data: for each texel its fragments as nodes of a polyline of optical depth.
+//! The fragment map as data: each texel's fragments, as the nodes of a polyline of optical depth.
 //!
 //! ```text
 //! casters --(texel, front, back, optical depth)--> FragmentLists --sort, fit, compact--> Runs
