@@ -1,6 +1,6 @@
-//! Work on maps and pictures in tiles over all threads: neighbours read the same voxels and texels,
-//! which a core's caches still hold when the next row of a tile is due, but not when the next row
-//! of a picture is.
+//! Work on maps and pictures in tiles over all threads. Neighbours read the same voxels and texels;
+//! a core's cache still holds them for the next row of a tile, but not for the next row of a
+//! picture.
 
 use std::ops::Range;
 
@@ -13,14 +13,14 @@ use crate::shadow::Runs;
 /// Texels or pixels along each edge of a tile.
 const TILE: usize = 16;
 
-/// Columns of the tiles of a width.
+/// The columns of each tile, for a given width.
 fn columns(width: usize) -> impl IndexedParallelIterator<Item = Range<usize>> {
     let tiles = (0..width.div_ceil(TILE)).into_par_iter();
     tiles.map(move |i| i * TILE..((i + 1) * TILE).min(width))
 }
 
-/// Fills rows of `width` cells with what `cell` says at (x, y), with scratch that cells made one
-/// after the other share.
+/// Fills rows of `width` cells with the values of `cell` at (x, y). Cells that are computed one
+/// after another share scratch memory.
 pub(super) fn fill<T: Copy + Send + Sync, S>(
     cells: &mut [T],
     width: usize,
@@ -45,8 +45,8 @@ pub(super) fn fill<T: Copy + Send + Sync, S>(
     });
 }
 
-/// The lists of a map of `size` squared texels, row after row; `lists` gives those of the columns
-/// of a row.
+/// The lists of a map of `size` squared texels, row after row; `lists` returns those of some
+/// columns of a row.
 pub(super) fn runs<T: Copy + Default + Send>(
     size: usize,
     progress: &dyn Progress,
