@@ -55,7 +55,7 @@ pub(super) fn certified(
 /// | `lookup` | string | the lookup that it is made for: `default` or `paper` |
 /// | `index_from_world` | m44f | row-major, for column vectors: world to voxel index |
 /// | `certificate` | string | what was measured of the map's error, if anything was |
-/// | `domain_min`, `domain_max` | v3f | the box of voxel indices that holds medium: where it ends along a texel's ray is part of the default lookup |
+/// | `domain_min`, `domain_max` | v3f | box of voxel indices with medium; default lookups use it |
 ///
 /// # Errors
 /// If the encoder fails.

@@ -21,21 +21,21 @@ const OPACITIES: [[f64; 2]; 3] = [[0.0, 0.1], [0.15, 0.4], [0.55, 1.0]];
 /// Half of the width of the transition between two bands, in widths of the narrower one.
 const SOFTNESS: f64 = 0.125;
 
-/// A transfer function for a volume whose stored values have `histogram`: counts in bins of equal
-/// width from `low` to `high`.
+/// Chooses a transfer function for a volume from the `histogram` of its stored values: counts in
+/// bins of equal width from `low` to `high`.
 ///
 /// 1. The background is the most frequent bin of the low two fifths, if it is a peak and at least
 ///    twice the average bin. It ends in the valley behind it or where counts have fallen to a
 ///    hundredth of the peak, whichever comes first. Up to there opacity is 0.
-/// 2. What is above is cut in three where the variance between the parts is largest (Otsu 1979, on
-///    square roots of counts, so that little bone counts beside much flesh). A cut among empty bins
-///    goes to their middle.
+/// 2. The rest is cut into three parts where the variance between the parts is largest (Otsu 1979,
+///    on square roots of counts, so that a little bone counts beside much flesh). A cut among
+///    empty bins is moved to their middle.
 /// 3. The parts are soft blue, terracotta and ivory, and opacity rises throughout: to 0.1 in the
 ///    first, to 0.4 in the second, to 1 in the third.
 ///
-/// Where there is nothing to tell apart (no bins, no counts, at most one bin with any, nothing
-/// above the background) it is a grey ramp from `low` to `high`: a step if they are equal, and from
-/// 0 to 1 if they fall or are not within what f32 holds.
+/// If no parts can be distinguished (no bins, no counts, at most one bin with counts, nothing above
+/// the background), it is a grey ramp from `low` to `high`: a step if they are equal, and a ramp
+/// from 0 to 1 if they fall or are not finite in f32.
 pub fn automatic(histogram: &[u64], [low, high]: [f64; 2]) -> TransferFunction {
     if !(holds(low) && holds(high) && low <= high) {
         return TransferFunction::grey([0.0, 1.0]);

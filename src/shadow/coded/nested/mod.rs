@@ -1,10 +1,11 @@
-//! Sixteen bytes a texel: nine knots of opacity over depth, each placed between the two around it.
-//! Knows one texel at a time; where the ray enters and leaves the volume is the reader's to say.
+//! Sixteen bytes per texel: nine knots of opacity over depth, each placed between the two around
+//! it. The code handles one texel at a time; the reader knows where its ray enters and leaves the
+//! volume.
 //!
 //! Transmittance is 1 in front of the first knot, linear between knots, and 1 - A behind the last,
-//! where A is the ray's largest opacity. The first and the last knot lie at shares of the way from
-//! the ray's entry to its exit. The seven others form a tree: the middle one lies between those
-//! two, the quarters between the middle and an end, the eighths between two of these.
+//! where A is the ray's largest opacity. The depths of the first and the last knot are shares of
+//! the way from the ray's entry to its exit. The seven others form a tree: the middle one lies
+//! between those two, the quarters between the middle and an end, the eighths between two of these.
 //!
 //! ```text
 //! opacity                                   _8-------- A
@@ -17,8 +18,9 @@
 //!     entry                                       exit
 //! ```
 //!
-//! So any 128 bits are a curve that falls, precision grows where knots crowd, and a lookup goes
-//! down three levels and decodes three knots: no search, no table, no exponential.
+//! So any 128 bits are a curve whose transmittance falls, precision is higher where knots are
+//! dense, and a lookup descends three levels and decodes three knots, without a search, a table or
+//! an exponential.
 //!
 //! Four 32-bit words, little endian; bit 0 is the lowest; a field of n bits is a share of 2^n - 1:
 //!
@@ -37,22 +39,25 @@
 //! | 3 | 6..13, 13..19 | depth and opacity of knot 5 | knot 4 to 6 |
 //! | 3 | 19..26, 26..32 | depth and opacity of knot 7 | knot 6 to 8 |
 //!
-//! Errors of transmittance on texel-centre rays of 512 x 512 maps, RMS on average over the four
-//! presets at largest optical depth 4 and 16: .0010 and .0013; over six real volumes that had no
-//! part in the design .0015 and .0017. What lost, fitted by a slower search with which this layout
-//! has .0011 and .0014 on a twentieth of the texels:
+//! RMS errors of transmittance on texel-centre rays of 512 x 512 maps, at largest optical depths 4
+//! and 16: .0010 and .0013 on average over the four presets, .0015 and .0017 over six real volumes
+//! that had no part in the design.
+//! Rejected alternatives follow, with the same two errors. They were fitted by a slower search,
+//! with which this layout has .0011 and .0014 on a twentieth of the texels:
 //! - Monotone cubics through the same knots: .0010 and .0013, with larger maxima on thin surfaces;
-//!   over presets and nine real volumes .0013 and .0014, this layout .0011 and .0015. The better of
-//!   the two by a bit a texel: .0009 and .0012 there, for some three times the arithmetic of a
-//!   lookup. Exponentials by a bit: .0010 and .0012 there, nothing on the presets.
-//! - More knots of fewer bits: 11 of 8.5 bits .0018 and .0022, 15 of 6.5 bits .0022 and .0025.
-//!   Seven that are not rounded: .0009 and .0012. So knots are what is short, and how 96 bits are
-//!   shared between depths and opacities changes errors by 5 %.
-//! - Six knots of 8 + 8 bits, each by itself: .0014 and .0017. Seven of 11 bits with a curvature of
-//!   3 bits for each piece between: .0012 and .0014.
+//!   over presets and nine real volumes .0013 and .0014, where this layout has .0011 and .0015.
+//!   Choosing the better of the two with a bit per texel: .0009 and .0012 there, with about three
+//!   times the arithmetic per lookup. Choosing exponentials with a bit: .0010 and .0012 there, and
+//!   no gain on the presets.
+//! - More knots with fewer bits: 11 of 8.5 bits .0018 and .0022, 15 of 6.5 bits .0022 and .0025.
+//!   Seven without rounding: .0009 and .0012. So the number of knots limits the accuracy; how 96
+//!   bits are divided between depths and opacities changes errors by 5 % only.
+//! - Six independent knots of 8 + 8 bits: .0014 and .0017. Seven of 11 bits, with a curvature of 3
+//!   bits for each piece between: .0012 and .0014.
 //! - Depths of fifteen fixed opacities: .0017 and .0046, joined by cubics .0011 and .0034.
-//!   Opacities of fifteen equal slices between the ends: .0012 and .0025, by cubics .0008 and
-//!   .0016; their largest errors at optical depth 16 are twice to four times this layout's.
+//!   Opacities of fifteen equal slices between the ends: .0012 and .0025, joined by cubics .0008
+//!   and .0016; their largest errors at optical depth 16 are two to four times those of this
+//!   layout.
 
 mod fit;
 mod samples;
