@@ -100,7 +100,7 @@ pub(super) fn medium(
     Ok(Medium { density_scale, tint, albedo, phase_g, transfer, color, modulation, emission })
 }
 
-/// Checks a given scale: it must be finite and at least 0.
+/// Checks a given scale: it must be at least 0 and below 1e30.
 fn in_range(what: &str, given: Option<f64>) -> Result<Option<f64>> {
     match given {
         Some(scale) if !(0.0..1e30).contains(&scale) => {
