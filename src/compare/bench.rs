@@ -133,7 +133,7 @@ impl<'a> Bench<'a> {
         all.div_ceil(self.parts.len().max(1))
     }
 
-    /// Builds and measures the maps of `method`.
+    /// Builds and measures the maps of `method`, for all beams.
     ///
     /// # Errors
     /// If such a map cannot be built.

@@ -9,9 +9,10 @@
 //! ```
 //!
 //! A program that draws many frames prepares its passes once ([`Renderer::prepare_threshold`],
-//! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]), then for each frame updates the
-//! parameters ([`Renderer::update`]) and records ([`Prepared::record`]) the map's pass if the light
-//! has moved and the view's. [`crate::backend::Backend::stage`] does so for whole scenes.
+//! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]). For each frame it updates the
+//! parameters ([`Renderer::update`]) and records ([`Prepared::record`]) the view's pass and, if the
+//! light has moved, the map's pass before it. [`crate::backend::Backend::stage`] does so for whole
+//! scenes.
 
 mod adapter;
 mod bindings;

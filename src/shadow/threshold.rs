@@ -17,8 +17,8 @@ use crate::settings::{Lookup, Settings};
 #[derive(Clone, Debug)]
 pub struct ThresholdMap {
     size: u32,
-    /// `size * size` texels, row 0 at v = 0: R, G, B = depths in world lengths along the texel's
-    /// ray, A = largest opacity.
+    /// `size * size` texels, row 0 at v = 0: R, G, B = depths along the texel's ray in units of the
+    /// view, A = largest opacity.
     texels: Vec<[f32; 4]>,
     thresholds: [f64; 3],
     lookup: Lookup,

@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 
 /// Cells along each edge of a block.
 pub const BLOCK: usize = 16;
-/// Voxels along each edge of a block: a cell needs those at both of its ends.
+/// Voxels along each edge of a block: a cell needs the voxels at both of its ends.
 pub const BLOCK_EDGE: usize = BLOCK + 1;
 /// Voxels of a block.
 pub const BLOCK_VALUES: usize = BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE;

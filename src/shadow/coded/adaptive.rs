@@ -23,8 +23,8 @@ use super::{Codec, TexelRay, share};
 /// bytes 8 i + 4 .. 8 i + 8  transmittance there, 0..1
 /// ```
 ///
-/// Transmittance is 1 in front of the first, linear between two and stays behind the last, which is
-/// repeated in points that are not needed.
+/// Transmittance is 1 in front of the first point, linear between two points and constant behind
+/// the last one, which is repeated in unused points.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Adaptive {
     pub count: usize,

@@ -89,20 +89,19 @@ impl Codec for Nested {
         Self::BYTES
     }
 
-    /// Codes a ray that enters and leaves the volume at the depths of `extent`, from the polyline
-    /// `nodes` of optical depth, which rises; what does not is read as if it did. Without nodes,
-    /// and below an opacity of 1 / 8190, the texel is empty.
+    /// Encodes a ray. Optical depth along its nodes should rise; where it does not, it is read as
+    /// if it stayed. A ray without nodes, or with an opacity below 1 / 8190, gives an empty texel.
     ///
-    /// Writes the first [`Self::BYTES`] bytes of `texel`, nothing if there are fewer.
+    /// Writes the first [`Self::BYTES`] bytes of `texel`; nothing if there are fewer.
     fn encode(&self, ray: &TexelRay<'_>, texel: &mut [u8]) {
         if let Some(bytes) = texel.first_chunk_mut::<{ Self::BYTES }>() {
             *bytes = bytemuck::cast(words_of(ray.nodes, ray.extent).map(u32::to_le));
         }
     }
 
-    /// Transmittance of a texel from the light to `depth`, in 0..1, never rising with depth:
-    /// exactly 1 in front of the medium, 1 - A behind it. Fewer than [`Self::BYTES`] bytes are an
-    /// empty texel.
+    /// Transmittance of a texel from the light to `depth`, in 0..1. It never rises with depth, is
+    /// exactly 1 in front of the medium and 1 - A behind it. Fewer than [`Self::BYTES`] bytes are
+    /// an empty texel.
     fn transmittance(&self, texel: &[u8], [enter, exit]: [f32; 2], depth: f32) -> f32 {
         let [ends, middle, left, right] = words_in(texel);
         let largest = share(ends, 0, LARGEST_BITS);
@@ -123,19 +122,19 @@ impl Codec for Nested {
         }
         let mut a = Knot { depth: first, opacity: 0.0 };
         let mut b = Knot { depth: last, opacity: 1.0 };
-        // The half, with the word that holds it.
+        // The middle knot, and the word for the half that contains the depth.
         let knot = Knot::between([a, b], share(middle, 0, 8), share(middle, 8, 8));
         let behind = at >= knot.depth;
         (a, b) = if behind { (knot, b) } else { (a, knot) };
         let (half, quarter) = if behind { (right, 24) } else { (left, 16) };
-        // The quarter, and where the eighth between begins.
+        // The quarter's knot, and the bit where the eighth between begins.
         let knot = Knot::between([a, b], share(middle, quarter, 8), share(half, 0, 6));
         let behind = at >= knot.depth;
         (a, b) = if behind { (knot, b) } else { (a, knot) };
         let eighth = if behind { 19 } else { 6 };
         let knot = Knot::between([a, b], share(half, eighth, 7), share(half, eighth + 7, 6));
         (a, b) = if at >= knot.depth { (knot, b) } else { (a, knot) };
-        // Rounding may put b a little in front of a; then it is as if on it.
+        // Rounding may put b slightly in front of a; then it counts as being at a.
         let way = unit((at - a.depth) / (b.depth - a.depth));
         1.0 - largest * unit(a.opacity + (b.opacity - a.opacity) * way)
     }
@@ -150,7 +149,8 @@ fn words_of(nodes: &[Node], extent: [f32; 2]) -> [u32; 4] {
     }
     let mut fit = Fit::new(Samples::new(nodes, extent, largest));
     let most = 1023.0;
-    // Inwards, so that nothing is shadowed in front of the medium; 1e-4 of a code is rounding.
+    // Rounded inwards, so that nothing is shadowed in front of the medium; 1e-4 of a code allows
+    // for rounding errors.
     let first = (fit.ends()[0].depth * most - 1e-4).ceil().clamp(0.0, most);
     let last = (fit.ends()[1].depth * most + 1e-4).floor().clamp(first, most);
     fit.settle_ends([first / most, last / most]);
@@ -183,7 +183,7 @@ fn words_in(texel: &[u8]) -> [u32; 4] {
     bytemuck::cast::<[u8; Nested::BYTES], [u32; 4]>(bytes).map(u32::from_le)
 }
 
-/// The share that `bits` of `word` from bit `shift` on hold.
+/// The share 0..1 stored in `bits` bits of `word`, from bit `shift` on.
 fn share(word: u32, shift: u32, bits: u32) -> f32 {
     let most = (1 << bits) - 1;
     (word >> shift & most) as f32 / most as f32
