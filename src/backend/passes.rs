@@ -16,8 +16,8 @@ use crate::shadow::{
 /// callers that examine their results separately. All of them work on one of a scene's beams
 /// ([`Beam`]).
 pub trait Passes: Backend {
-    /// Pass `trace_threshold`: marches from the light through every texel of a map. Returns `size *
-    /// size` texels, row 0 at v = 0: depths of three opacities and the largest opacity.
+    /// Pass `trace_threshold`: marches from the light through every texel of a map. Returns
+    /// `size * size` texels, row 0 at v = 0: depths of three opacities and the largest opacity.
     ///
     /// # Errors
     /// If the device fails or runs out of memory.

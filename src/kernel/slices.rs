@@ -10,8 +10,8 @@ use super::mixture::Met;
 use super::ray::{Ray, intersect_box, step_count, voxels_over};
 use crate::frame::Frame;
 
-/// The slabs of a texel's ray. Slab `i` lies between the depths `start + i step` and `start + (i +
-/// 1) step`, clipped to the part of the ray inside the volume. Depths are world lengths.
+/// The slabs of a texel's ray. Slab `i` lies between the depths `start + i step` and
+/// `start + (i + 1) step`, clipped to the part of the ray inside the volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Slabs {
     /// The ray in voxel indices; distances along it are depths in world lengths.
