@@ -1,4 +1,4 @@
-//! The CPU backend: map and camera march of the presets, 512 x 512 each.
+//! Benchmarks of the CPU backend: map and camera march of the presets, 512 x 512 each.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -1,5 +1,5 @@
-//! The CPU's small functions, each over many calls at places that a march would visit: samples of
-//! density, walks over bricks, fits, lookups.
+//! Benchmarks of the CPU's small functions, each over many calls at positions that a march would
+//! visit: density samples, walks over bricks, fits, lookups.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::hint::black_box;
@@ -20,9 +20,9 @@ use deepshadow::settings::{MapKind, Settings};
 use deepshadow::shadow::{Map, Shadow};
 use deepshadow::volume::presets::Preset;
 
-/// Rays along each edge of the map that the benches follow.
+/// Rays along each edge of the map that the benchmarks follow.
 const RAYS: u32 = 32;
-/// Samples of density, and lookups, on each.
+/// Number of density samples, and of lookups, on each ray.
 const SAMPLES: u32 = 128;
 
 struct Bench {

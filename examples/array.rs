@@ -1,4 +1,4 @@
-//! An array of densities in, a picture and numbers out: how much light gets to points of it.
+//! Renders an array of densities, and asks how much light reaches points of it.
 #![allow(clippy::print_stdout)]
 
 use std::path::Path;
@@ -8,9 +8,10 @@ use deepshadow::ndarray::Array3;
 use deepshadow::shadow::Shadow;
 use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent, Volume};
 
-/// Makes `puff.png` in `folder`; how much light gets to five points one behind the other.
+/// Writes `puff.png` into `folder`, and returns how much light reaches five points along a line,
+/// 0..1.
 pub fn example(folder: &Path) -> Result<Vec<f32>> {
-    // A soft ball: densities by (z, y, x).
+    // A soft ball; densities by (z, y, x).
     let puff = Array3::from_shape_fn((48, 48, 48), |(z, y, x)| {
         let from_middle = [x, y, z].map(|i| (i as f32 - 23.5) / 24.0);
         let squared: f32 = from_middle.iter().map(|c| c * c).sum();
@@ -24,7 +25,7 @@ pub fn example(folder: &Path) -> Result<Vec<f32>> {
     });
     CpuBackend.render(&scene, &settings, &Silent)?.save(folder.join("puff.png"), 1.0)?;
 
-    // The light's map, asked at points of the world.
+    // The light's map, queried at world positions.
     let beam = scene.only_beam()?;
     let map = CpuBackend.map(&beam, &settings, &Silent)?;
     let middle = scene.media.world_bounds().center();

@@ -1,5 +1,5 @@
-//! How wrong shadow maps are for their bytes: each kind against the exact line integral along its
-//! own rays.
+//! Compares the errors of shadow maps for their size: each kind against the exact line integral
+//! along its own rays.
 #![allow(clippy::print_stdout)]
 
 use deepshadow::accuracy::{Place, Points};
@@ -8,8 +8,8 @@ use deepshadow::shadow::Shadow;
 use deepshadow::volume::{Axis, presets::Preset};
 use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent};
 
-/// Each kind's bytes and the root mean square of its errors of transmittance on texels' rays,
-/// without what the map's resolution costs.
+/// For each kind its bytes, and the root mean square of its errors of transmittance on texels'
+/// rays, which exclude the error of the map's resolution.
 pub fn example() -> Result<Vec<(MapKind, u64, f64)>> {
     let scene = Scene::automatic(Preset::Rods.volume(Axis::Y)?)?;
     let beam = scene.only_beam()?;

@@ -1,5 +1,5 @@
-//! A volume's file in, a picture out, on the GPU if there is one:
-//! `cargo run --example picture -- smoke.vdb`.
+//! Renders a volume file to a picture, on the GPU if there is one: `cargo run --example picture --
+//! smoke.vdb`.
 #![allow(clippy::print_stdout)]
 
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use deepshadow::io::load_volume;
 use deepshadow::scene::file::VolumeTable;
 use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent};
 
-/// Makes a picture of `input`, or of a preset, in `folder`; its name.
+/// Writes a picture of `input`, or of a preset, into `folder`, and returns its path.
 pub fn example(input: Option<&Path>, folder: &Path) -> Result<PathBuf> {
     let mut table = VolumeTable::default();
     match input {

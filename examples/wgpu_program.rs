@@ -1,5 +1,5 @@
-//! Another wgpu program: its own device and shader, our shadow map and lookup. It asks how much
-//! light gets to points along its way through a volume.
+//! Another wgpu program, with its own device and shader, that uses the crate's shadow map and
+//! lookup. It asks how much light reaches points along a line through a volume.
 #![allow(clippy::print_stdout)]
 
 use deepshadow::frame::Frame;
@@ -9,7 +9,7 @@ use deepshadow::volume::{Axis, presets::Preset};
 use deepshadow::wgpu::BufferUsages as Usage;
 use deepshadow::{Error, Result, Scene, Settings, wgpu};
 
-/// The program's shader; `shadow_at` comes from us, in bind group 1.
+/// The program's shader. `shadow_at` is the crate's; its bindings are in bind group 1.
 const SHADER: &str = "
 @group(0) @binding(0) var<storage, read> points: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> light: array<f32>;
@@ -22,9 +22,9 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
 
 const POINTS: usize = 64;
 
-/// How much light gets to points from in front of a volume to behind it, 0..1.
+/// How much light reaches points from in front of a volume to behind it, 0..1.
 pub fn example() -> Result<Vec<f32>> {
-    // A device as any program has it.
+    // A device, as any program opens it.
     let failed = |error: &dyn std::fmt::Display| Error::gpu(error.to_string());
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&Default::default()));
@@ -32,7 +32,7 @@ pub fn example() -> Result<Vec<f32>> {
     let device = pollster::block_on(adapter.request_device(&Default::default()));
     let (device, queue) = device.map_err(|error| failed(&error))?;
 
-    // Our map, made on it.
+    // The crate's map, built on that device.
     let mut scene = Scene::automatic(Preset::Bucky.volume(Axis::Y)?)?;
     scene.media.medium_mut().density_scale *= 4.0;
     let settings = Settings::default().with(|settings| settings.map.size = 128);
@@ -44,7 +44,7 @@ pub fn example() -> Result<Vec<f32>> {
     let mut encoder = device.create_command_encoder(&Default::default());
     renderer.trace_threshold(&mut encoder, &media, &frame, &map)?;
 
-    // The program's points, results and pipeline.
+    // The program's own points, results and pipeline.
     let bounds = scene.media.world_bounds();
     let way = scene.lights[0].direction_at(bounds.center());
     let way_through = (0..POINTS).map(|i| {
@@ -104,7 +104,7 @@ pub fn example() -> Result<Vec<f32>> {
     encoder.copy_buffer_to_buffer(&light, 0, &readback, 0, 4 * POINTS as u64);
     queue.submit([encoder.finish()]);
 
-    // What it found.
+    // Read back the results.
     readback.map_async(wgpu::MapMode::Read, .., |_| ());
     device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
     let bytes = readback.get_mapped_range(..).map_err(|error| failed(&error))?;

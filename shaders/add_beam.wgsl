@@ -1,10 +1,10 @@
-// Pass add_beam: the picture of one more light or colour channel on top of those before it. One
-// thread a pixel.
+// Pass add_beam: adds the picture of one more beam (one light, in one colour channel or in all) to
+// the sum of those before it. One thread per pixel.
 
 @group(0) @binding(4) var output: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(26) var sum: texture_2d<f32>;
 @group(0) @binding(27) var beam: texture_2d<f32>;
-// The share of the beam in each channel.
+// The beam's weight in each channel.
 @group(0) @binding(28) var<uniform> weights: vec4<f32>;
 
 @compute @workgroup_size(8, 8)

@@ -1,4 +1,5 @@
-// Pass fit_curves: the curves of a threshold map that was not traced here. One thread a texel.
+// Pass fit_curves: computes the curves of a threshold map that comes from the host and was not
+// traced here. One thread per texel.
 #import kernel/curves
 #import kernel/light
 

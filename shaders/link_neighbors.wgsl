@@ -1,5 +1,5 @@
-// Pass link_neighbors: from each node of a texel to the nearest in depth of the texels to the right
-// and above. One thread a texel. (Real-time deep shadow maps for hair, "Neighbor Linking".)
+// Pass link_neighbors: links each node of a texel to the depth-nearest nodes of the texels to the
+// right and above. One thread per texel. (Real-time deep shadow maps for hair, "Neighbor Linking".)
 #import kernel/fragments
 #import kernel/tile
 
@@ -11,9 +11,9 @@ fn depth_of(list: List, k: u32) -> f32 {
     return nodes[list.first + k * list.stride].x;
 }
 
-// How far from node `at` of a neighbour's list the depth-nearest one is, going back never: both
-// lists rise in depth, so one pass over each does. Of two equally near ones the one nearer to the
-// light.
+// Index of the node of a neighbour's list that is nearest to a depth, searched from `start` on. Of
+// two equally near nodes it is the one nearer to the light. Both lists rise in depth, so `start`
+// never moves back and one pass over both lists is enough.
 fn nearest(neighbor: List, start: u32, depth: f32) -> u32 {
     var at = start;
     while (at + 1u < neighbor.count) {

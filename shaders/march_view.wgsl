@@ -1,5 +1,5 @@
-// Pass march_view: from the camera through the volume, each step lit through the shadow map, and on
-// to the ground or the background. One thread a pixel.
+// Pass march_view: marches from the camera through the volume, lights each step through the shadow
+// map, and continues to the ground or the background. One thread per pixel.
 #import kernel/light
 #import kernel/medium
 #import kernel/occupancy
@@ -10,13 +10,13 @@
 
 @group(0) @binding(4) var output: texture_storage_2d<rgba32float, write>;
 
-// The part of a camera ray in the volume, cut into steps.
+// The part of a camera ray inside the volume, cut into steps.
 struct Steps {
     // The ray in the space that media are sampled in.
     ray: Ray,
     enter: f32,
     exit: f32,
-    // As many as it takes where steps are shortest.
+    // The number of steps if all had the shortest length.
     count: u32,
 }
 
@@ -33,15 +33,15 @@ fn steps_of(ray: Ray, farthest: f32) -> Steps {
     return Steps(media_ray, inside.x, inside.x + extent, count);
 }
 
-// Four steps of equal length of a ray in the space that media are sampled in, with two samples
-// each.
+// Four steps of equal length along a ray in the space that media are sampled in, with two density
+// samples each.
 struct Batch {
     ray: Ray,
     begin: f32,
     step: f32,
 }
 
-// Distance of sample k, 0 to 7; also of those between them.
+// Distance of sample k, 0 to 7; k may lie between two samples.
 fn sample_distance(batch: Batch, k: f32) -> f32 {
     return batch.begin + (0.25 + 0.5 * k) * batch.step;
 }
@@ -58,8 +58,8 @@ fn four_samples(batch: Batch, first: f32) -> vec4<f32> {
     return densities * (frame.media.extinction * (0.5 * batch.step));
 }
 
-// Radiance that reaches the camera of what the samples emit, each behind as much of itself as lies
-// in front of it; `before` is the transmittance in front of the first.
+// Radiance that the samples emit and that reaches the camera, attenuated by the samples in front of
+// each. `before` is the transmittance from the camera to the first sample.
 fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3<f32> {
     let reach = 0.25 * batch.step;
     var sum = vec3<f32>(0.0);
@@ -73,15 +73,15 @@ fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3
     return sum;
 }
 
-// Where points of a ray lie in the map, if light is parallel: a ray as well.
+// For parallel light, points of a ray lie on a ray in the map's (u, v, depth) as well: this one.
 fn light_coordinates_of(ray: Ray) -> Ray {
     let d = vec4<f32>(ray.direction, 0.0);
     let rows = frame.light.from_frame;
     return Ray(light_coordinates(ray.origin), vec3<f32>(dot(rows[0], d), dot(rows[1], d), dot(rows[2], d)));
 }
 
-// (u, v, depth) in the map of a point of a ray, whose points lie on `lookups` there if light is
-// parallel.
+// (u, v, depth) in the map of the point of a ray at distance `at`. For parallel light it lies on
+// `lookups`, from light_coordinates_of.
 fn light_place(ray: Ray, lookups: Ray, at: f32) -> vec3<f32> {
     if (USUAL) {
         return ray_at(lookups, at);
@@ -89,7 +89,8 @@ fn light_place(ray: Ray, lookups: Ray, at: f32) -> vec3<f32> {
     return light_coordinates(ray_at(ray, at));
 }
 
-// What arrives over a piece of a ray; `anywhere` if light is parallel.
+// Light that arrives over a piece of a ray; for parallel light it is `anywhere`, the same at every
+// point.
 fn arriving_at(ray: Ray, anywhere: Arriving, at: f32, reach: f32) -> Arriving {
     if (USUAL || frame.light.spread == 0u) {
         return anywhere;
@@ -97,8 +98,9 @@ fn arriving_at(ray: Ray, anywhere: Arriving, at: f32, reach: f32) -> Arriving {
     return arriving_over(ray, at, reach);
 }
 
-// Radiance scattered towards the camera by steps k and k + 2 of a batch. Their lookups are under
-// way at once; a step without weight has no place: it looks where the other does.
+// Radiance scattered towards the camera by steps k and k + 2 of a batch. Their two shadow lookups
+// are fetched at once. A step with weight 0 has no light sample, so it repeats the other step's
+// lookup.
 fn lit_pair(
     ray: Ray,
     steps: Steps,
@@ -128,9 +130,9 @@ fn lit_pair(
         + weights.y * source_along(steps.ray, places.y, reaches.y, far, transmittances.y);
 }
 
-// Radiance scattered towards the camera, and the transmittance of the whole ray. A step takes two
-// samples of density; a step, or several that add little, take one of the light, in the middle of
-// what they hold. Eight samples of density are under way at once.
+// Radiance scattered towards the camera, and the transmittance of the whole ray. Each step takes
+// two density samples, and eight of them are fetched at once. Each step, or several together that
+// add little, takes one light sample at the weighted mean position of its density samples.
 fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     let emits = frame.media.emits == 1u;
     let arrives = arriving(ray, ray.origin);
@@ -142,7 +144,8 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     var walk = walk_of(steps.ray, steps.exit, lengths);
     var t = steps.enter;
     while (through >= frame.view.opaque) {
-        // With this in front of the loop and at its end, the pass took a tenth longer.
+        // Called in one place only: the pass took a tenth longer with a call in front of the loop
+        // and another at its end.
         t = next_place(&walk, t);
         if (!(t < steps.exit)) {
             break;
@@ -151,7 +154,7 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         var early = four_samples(batch, 0.0);
         var late = four_samples(batch, 4.0);
         var limit = frame.view.march.limit;
-        // Where the medium is dense, steps are cut until no sample is thicker than it may be.
+        // In a dense medium, shorten the steps until no sample is thicker than the limit.
         loop {
             let most = max(early, late);
             var thickest = max(max(most.x, most.y), max(most.z, most.w));
@@ -174,8 +177,8 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         }
         let first = sample_distance(batch, 0.0);
         let added = scattered(through, early, late, first, 0.5 * batch.step);
-        // Views through lists gain up to a tenth from the two pairs written out, those through
-        // curves lose as much.
+        // Unrolling the two pairs makes views through lists up to a tenth faster, and views through
+        // curves as much slower.
         if (LISTS) {
             light += lit_pair(ray, steps, lookups, arrives, batch, added, 0u);
             light += lit_pair(ray, steps, lookups, arrives, batch, added, 1u);
@@ -193,8 +196,8 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
     return vec4<f32>(light, select(0.0, through, through >= frame.view.opaque));
 }
 
-// The paper's shading: unshadowed accumulation of the sampled value, darkened by the plain average
-// of the opacities looked up at equal distances along the ray.
+// The paper's shading: accumulates the sampled value without shadows, then darkens it by the plain
+// average of the opacities looked up at equal distances along the ray.
 fn paper_shading(ray: Ray, steps: Steps) -> vec4<f32> {
     let extent = steps.exit - steps.enter;
     if (extent <= 0.0) {

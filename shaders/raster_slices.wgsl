@@ -1,5 +1,6 @@
-// Pass raster_slices: planes across the light's view, drawn as geometry; each fragment integrates
-// its slab along its texel's own ray and goes on the texel's linked list. Draws to no target.
+// Pass raster_slices: draws planes across the light's view as geometry. Each fragment integrates
+// its slab along its texel's own ray and is pushed on the texel's linked list. There is no render
+// target.
 #import kernel/lists
 #import kernel/slices
 #import kernel/tile
@@ -9,7 +10,7 @@ struct Plane {
     @location(0) @interpolate(flat) index: u32,
 }
 
-// A triangle that covers the tile, for each plane.
+// One triangle for each plane, which covers the whole tile.
 @vertex
 fn plane(@builtin(vertex_index) corner: u32, @builtin(instance_index) index: u32) -> Plane {
     let x = select(-1.0, 3.0, corner == 1u);

@@ -1,6 +1,6 @@
-// Pass sort_fragments: each texel's linked list, sorted by depth, becomes a contiguous run of
-// nodes: all of them, truncated, or as few as the tolerance allows. One thread a texel; lists of
-// any length.
+// Pass sort_fragments: sorts each texel's linked list by depth and turns it into a contiguous run
+// of nodes: all of them, truncated, or as few as the tolerance allows. One thread per texel; lists
+// may have any length.
 #import kernel/fitting
 #import kernel/frame
 #import kernel/lists
@@ -8,7 +8,7 @@
 @group(0) @binding(5) var<storage, read_write> runs: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read_write> nodes: array<vec2<f32>>;
 
-// Lists up to this length are sorted by insertion.
+// Lists up to this length use insertion sort.
 const SHORT: u32 = 32u;
 
 var<private> first: u32;
@@ -22,7 +22,7 @@ fn keep_node(node: vec2<f32>) {
     count++;
 }
 
-// Sorts a short list by insertion in registers and links it anew; returns its head.
+// Sorts a short list by insertion in registers, relinks it and returns its head.
 fn insertion_sort(head: u32) -> u32 {
     var order: array<u32, SHORT>;
     var depths: array<f32, SHORT>;
@@ -49,7 +49,8 @@ fn insertion_sort(head: u32) -> u32 {
     return order[0];
 }
 
-// Sorts a list of any length in place by merging ever longer sorted stretches; returns its head.
+// Sorts a list of any length in place, by merging sorted stretches of doubling length, and returns
+// its head.
 fn merge_sort(list_head: u32) -> u32 {
     var head = list_head;
     for (var stretch: u32 = 1u;; stretch *= 2u) {
@@ -98,7 +99,7 @@ fn merge_sort(list_head: u32) -> u32 {
     return head;
 }
 
-// Turns the sorted list into nodes, which are counted and, if `keeping`, written.
+// Turns the sorted list into nodes. Counts them, and writes them if `keeping`.
 fn fit(head: u32) {
     count = 0u;
     fitter_start(frame.map.tolerance);

@@ -1,6 +1,6 @@
-// Pass trace_slices: every slab of a texel's ray, in order, into nodes: all of them, or as few as
-// the tolerance allows, fitted while marching so that no raw list is ever written. One thread a
-// texel.
+// Pass trace_slices: turns the slabs of each texel's ray, in order, into nodes: all of them, or as
+// few as the tolerance allows. The fit runs while marching, so no raw list is ever written. One
+// thread per texel.
 #import kernel/fitting
 #import kernel/fragments
 #import kernel/occupancy
@@ -9,7 +9,7 @@
 
 @group(0) @binding(5) var<storage, read_write> runs: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read_write> nodes: array<vec2<f32>>;
-// The most nodes that a texel would have kept, if more than there was room for.
+// The largest number of nodes that a texel needed, if it exceeds the tile's capacity.
 @group(0) @binding(11) var<storage, read_write> needed: array<atomic<u32>, 2>;
 
 var<private> list: List;
@@ -36,8 +36,8 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     if (any(id.xy >= tile.extent)) {
         return;
     }
-    // The nodes of a block of 8 x 8 texels lie side by side: their first ones, their second ones,
-    // ...
+    // The nodes of a block of 8 x 8 texels are interleaved: all first nodes, then all second nodes,
+    // and so on.
     let block = id.y / 8u * ((tile.extent.x + 7u) / 8u) + id.x / 8u;
     let lane = id.y % 8u * 8u + id.x % 8u;
     list = List(block * INTERLEAVED_STRIDE * tile.capacity + lane, 0u, INTERLEAVED_STRIDE);
@@ -49,12 +49,13 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     // The last slab between planes may be as thin as rounding allows.
     let thin = select(0.0, 2.0 * LEAST_SHARE, frame.map.planes > 0u);
     var walk = walk_of(slabs.ray, slabs.exit * (1.0 + thin), lengths);
-    // Planes are where they are.
+    // Slabs between planes have a fixed length, so nothing is shortened there.
     let limit = select(frame.map.slabs.limit, 3e38, frame.map.planes > 0u);
     var t = next_place(&walk, slabs.enter);
     var next = f32(slabs.first);
-    // What steps that proved too long are cut to. Texels take them again in turns of the one loop:
-    // in a loop of its own all texels side by side would wait for those that do.
+    // The length to which steps that proved too long are shortened. They are repeated as iterations
+    // of the same loop: with a loop of their own, all threads of a workgroup would wait for those
+    // that repeat.
     var longest: f32 = 3e38;
     while (t < slabs.exit && !fitter_is_dark()) {
         let step = min(step_from(walk, t), longest);
@@ -70,7 +71,7 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         longest = 3e38;
         next = batch.next;
-        // Written out: reading a vector at a place that is not constant costs a fifth of the pass.
+        // Unrolled: reading a vector with a dynamic index costs a fifth of the pass's time.
         add_slab(batch.fronts.x, batch.backs.x, optical_depths.x);
         add_slab(batch.fronts.y, batch.backs.y, optical_depths.y);
         add_slab(batch.fronts.z, batch.backs.z, optical_depths.z);

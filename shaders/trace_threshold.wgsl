@@ -1,5 +1,5 @@
-// Pass trace_threshold: from the light through every texel of the map, into its four numbers and
-// the curve that they say. One thread a texel.
+// Pass trace_threshold: marches from the light through every texel of the map, and writes the
+// texel's four numbers and the curve that they define. One thread per texel.
 #import kernel/curves
 #import kernel/light
 #import kernel/occupancy
@@ -14,14 +14,15 @@ struct LightRay {
     ray: Ray,
     enter: f32,
     exit: f32,
-    // World lengths of its steps: at least, where the media change most, at most.
+    // World lengths of steps: the shortest, that where the media change most, and the longest.
     lengths: vec3<f32>,
 }
 
-// Where some batches of the ray end, and the optical depth there: they tell where a threshold is
-// crossed without marching the whole ray again. They wait where the texel's curve will be written,
-// two in each cubic and the last one in the ends. (Workgroup memory is taken from what caches the
-// volume, which costs more.)
+// Checkpoints: the distances where some of the ray's batches end, and the optical depth there. They
+// tell where a threshold is crossed without marching the whole ray again. They are kept in the
+// buffers that the texel's curve is written to later, two in each cubic and the last one in the
+// ends. (Workgroup memory would take space from the cache of the volume's texture, which costs
+// more.)
 const CHECKPOINTS: u32 = 8u;
 
 fn checkpoint(texel: u32, k: u32) -> vec2<f32> {
@@ -46,7 +47,7 @@ fn set_checkpoint(texel: u32, k: u32, reached: vec2<f32>) {
     }
 }
 
-// Optical depths of four steps from t on: four samples are under way at once.
+// Optical depths of four steps from t on; their four samples are fetched at once.
 fn depths_of(ray: Ray, t: f32, step: f32) -> vec4<f32> {
     let at = t + 0.5 * step;
     let densities = vec4<f32>(
@@ -65,8 +66,9 @@ struct FourSteps {
     taus: vec4<f32>,
 }
 
-// Four steps from t on, behind an optical depth, as long as the walk allows or cut where the medium
-// is dense. They follow from t alone, so that a second march takes the same.
+// Four steps from t on, with optical depth tau in front of them: as long as the walk allows, or
+// shorter where the medium is dense. They depend on t and tau only, so that a second march takes
+// the same steps.
 fn four_steps(ray: Ray, walk: Walk, t: f32, tau: f32) -> FourSteps {
     var step = step_from(walk, t);
     var taus: vec4<f32>;
@@ -85,14 +87,15 @@ fn four_steps(ray: Ray, walk: Walk, t: f32, tau: f32) -> FourSteps {
     return FourSteps(step, taus);
 }
 
-// Fills the checkpoints, the last of which is the end of all steps. Returns how many there are.
+// Marches the ray and fills the checkpoints, the last of which is the end of all steps. Returns
+// their number.
 fn march(light: LightRay, texel: u32) -> u32 {
     var walk = walk_of(light.ray, light.exit, light.lengths);
     var t = next_place(&walk, light.enter);
     var tau: f32 = 0.0;
     var end = t;
     var count: u32 = 0u;
-    // Batches between two checkpoints, and those since the last one.
+    // The number of batches between two checkpoints, and of those since the last one.
     var stride: u32 = 1u;
     var since: u32 = 0u;
     while (t < light.exit && tau < LARGEST_OPTICAL_DEPTH) {
@@ -103,7 +106,7 @@ fn march(light: LightRay, texel: u32) -> u32 {
         end = t + BATCH * step;
         since++;
         if (since == stride && count == CHECKPOINTS) {
-            // Every other one makes room.
+            // Drops every other checkpoint to make room.
             count = CHECKPOINTS / 2u;
             stride *= 2u;
             for (var k: u32 = 0u; k < CHECKPOINTS / 2u; k++) {
@@ -124,7 +127,7 @@ fn march(light: LightRay, texel: u32) -> u32 {
     return count;
 }
 
-// How many of the first checkpoints lie in front of an optical depth. All are read at once.
+// How many of the first `count` checkpoints lie in front of an optical depth. All are read at once.
 fn checkpoints_before(texel: u32, count: u32, wanted: f32) -> u32 {
     let row = frame.map.size * frame.map.size;
     let a = cubics[texel];
@@ -139,7 +142,7 @@ fn checkpoints_before(texel: u32, count: u32, wanted: f32) -> u32 {
     return sums.x + sums.y + sums.z + sums.w + select(0u, 1u, beyond);
 }
 
-// Depth where an optical depth is reached; the ray's exit where it is not.
+// The depth where an optical depth is reached, or the ray's exit if it is not.
 fn depth_of(light: LightRay, texel: u32, count: u32, wanted: f32) -> f32 {
     let k = checkpoints_before(texel, count, wanted);
     if (k == count) {
@@ -164,7 +167,8 @@ fn depth_of(light: LightRay, texel: u32, count: u32, wanted: f32) -> f32 {
         let c = b + taus.z;
         let d = c + taus.w;
         if (wanted <= d) {
-            // The step, optical depths at its ends, how much more the next one holds.
+            // x: the step; y and z: optical depths at its ends; w: how much more the next step
+            // holds.
             var found = vec4<f32>(0.0, before, a, taus.y - taus.x);
             if (wanted > c) {
                 found = vec4<f32>(3.0, c, d, taus.w - taus.z);
@@ -179,7 +183,7 @@ fn depth_of(light: LightRay, texel: u32, count: u32, wanted: f32) -> f32 {
         before = d;
         t += BATCH * step;
     }
-    // Rounding alone kept the sum below it.
+    // Only rounding kept the sum below the wanted optical depth.
     return last;
 }
 
@@ -205,7 +209,8 @@ fn trace_texel(u: f32, v: f32, texel: u32) -> vec4<f32> {
         return vec4<f32>(vec3<f32>(inside.y), largest);
     }
     var wanted = frame.map.threshold_depths;
-    // Unset channels of the default lookup hold shares of the largest opacity.
+    // With the default lookup, channels whose threshold is not reached hold the depths of shares of
+    // the largest opacity.
     if (frame.map.lookup == 0u && largest < frame.map.thresholds.z) {
         wanted = -log(1.0 - levels(largest, frame.map.thresholds));
     }

@@ -1,18 +1,19 @@
-//! Linear RGBA images and what a screen shows of them. Knows no file format.
+//! Linear RGBA images, and their conversion for screens. Knows no file format.
 
-/// Linear light, f32, row 0 on top. RGB is premultiplied by alpha where alpha is below 1.
+/// An image in linear light, f32, row 0 on top. RGB is premultiplied by alpha where alpha is below
+/// 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Pixels across.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: u32,
-    /// `width * height` pixels, row by row: radiance R, G, B and opacity A in 0..1.
+    /// `width * height` pixels, row by row: radiance R, G, B and opacity A, which is 0..1.
     pub pixels: Vec<[f32; 4]>,
 }
 
 impl Image {
-    /// An image of one colour.
+    /// An image in which every pixel is `pixel`.
     pub fn filled(width: u32, height: u32, pixel: [f32; 4]) -> Self {
         Self { width, height, pixels: vec![pixel; width as usize * height as usize] }
     }
@@ -25,8 +26,8 @@ impl Image {
         self.pixels[y as usize * self.width as usize + x as usize]
     }
 
-    /// What a screen shows: colour times `exposure`, sRGB-encoded, 8 bits a channel, straight
-    /// alpha.
+    /// The image for a screen: colour times `exposure`, sRGB-encoded, 8 bits per channel, RGBA row
+    /// by row, with alpha no longer premultiplied.
     pub fn to_srgb8(&self, exposure: f32) -> Vec<u8> {
         self.pixels
             .iter()
@@ -39,7 +40,8 @@ impl Image {
     }
 }
 
-/// The sRGB transfer curve (IEC 61966-2-1); values outside 0..1 are clamped, NaN becomes 0.
+/// The sRGB transfer curve (IEC 61966-2-1), which encodes a linear value to 0..1. Values outside
+/// 0..1 are clamped; NaN becomes 0.
 pub fn srgb_from_linear(linear: f32) -> f32 {
     let c = linear.clamp(0.0, 1.0);
     if c <= 0.003_130_8 {
@@ -51,7 +53,7 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
     }
 }
 
-/// The inverse of the sRGB transfer curve, for values in 0..1.
+/// The inverse of the sRGB transfer curve, for encoded values in 0..1.
 pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }

@@ -1,4 +1,4 @@
-//! The program: results to exit codes, nothing else.
+//! The program's entry point: maps results to exit codes.
 
 use std::process::ExitCode;
 

@@ -1,5 +1,6 @@
-//! Rays, boxes and bases in f64, for setting scenes up and for the reference.
-//! Knows nothing of volumes or light. Space names: see `scene`; a transform is called `to_from`.
+//! Rays, boxes and orthonormal frames in f64, for setting up scenes and for the reference. Knows
+//! nothing of volumes or light. `scene` lists the names of spaces; a transform from space `from` to
+//! space `to` is called `to_from`.
 
 use glam::{DMat4, DVec3};
 
@@ -25,7 +26,7 @@ impl Aabb {
         })
     }
 
-    /// The eight corners, x fastest.
+    /// The eight corners, with x varying fastest.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|i| {
             let pick = |bit: usize, lo: f64, hi: f64| if i & bit == 0 { lo } else { hi };
@@ -42,12 +43,12 @@ impl Aabb {
         self.max - self.min
     }
 
-    /// The middle.
+    /// The centre.
     pub fn center(&self) -> DVec3 {
         (self.min + self.max) * 0.5
     }
 
-    /// The smallest box around this one's corners, each moved by `to_from`.
+    /// The bounding box of this box's corners after the transform `to_from`.
     #[must_use]
     pub fn transformed(&self, to_from: &DMat4) -> Self {
         let corners = self.corners().map(|p| to_from.transform_point3(p));
@@ -55,14 +56,14 @@ impl Aabb {
         Self { min: fold(DVec3::min), max: fold(DVec3::max) }
     }
 
-    /// Where `origin + t * direction` is inside: the interval of `t >= 0`, `None` if there is none.
-    /// `direction` need not have length one; `t` is in its lengths.
+    /// The interval of `t >= 0` in which `origin + t * direction` is inside; `None` if there is
+    /// none. `direction` need not be a unit vector; `t` counts its lengths.
     pub fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
         let (mut enter, mut exit) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {
             let (o, d) = (origin[axis], direction[axis]);
             if d == 0.0 {
-                // A ray along a face belongs to the box that it touches.
+                // A ray along a face is inside.
                 if o < self.min[axis] || o > self.max[axis] {
                     return None;
                 }
@@ -76,8 +77,8 @@ impl Aabb {
     }
 }
 
-/// Two unit vectors that form a right-handed frame with the unit vector `forward`:
-/// (right, up) with `right x up = -forward`, `up` as close to `up_hint` as can be.
+/// Two unit vectors (right, up) that form a right-handed frame with the unit vector `forward`:
+/// `right x up = -forward`, with `up` as close to `up_hint` as possible.
 pub fn frame_of(forward: DVec3, up_hint: DVec3) -> (DVec3, DVec3) {
     let right = forward.cross(up_hint);
     let right = if right.length_squared() > 1e-12 * up_hint.length_squared() {

@@ -1,14 +1,14 @@
-//! How long work reports how far it is. Knows neither terminals nor what the work is.
+//! An interface for long work to report its progress. Knows neither terminals nor what the work is.
 
-/// Receives the progress of one piece of work after the other; called from many threads.
+/// Receives the progress of one piece of work after another; called from many threads.
 pub trait Progress: Sync {
-    /// A piece of work of `total` equal parts begins; `what` names it for people.
+    /// Called when a piece of work of `total` equal parts begins; `what` names it for people.
     fn begin(&self, what: &str, total: u64);
-    /// `parts` more of it are done.
+    /// Called when `parts` more of them are done.
     fn advance(&self, parts: u64);
 }
 
-/// Nobody is watching.
+/// Ignores all progress.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

@@ -1,5 +1,5 @@
-//! How wrong the threshold map is against the exact integral, on the four presets: the figures that
-//! the project publishes, with the published bounds.
+//! Tests of the threshold map's errors against the exact integral, on the four presets: the
+//! published figures, with bounds.
 
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
@@ -18,7 +18,7 @@ use crate::support::{Random, rms};
 pub const MAP: u32 = 256;
 const POINTS: usize = 40_000;
 
-/// Random points in the volume with the exact transmittance from the light.
+/// Random points in the volume, with the exact transmittance from the light.
 pub fn points(scene: &Scene) -> Vec<(DVec3, f64)> {
     let bounds = scene.media.world_bounds();
     let mut random = Random(42);
@@ -75,8 +75,8 @@ fn the_papers_lookup_errs_as_published() {
 
 #[test]
 fn the_default_lookup_beats_the_papers_on_every_preset() {
-    // Bounds on the average and on rods: what is shipped, with 5 % to spare; the first published
-    // targets were .029 and .021 on average, .016 and .012 on rods.
+    // Bounds on the average and on rods: the shipped values plus 5 %. The first published targets
+    // were .029 and .021 on average, .016 and .012 on rods.
     for (largest, most, most_on_rods) in [(4.0, 0.0113, 0.0021), (16.0, 0.0128, 0.0033)] {
         let found = errors(largest, &settings(MAP, [1, 1]));
         let papers = errors(largest, &paper());

@@ -1,4 +1,4 @@
-//! Closed forms: the reference against formulas, and the backends against the same.
+//! Tests against closed forms, of the reference and of the backends.
 
 use deepshadow::kernel::light::face_of;
 use deepshadow::math::Aabb;
@@ -37,7 +37,7 @@ fn uniform_box_seen_askew_is_density_times_chord() {
     }
 }
 
-/// Density x (voxel index) along x: integrals of a clamped linear ramp.
+/// Density = voxel index along x, so integrals are those of a clamped linear ramp.
 #[test]
 fn linear_ramp_integrates_to_its_parabola() {
     let n = 8;
@@ -45,7 +45,7 @@ fn linear_ramp_integrates_to_its_parabola() {
     let cells = Cells::of(&ramp);
     let voxel = 1.0 / n as f64;
     let origin = DVec3::new(-2.0, 0.1, 0.2);
-    // Index i lies at world -0.5 + (i + 0.5) / n; the ramp is 0 before index 0 and 7 after 7.
+    // Index i is at world -0.5 + (i + 0.5) / n; the ramp is 0 below index 0 and 7 above 7.
     for index in [0.3, 2.0, 4.71, 7.0, 7.4] {
         let distance = 1.5 + (index + 0.5) * voxel;
         let clamped = f64::min(index, 7.0);
@@ -56,8 +56,8 @@ fn linear_ramp_integrates_to_its_parabola() {
 }
 
 /// A Gaussian ball exp(-r^2 / 2 s^2): along a chord at distance b from the centre, up to t behind
-/// its middle, the integral is s sqrt(pi/2) exp(-b^2 / 2 s^2) (erf(t / s sqrt 2) + 1). What is left
-/// is the voxels' own error, which falls with the square of their size.
+/// its middle, the integral is s sqrt(pi/2) exp(-b^2 / 2 s^2) (erf(t / s sqrt 2) + 1). The
+/// remaining error is that of the voxels, which falls with the square of their size.
 #[test]
 fn gaussian_ball_converges_to_its_erf_with_the_square_of_the_voxel_size() {
     let sigma = 0.08;
@@ -92,7 +92,7 @@ fn gaussian(x: f64) -> f64 {
     (-x * x / 2.0).exp()
 }
 
-/// Maclaurin series, good to 1e-12 for |x| < 3.
+/// Maclaurin series, accurate to 1e-12 for |x| < 3.
 fn erf(x: f64) -> f64 {
     let (mut term, mut sum) = (x, x);
     for k in 1..80_i32 {
@@ -133,7 +133,7 @@ fn profiles_agree_with_single_integrals_for_every_kind_of_light() {
     }
 }
 
-/// The map touches the volume's outline on all four sides and reaches no further.
+/// The map touches the volume's outline on all four sides and does not extend further.
 #[test]
 fn light_views_fit_tightly() {
     let cube = Media::from(volume([4; 3], unit_cube(), |_| 1.0));
@@ -156,9 +156,9 @@ fn light_views_fit_tightly() {
     }
 }
 
-/// A light in the volume, or so near that no view is wide enough, sees it through the faces of a
-/// cube: every point lies in the map of the face that answers for it, and only one does. A spot has
-/// the faces that it shines through.
+/// A light in the volume, or too near for one view, has views through the faces of a cube. Every
+/// point lies in the map of exactly one face that covers it. A spot light has only the faces that
+/// it shines through.
 #[test]
 fn a_light_in_or_too_near_the_volume_has_the_faces_of_a_cube() {
     let cube = Media::from(volume([4; 3], unit_cube(), |_| 1.0));

@@ -1,12 +1,11 @@
-//! The layers of ARCHITECTURE.md, read from the sources: a module imports only from layers below
-//! it.
+//! Checks the layers of ARCHITECTURE.md in the sources: a module imports only from layers below it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::project;
 
-/// Lowest first.
+/// The lowest layer first.
 const LAYERS: [&[&str]; 10] = [
     &["error", "math", "parallel", "progress"],
     &["image", "settings", "volume"],
@@ -28,7 +27,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        // What the fuzz targets are built into is nobody's source.
+        // Build output of the fuzz targets is not a source.
         if path.ends_with("tests/fuzz/target") {
             continue;
         }
@@ -41,14 +40,14 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The module right below the crate that a file belongs to.
+/// The module directly below the crate root that a file belongs to.
 fn module_of(path: &Path, root: &Path) -> String {
     let first = path.strip_prefix(root).unwrap().components().next().unwrap();
     Path::new(first.as_os_str()).file_stem().unwrap().to_string_lossy().into_owned()
 }
 
-/// Names after each `crate::` (and those in braces right after it), with `Error` and `Result`,
-/// which the crate's root re-exports, as what they are.
+/// The names after each `crate::`, and those in braces directly after it. `Error` and `Result`,
+/// which the crate's root re-exports, count as `error`.
 fn imports(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("crate::") {
@@ -88,7 +87,7 @@ fn modules_import_only_from_layers_below() {
                 wrong.push(format!("{} imports crate::{import}", path.display()));
             }
         }
-        // The GPU's answers cannot come from the CPU.
+        // The GPU's results must not come from the CPU.
         if module == "gpu" && imports(&text).iter().any(|import| import == "kernel") {
             wrong.push(format!("{} imports crate::kernel", path.display()));
         }
@@ -107,8 +106,8 @@ fn files_stay_small_enough_to_hold_in_the_head() {
     }
 }
 
-/// The library speaks of scene files' names; what the command line calls them is known in one
-/// place.
+/// The library uses the names of scene files; the command line's names for them are known in one
+/// place only.
 #[test]
 fn options_of_the_command_line_are_known_to_it_alone() {
     for file in sources(&project().join("src")) {
@@ -126,12 +125,12 @@ fn options_of_the_command_line_are_known_to_it_alone() {
     }
 }
 
-/// Passes that hosts need not run: a threshold map works its curves out itself, and pictures are
-/// added up there.
+/// Passes that only GPUs need: on the host, a threshold map computes its curves itself, and
+/// pictures are added up.
 #[cfg(feature = "gpu")]
 const GPU_ONLY: [&str; 2] = ["fit_curves", "add_beam"];
 
-/// A pass has one name: its shader, its entry point, its CPU file.
+/// A pass has the same name everywhere: its shader, its entry point, its CPU file.
 #[cfg(feature = "gpu")]
 #[test]
 fn every_pass_has_one_name() {

@@ -1,4 +1,4 @@
-//! Scenes without volumes, and lights among what they shine on.
+//! Tests of scenes without volumes, and of lights among the media.
 
 use deepshadow::image::Image;
 use deepshadow::progress::Silent;
@@ -10,13 +10,13 @@ use glam::DVec3;
 use crate::support::backends::{every_backend, interpolates_in_f32};
 use crate::support::scenes::{scene, settings, unit_cube, volume};
 
-/// A picture's mean, as a share of the truth's, less one.
+/// The mean of a picture relative to that of the true picture, minus one.
 fn mean_error(image: &Image, truth: &Image) -> f64 {
     let mean = |image: &Image| image.pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>();
     mean(image) / mean(truth) - 1.0
 }
 
-/// Where a picture errs most, as a share of the truth's brightest pixel.
+/// The largest error of a picture, relative to the brightest pixel of the true picture.
 fn worst(image: &Image, truth: &Image) -> f64 {
     let brightest = truth.pixels.iter().map(|pixel| f64::from(pixel[1])).fold(0.0, f64::max);
     let pairs = image.pixels.iter().zip(&truth.pixels);
@@ -24,7 +24,7 @@ fn worst(image: &Image, truth: &Image) -> f64 {
     errors.fold(0.0, f64::max) / brightest
 }
 
-/// A light in an uneven medium, at a place that is nothing's middle.
+/// A light in a medium of varying density, not at the centre of anything.
 fn lamp(kind: LightKind) -> Scene {
     let density = |[x, y, z]: [usize; 3]| ((x * 5 + y * 3 + z * 7) % 11) as f32 / 10.0;
     let mut lit = scene(volume([16; 3], unit_cube(), density), 4.0);
@@ -62,7 +62,8 @@ fn a_light_in_a_volume_is_what_brute_force_says() {
     }
 }
 
-/// The paper's shading knows no place of a light: of one among the media it would add up six times.
+/// The paper's shading ignores a light's position, so a light among the media would be added six
+/// times.
 #[test]
 fn the_papers_shading_refuses_a_light_in_a_volume() {
     let settings = settings(16, [8, 8]).with(|s| {
@@ -76,9 +77,8 @@ fn the_papers_shading_refuses_a_light_in_a_volume() {
     }
 }
 
-/// In a medium that is the same in every direction from the light, nothing tells where one face of
-/// the cube ends and the next begins: pixels at equal distances from the light's image are equally
-/// bright.
+/// In a medium that is the same in every direction from the light, borders between faces of the
+/// cube must not be visible: pixels at equal distances from the light's image are equally bright.
 #[test]
 fn no_seam_shows_between_faces() {
     let mut scene = scene(volume([24; 3], unit_cube(), |_| 1.0), 3.0);
@@ -87,7 +87,7 @@ fn no_seam_shows_between_faces() {
     scene.camera.position = DVec3::new(0.0, 0.0, 3.0);
     scene.camera.target = DVec3::ZERO;
     scene.camera.projection = Projection::Orthographic { height: 0.9 };
-    // No pixel looks straight into the light.
+    // No pixel's centre lies exactly on the light.
     let size = [64, 64];
     let truth = brute_force_image(&scene, size, 1).unwrap();
     for backend in every_backend() {
@@ -114,7 +114,7 @@ fn no_seam_shows_between_faces() {
     }
 }
 
-/// Ground and background, and light that nothing stands in the way of.
+/// Ground and background, with light that nothing blocks.
 #[test]
 fn a_scene_without_volumes_is_its_ground() {
     let mut bare = scene(volume([2; 3], unit_cube(), |_| 0.0), 0.0);
@@ -145,7 +145,7 @@ fn a_scene_without_volumes_is_its_ground() {
             }
         }
     }
-    // Nobody lights it either.
+    // Without lights the ground is dark too.
     bare.lights.clear();
     bare.ambient = DVec3::ONE;
     for backend in every_backend() {
@@ -154,8 +154,8 @@ fn a_scene_without_volumes_is_its_ground() {
     }
 }
 
-/// A bias moves where surfaces are looked up towards the light: the ground's shadow then begins as
-/// much later in the medium that it lies in.
+/// A bias moves the lookups of surfaces towards the light: then less of the medium in which the
+/// ground lies shadows it.
 #[test]
 fn ground_in_a_medium_is_shadowed_by_what_lies_above_it() {
     let mut buried = scene(volume([16; 3], unit_cube(), |_| 1.0), 3.0);
@@ -174,7 +174,8 @@ fn ground_in_a_medium_is_shadowed_by_what_lies_above_it() {
                     s.view.bias = bias;
                 });
                 let image = backend.render(&buried, &settings, &Silent).unwrap();
-                // .4 of medium lies above, twice: to the light and to the eye.
+                // A length of .4 of the medium lies above the ground, once on the way from the
+                // light and once to the camera.
                 let ground = 0.5 / std::f32::consts::PI * 4.0 * std::f32::consts::PI;
                 let seen = ground * (-3.0_f32 * 0.4).exp();
                 let more = seen * ((-3.0 * (0.4 - bias as f32)).exp() - (-1.2_f32).exp());

@@ -1,4 +1,5 @@
-//! `--max-error` and `--max-map-bytes`: the map that is written keeps what its certificate says.
+//! Tests of `--max-error` and `--max-map-bytes`: the written map has the properties in its
+//! certificate.
 
 use deepshadow::io::deep_exr::{Attribute, DeepFile};
 use exr::prelude::{AttributeValue, read_first_flat_layer_from_file};

@@ -1,5 +1,5 @@
-//! What is chosen where nothing is said does not hang on a few voxels, on how a volume lies, or on
-//! its unit.
+//! Tests that automatic choices depend neither on a few voxels, nor on a volume's orientation, nor
+//! on its unit.
 
 use std::path::Path;
 
@@ -24,14 +24,14 @@ fn scale(media: &Media) -> f64 {
     media.first().unwrap().medium.density_scale
 }
 
-/// Part of an egg, off its middle.
+/// A part of an egg, not at its centre.
 fn egg(at: [usize; 3], dims: [usize; 3]) -> f32 {
     let away = |axis: usize| ((at[axis] as f32 + 0.5) / dims[axis] as f32 - 0.45) * 2.2;
     let r = (0..3).map(|axis| away(axis).powi(2)).sum::<f32>();
     (1.0 - r).max(0.0) * if at[0] > dims[0] / 2 { 2.0 } else { 1.0 }
 }
 
-/// The same voxels in the same places, with the array's axes in another order, one of them
+/// The same voxels in the same places, with the array's axes in another order and one of them
 /// reversed.
 fn laid(order: [usize; 3], reversed: usize, unit: f64) -> Volume {
     let dims = [10, 18, 7];
@@ -70,7 +70,7 @@ fn density_is_the_same_however_a_volume_lies_and_scales_with_its_unit() {
         let found = scale(&chosen(laid(ORDERS[3], 1, unit), Surroundings::Studio).media) * unit;
         assert!((found / first - 1.0).abs() < 1e-9, "{unit}: {found} instead of {first}");
     }
-    // Lying down is turning.
+    // A volume that lies down is a rotated volume.
     let turned = DMat4::from_mat3(DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X));
     let lying = laid(ORDERS[0], 0, 1.0);
     let lying = lying.clone().placed(turned * *lying.world_from_index()).unwrap();
@@ -94,8 +94,8 @@ fn pictures_are_the_same_however_a_volume_lies() {
     }
 }
 
-/// Optical depth through the face that most of a section is seen through: at least a third of what
-/// a cube has.
+/// A section has, through the face from which most of it is seen, at least a third of a cube's
+/// optical depth.
 #[test]
 fn thin_sections_and_single_slices_are_visible() {
     for thickness in [1, 3, 40] {
@@ -127,7 +127,7 @@ fn a_scene_file_has_the_density_of_the_command_line() {
     let (scene, _, notes) = described("[volume]\npath = \"v.npy\"\n", folder.path());
     assert_eq!(scale(&scene.media), scale(&line.media));
     assert!(notes.iter().any(|note| note.starts_with("window")), "{notes:?}");
-    // A density that is given speaks of stored values.
+    // A given density scale refers to stored values.
     let given = "[volume]\npath = \"v.npy\"\ndensity_scale = 0.01\n";
     let (scene, _, notes) = described(given, folder.path());
     assert!(scene.media.plain().is_some() && notes.is_empty(), "{notes:?}");
@@ -160,7 +160,7 @@ fn hot_voxels_change_no_choice() {
             .map(|scene| scene.media.first().unwrap().medium.transfer.clone().unwrap().range()[1]);
         assert!((a / b - 1.0).abs() < 0.01, "{more}: {a} and {b}");
     }
-    // One bright voxel in smoke: the camera sees all of the smoke.
+    // With one bright voxel in smoke, the camera still sees all of the smoke.
     let smoke = |bright: f32| {
         let values = Array3::from_shape_fn((24, 24, 24), |(z, y, x)| egg([x, y, z], [24; 3]));
         let mut values = values;
@@ -174,7 +174,7 @@ fn hot_voxels_change_no_choice() {
 #[test]
 fn hounsfield_units_are_known_and_their_presets_speak_them() {
     let folder = tempfile::tempdir().unwrap();
-    // A head: air, tissue of 40, a shell of bone, two voxels of metal, and what pads a scan.
+    // A head: air, tissue of 40, a shell of bone, two voxels of metal, and a scan's padding.
     let head = |metal: f32, padding: f32, [x, y, z]: [usize; 3]| {
         if [[9, 10, 10], [9, 9, 9]].contains(&[x, y, z]) {
             return metal;
@@ -207,7 +207,7 @@ fn hounsfield_units_are_known_and_their_presets_speak_them() {
         assert!(opacity("tissue", 40.0) > 0.03 && opacity("tissue", -1000.0) == 0.0, "{metal}");
         assert!(opacity("skin", 0.0) > 0.9 && opacity("skin", -1000.0) == 0.0, "{metal}");
     }
-    // Other numbers are none: the preset spans them.
+    // Other numbers are not Hounsfield units, so the preset spans them.
     write_npy(&folder.path().join("v.npy"), [20; 3], |at| {
         (head(900.0, -1000.0, at) + 1000.0) / 8.0
     });
@@ -230,7 +230,7 @@ fn one_voxel_is_framed_with_its_edges() {
         let forward = (camera.target - camera.position).normalize();
         let (right, up) = frame_of(forward, camera.up);
         for corner in corners {
-            // Of three voxels the outer half of each neighbour is nothing.
+            // With three voxels, the outer half of each neighbour is empty.
             let way = DVec3::ONE
                 + (corner - DVec3::ONE) * if corners[7].x > 1.0 { 2.0 / 3.0 } else { 1.0 };
             let way = way - camera.position;
@@ -268,7 +268,7 @@ fn an_empty_grid_is_a_picture_without_medium() {
     }
 }
 
-/// A tile reaches over thousands of blocks, of which those at its faces are alike.
+/// A tile covers thousands of blocks, and those at its faces are equal.
 #[test]
 fn a_large_tile_takes_little_memory() {
     let folder = tempfile::tempdir().unwrap();
@@ -304,9 +304,9 @@ fn distances_without_their_class_are_said_to_be_such() {
     vdb(vec![("surface", tree)], &folder.path().join("v.vdb"), "unknown");
     let whole = |[x, y, z]: [usize; 3]| distance(DVec3::new(x as f64, y as f64, z as f64));
     write_npy(&folder.path().join("v.npy"), [17; 3], whole);
-    // Something signed that is no distance.
+    // Signed values that are not distances.
     write_npy(&folder.path().join("w.npy"), [17; 3], |at| whole(at).powi(3));
-    // The lengths of distances may be others than those of voxels.
+    // Distances may have another unit than the voxels' lengths.
     write_npy(&folder.path().join("u.npy"), [17; 3], |at| 40.0 * whole(at));
     for (name, said) in [("v.vdb", true), ("v.npy", true), ("u.npy", true), ("w.npy", false)] {
         let (_, _, notes) = described(&format!("[volume]\npath = \"{name}\"\n"), folder.path());

@@ -1,5 +1,5 @@
-//! The program as others call it: the real binary in a fresh folder. Exit codes, one-line errors,
-//! files whole or not at all.
+//! Tests of the program as a user calls it: the real binary in a fresh folder. Exit codes, errors
+//! of one line, files that are complete or absent.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 use super::support::Picture;
 
-/// The program, also where the tests run from an archive on another machine.
+/// The path of the program, also if the tests run from an archive on another machine.
 pub fn program() -> String {
     std::env::var("NEXTEST_BIN_EXE_deepshadow")
         .unwrap_or_else(|_| env!("CARGO_BIN_EXE_deepshadow").to_owned())
@@ -120,7 +120,7 @@ fn raw_data_renders_from_options_and_from_its_sidecar_alike() {
     assert!(a == b, "the same picture, byte for byte");
 }
 
-/// What another program needs to look up shadows stands in the file.
+/// The file contains what another program needs to look up shadows.
 #[test]
 fn map_writes_its_channels_and_attributes() {
     let folder = Folder::new();
@@ -145,7 +145,7 @@ fn map_writes_its_channels_and_attributes() {
     let Some(AttributeValue::Matrix4x4(m)) = attribute("light_from_world") else {
         panic!("no light_from_world");
     };
-    // The cube's centre lies in the middle of the map, half of the cube's depth extent deep.
+    // The cube's centre is in the middle of the map, at half of the cube's depth extent.
     let [u, v, depth, w] = [0, 1, 2, 3].map(|row| m[4 * row + 3]);
     assert!((u - 0.5).abs() < 1e-5 && (v - 0.5).abs() < 1e-5 && w == 1.0, "{u}, {v}, {w}");
     let samples =
@@ -247,7 +247,7 @@ fn bad_input_exits_with_1_and_one_line_that_names_it() {
 fn a_failed_run_leaves_the_older_picture() {
     let folder = Folder::new();
     fs::write(folder.path().join("box.png"), "older").unwrap();
-    // Found wrong only after the output was promised: the light stands nowhere.
+    // The error is found only after the output was prepared: the light has no position.
     let nowhere = "[volume]\npreset = \"box\"\n[light]\nkind = \"point\"\n";
     fs::write(folder.path().join("nowhere.toml"), nowhere).unwrap();
     let output = folder.run(&format!("render nowhere.toml {SMALL} -o box.png"));
@@ -260,8 +260,8 @@ fn a_failed_run_leaves_the_older_picture() {
     assert_eq!(folder.names(), ["box.png", "nowhere.toml"]);
 }
 
-/// Hounsfield units: a ball of 100 in air of -1000 is the same picture as both shifted by 1000.
-/// The deep image's opacity is what the map's statistics say.
+/// Hounsfield units: a ball of 100 in air of -1000 gives the same picture as both shifted by 1000.
+/// The deep image's opacity equals that in the map's statistics.
 #[test]
 fn a_fragment_map_is_a_deep_image_or_its_statistics() {
     let folder = Folder::new();
@@ -283,7 +283,7 @@ fn a_fragment_map_is_a_deep_image_or_its_statistics() {
     assert!(opacity.iter().any(|&a| a > 0.5), "some light is lost");
 }
 
-/// Flattened, the camera's deep image is its picture.
+/// The camera's deep image, flattened, equals the flat picture.
 #[test]
 fn a_deep_picture_flattens_to_the_flat_one() {
     let folder = Folder::new();
@@ -300,8 +300,8 @@ fn a_deep_picture_flattens_to_the_flat_one() {
     };
     for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
         for (pixel, flat) in flattened.pixels.iter().zip(channel(name)) {
-            // The march ends where a thousandth of the light is left; the flat picture calls it
-            // none.
+            // The march ends where a thousandth of the light is left, which the flat picture counts
+            // as none.
             assert!((pixel[c] - flat).abs() < 2e-3, "{name}: {} for {flat}", pixel[c]);
         }
     }

@@ -1,5 +1,5 @@
-//! Colour: transfer functions, coloured media and shadows, several volumes and lights, against
-//! closed forms, on every backend.
+//! Tests of colour on every backend, against closed forms: transfer functions, coloured media and
+//! shadows, several volumes and lights.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ use crate::support::backends::{every_backend, interpolates_in_f32};
 use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
 
 const KINDS: [MapKind; 2] = [MapKind::Threshold, MapKind::Fragments];
-/// What 8-bit texture weights, slabs and tolerances cost at most where a map is exact otherwise.
+/// The largest error of 8-bit texture weights, slabs and tolerances where a map is otherwise exact.
 const EXACT: f32 = 2e-3;
 const GROUND: f64 = -2.0;
 
@@ -43,7 +43,7 @@ fn medium(density_scale: f64) -> Medium {
     Medium { density_scale, ..Medium::default() }
 }
 
-/// Light from above onto a white ground, seen by a camera below the volumes.
+/// Light from above on a white ground, seen by a camera below the volumes.
 fn ground_scene(bodies: Vec<Body>) -> Scene {
     let mut scene = scene(uniform(unit_cube()), 1.0);
     scene.media = Media::new(bodies);
@@ -96,7 +96,7 @@ fn a_coloured_slab_over_a_white_ground_lets_through_exp_minus_tau_of_each_channe
     }
 }
 
-/// Bodies that overlap where they like, one of them turned: shadows multiply.
+/// Bodies may overlap anywhere, and one is rotated: transmittances multiply.
 #[test]
 fn overlapping_boxes_multiply_their_transmittances() {
     let (a, b) = (boxed(DVec3::new(-0.17, 0.1, 0.0), 0.8), boxed(DVec3::new(0.2, 0.23, 0.1), 0.7));
@@ -124,7 +124,8 @@ fn overlapping_boxes_multiply_their_transmittances() {
                     truth *= if in_b { under_b[c] } else { 1.0 };
                     let what = format!("{kind} at {place:?}, {}", backend.description());
                     let error = (f64::from(lit[c]) - truth).abs();
-                    // A mean of three channels' maps of 64 texels, whose edges are a texel wide.
+                    // A mean over three channels' maps of 64 texels, with edges that are a texel
+                    // wide.
                     assert!(error < f64::from(EXACT) * 2.0, "{what}: {}, not {truth}", lit[c]);
                 }
             }
@@ -165,7 +166,7 @@ fn the_order_of_volumes_means_nothing() {
     }
 }
 
-/// A grid cut into two random parts that add up to it.
+/// A grid cut into two random parts whose sum it is.
 #[test]
 fn a_volume_split_into_two_renders_as_one() {
     let mut whole = anchor_scene(Preset::Bucky, 8.0, 32);
@@ -205,8 +206,8 @@ fn function(points: &[(f64, [f64; 3], f64)]) -> Arc<TransferFunction> {
     Arc::new(TransferFunction::new(points.iter().map(point).collect()).unwrap())
 }
 
-/// Density rises evenly along x; a band of it is opaque. The integral is the band's width times the
-/// mean of its opacity, however thin it is.
+/// Density rises evenly along x, and a band of it is opaque. The integral is the band's width times
+/// the mean of its opacity, however thin the band is.
 #[test]
 fn bands_of_a_transfer_function_are_never_stepped_over() {
     let ramp = volume([16, 4, 4], unit_cube(), |[x, _, _]| x as f32 / 15.0);
@@ -221,7 +222,7 @@ fn bands_of_a_transfer_function_are_never_stepped_over() {
             (high, white, 0.0),
             (1.0, white, 0.0),
         ]);
-        // 15 of 16 voxel lengths carry the change from 0 to 1.
+        // 15 of 16 voxel lengths contain the change from 0 to 1.
         let truth = 40.0 / width * 0.03 * (0.75 * width * 15.0 / 16.0);
         let mut across = scene(ramp.clone(), 1.0);
         across.media = Media::new(vec![body(
@@ -239,7 +240,8 @@ fn bands_of_a_transfer_function_are_never_stepped_over() {
                 let through = map.lookup(1, 0.5, 0.5, 5.0);
                 let error = (f64::from(through) - (-truth).exp()).abs();
                 let what = format!("{width}, {kind}, {}", backend.description());
-                // Hardware moves either edge of the band by up to 1/512 of a voxel, 1/16 long.
+                // Hardware moves each edge of the band by up to 1/512 of a voxel, which is 1/16
+                // long.
                 let moved = if interpolates_in_f32(&*backend) { 0.0 } else { 2.0 / 512.0 / 16.0 };
                 let bound = 4e-3 + (-truth).exp() * (40.0 / width * 0.03 * moved).exp_m1();
                 assert!(error < bound, "{what}: {through}, not {}", (-truth).exp());
@@ -248,14 +250,14 @@ fn bands_of_a_transfer_function_are_never_stepped_over() {
     }
 }
 
-/// A function that is the identity changes nothing.
+/// A transfer function that is the identity changes nothing.
 #[test]
 fn a_straight_transfer_function_is_none() {
     let plain = anchor_scene(Preset::Bucky, 6.0, 32);
     let mut classified = plain.clone();
     classified.media.medium_mut().transfer =
         Some(function(&[(0.0, [1.0; 3], 0.0), (1.0, [1.0; 3], 1.0)]));
-    // Media decide what they are when passes begin.
+    // Media are classified as plain or not when passes begin.
     assert!(classified.media.plain().is_none() && plain.media.plain().is_some());
     for backend in every_backend() {
         let settings = settings(64, [48, 40]);
@@ -268,7 +270,7 @@ fn a_straight_transfer_function_is_none() {
     }
 }
 
-/// What a uniform box emits: j l without extinction, j (1 - exp(-x l)) / x with.
+/// Emission of a uniform box: j l without extinction, j (1 - exp(-x l)) / x with extinction x.
 #[test]
 fn emission_has_its_closed_form() {
     let glowing = function(&[(0.0, [0.5, 0.25, 1.0], 1.0), (1.0, [0.5, 0.25, 1.0], 1.0)]);
@@ -324,7 +326,7 @@ fn the_picture_of_two_lights_is_the_sum_of_theirs() {
     }
 }
 
-/// A grid of one colour is an albedo.
+/// A grid of a single colour is equivalent to an albedo.
 #[test]
 fn a_grid_of_colours_is_a_factor_on_the_albedo() {
     let color = DVec3::new(0.9, 0.5, 0.2);
@@ -340,14 +342,14 @@ fn a_grid_of_colours_is_a_factor_on_the_albedo() {
             &render(&*backend, &plain, &settings),
             &render(&*backend, &colored, &settings),
         );
-        // Weights of 8 bits turn places that differ by rounding into values that differ by more.
+        // With 8-bit weights, positions that differ by rounding give values that differ by more.
         let name = backend.description();
         let exact = name.starts_with("cpu") || name.contains("llvmpipe");
         assert!(difference < if exact { 2e-3 } else { 1e-2 }, "{difference} on {name}");
     }
 }
 
-/// Octaves add light where light got lost, and nothing changes without them.
+/// Octaves add light in shadow; without octaves nothing changes.
 #[test]
 fn octaves_brighten_what_lies_in_the_shadow() {
     let scene = anchor_scene(Preset::Box, 8.0, 32);
@@ -360,13 +362,13 @@ fn octaves_brighten_what_lies_in_the_shadow() {
         let sum = |image: &Image| image.pixels.iter().map(|p| f64::from(p[1])).sum::<f64>();
         let what = backend.description();
         assert!(sum(&some) > 1.05 * sum(&none) && sum(&more) > 1.02 * sum(&some), "{what}");
-        // What lies in the light keeps its brightness.
+        // Fully lit parts keep their brightness.
         let brightest = |image: &Image| image.pixels.iter().map(|p| p[1]).fold(0.0, f32::max);
         assert!(brightest(&more) < 1.2 * brightest(&none), "{what}");
     }
 }
 
-/// Tissue of a gradient: where density does not change, nothing is left.
+/// A function of the gradient: where density is constant, opacity becomes 0.
 #[test]
 fn a_modulation_multiplies_extinction() {
     let mut plain = ground_scene(vec![body(uniform(unit_cube()), medium(2.0))]);

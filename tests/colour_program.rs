@@ -1,4 +1,4 @@
-//! Colour as others ask the program for it: options, scene files, grids of colours, layers of maps.
+//! Tests of colour through the program: options, scene files, grids of colours, layers of maps.
 
 use std::fs;
 
@@ -47,7 +47,7 @@ fn threshold_maps_of_channels_and_lights_are_layers_and_other_maps_are_files() {
     assert_eq!(names.len(), 8, "{names:?}");
 }
 
-/// With a tint of 1 a channel is what a grey medium's map says, at the same points.
+/// With a tint of 1, a channel's errors equal those of a grey medium's map at the same points.
 #[test]
 fn compare_says_the_errors_of_each_channel() {
     let folder = Folder::new();
@@ -80,7 +80,7 @@ fn compare_says_the_errors_of_each_channel() {
 #[test]
 fn a_transfer_function_comes_by_name_or_from_a_file() {
     let folder = Folder::new();
-    // Red where ParaView says red.
+    // Red where ParaView shows red.
     let map = r#"[{"Name": "r", "RGBPoints": [0, 1, 0, 0, 1, 1, 0, 0], "Points": [0, 0, 0.5, 0, 1, 1, 0.5, 0]}]"#;
     fs::write(folder.path().join("red.json"), map).unwrap();
     fs::write(folder.path().join("list.txt"), "# value r g b opacity\n0 0 0 1 0\n1 0 0 1 1\n")
@@ -108,7 +108,7 @@ fn a_transfer_function_comes_by_name_or_from_a_file() {
     assert!(!folder.names().contains(&"q.png".to_owned()));
 }
 
-/// A grid of vectors beside the densities colours them; one that glows needs no light.
+/// A grid of vectors beside the densities colours them; an emitting grid needs no light.
 #[test]
 fn grids_of_colours_and_of_what_glows_are_read_from_openvdb() {
     let folder = Folder::new();

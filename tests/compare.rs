@@ -1,4 +1,4 @@
-//! `compare` as others call it: the report's folder, its numbers, and what is refused.
+//! Tests of `compare` as a user calls it: the report's folder, its numbers, and what is rejected.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ use crate::cli::{Folder, must_succeed, stderr};
 const SMALL: &str = "--map-size 24 --points 1500 --size 24x20";
 const MAPS: &str = "--maps threshold,threshold@paper,slices:4,fragments@0.01,fragments@raw";
 
-/// Every number in `json`, with its place.
+/// All numbers in `json`, each with its path.
 fn numbers(json: &Json, place: &str, found: &mut Vec<(String, f64)>) {
     match json {
         Json::Object(entries) => {
@@ -34,7 +34,7 @@ fn a_report_is_whole_and_says_the_same_everywhere() {
     assert_eq!(names, ["report.html", "results.csv", "results.json"]);
     let read = |name: &str| fs::read_to_string(path.join(name)).unwrap();
 
-    // What is on stdout is the file, and nothing else.
+    // Stdout contains the file and nothing else.
     assert_eq!(String::from_utf8(output.stdout.clone()).unwrap(), read("results.json"));
     let json: Json = serde_json::from_slice(&output.stdout).unwrap();
     let mut found = Vec::new();
@@ -72,7 +72,7 @@ fn a_report_is_whole_and_says_the_same_everywhere() {
             assert!(rest.starts_with('#') || rest.starts_with("data:"), "{rest:.40}");
         }
     }
-    // Truth, floor and methods; four plots and a curve a method.
+    // Truth, floor and methods; four plots, and one curve per method.
     assert_eq!(html.matches("<img ").count(), 1 + 2 * 6);
     assert_eq!(html.matches("<svg ").count(), 4 + 5);
     assert_eq!(html.matches("<svg ").count(), html.matches("<title id=").count());
@@ -119,7 +119,7 @@ fn depth_scales_the_extinction() {
     let refused = folder.run(&format!("{empty} {SMALL} --depth 4"));
     assert_eq!(refused.status.code(), Some(1));
     assert!(stderr(&refused).contains("depth: no light ray"), "{}", stderr(&refused));
-    // Nothing is in the way of measuring nothing.
+    // An empty volume can be measured too.
     must_succeed(&folder.run(&format!("{empty} {SMALL}")));
 }
 

@@ -1,5 +1,5 @@
-//! `convert` as others call it: values and places survive, losses are said, files come whole or not
-//! at all.
+//! Tests of `convert` as a user calls it: values and positions are preserved, losses are reported,
+//! files are written completely or not at all.
 
 use std::fs;
 
@@ -33,7 +33,8 @@ fn load(folder: &Folder, name: &str, index: usize) -> Grid {
     VdbFile::open(folder.path().join(name)).unwrap().load(index).unwrap()
 }
 
-/// Radius 5 around (60, 60, 60): squared distances, 0.25 outside; see the fixtures' README.
+/// Radius 5 around (60, 60, 60), with squared distances inside and 0.25 outside; see the fixtures'
+/// README.
 #[test]
 fn a_ball_becomes_an_array_of_its_active_box_and_a_ball_again() {
     let folder = with_fixtures();
@@ -95,7 +96,7 @@ fn a_chain_through_all_formats_keeps_every_bit() {
     for name in ["b.nrrd", "d.raw", of_header, "f.mha", "i.npy"] {
         assert!(voxels(name) == voxels("a.npy"), "{name}");
     }
-    // The first voxel's place has come along as well.
+    // The first voxel's position is preserved too.
     let file = VdbFile::open(folder.path().join("g.vdb")).unwrap();
     let Transform::Affine(place) = file.grids()[0].transform.clone() else { panic!("no matrix") };
     let first = VdbFile::open(vdb_fixture("ball_blosc.vdb")).unwrap();
@@ -143,7 +144,7 @@ fn options_change_voxels_as_they_say() {
     run(&folder, "ball_blosc.vdb r.vdb --resample 0.5");
     let file = VdbFile::open(folder.path().join("r.vdb")).unwrap();
     let Grid::Float(tree) = file.load(0).unwrap() else { panic!("float") };
-    // Voxels 60 and 61 along each axis: squared distances 0 or 1 each, so 1.5 on the mean.
+    // Voxels 60 and 61 along each axis: squared distances of 0 or 1 each, so their mean is 1.5.
     assert_eq!(tree.get(IVec3::splat(30)), (1.5, true));
     let first = VdbFile::open(vdb_fixture("ball_blosc.vdb")).unwrap();
     let place = |file: &VdbFile| match file.grids()[0].transform.clone() {
@@ -165,7 +166,7 @@ fn types_are_the_outputs_but_beside_dims() {
     run(&folder, "s.raw a.npy --dims 2,2,1 --type u16 --endian big --spacing 1,2,3");
     assert!(String::from_utf8_lossy(&read(&folder, "a.npy")[..128]).contains("'<u2'"));
     assert_eq!(read(&folder, "a.npy")[128..], [0, 0, 1, 0, 3, 255, 0, 1]);
-    // Without --dims the array speaks for itself: whole numbers beyond 255 need a map.
+    // Without --dims the array describes itself: integers beyond 255 need a map.
     let said = run(&folder, "a.npy b.raw --type u8");
     assert!(said.contains("value = number * "), "{said}");
     assert_eq!(read(&folder, "b.raw"), [0, 0, 255, 1]);

@@ -1,5 +1,5 @@
-//! Media of any density: the closed form of single scattering with the light behind the camera, and
-//! the f64 truth under slanted light.
+//! Tests of media of any density: the closed form of single scattering with the light behind the
+//! camera, and the f64 truth under oblique light.
 
 use std::sync::Arc;
 
@@ -21,17 +21,17 @@ const VOXELS: usize = 16;
 /// Pixels along an edge of the pictures.
 const PIXELS: u32 = 47;
 
-/// What a volume is made of.
+/// The shape of a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
-    /// Even, up to the box's faces.
+    /// Constant, up to the box's faces.
     Full,
-    /// Even, with empty voxels around.
+    /// Constant, surrounded by empty voxels.
     Bordered,
     /// Falls with the square of the radius.
     SmoothBall,
     HardBall,
-    /// Every other voxel.
+    /// Every other voxel is filled.
     Checks,
 }
 
@@ -55,15 +55,16 @@ impl Shape {
         }
     }
 
-    /// A cube of it with edges of length 1, of an optical depth a voxel where density is 1, seen
-    /// and lit from the front.
+    /// A cube of this shape with edges of length 1, seen and lit from the front; `depth` is the
+    /// optical depth per voxel where density is 1.
     fn scene(self, depth: f64) -> Scene {
         let volume = volume([VOXELS; 3], unit_cube(), |voxel| self.density(voxel));
         let mut scene = scene(volume, depth * VOXELS as f64);
         scene.lights[0].kind = LightKind::Directional { direction: DVec3::NEG_Z };
         scene.camera.position = DVec3::new(0.0, 0.0, 2.0);
         scene.camera.target = DVec3::ZERO;
-        // Not quite all of it, so that no pixel lies beside it; off the texels' middles.
+        // Slightly less than the cube, so that no pixel misses it, and so that pixels do not
+        // coincide with the texels' centres.
         scene.camera.projection = Projection::Orthographic { height: 0.97 };
         scene
     }
@@ -79,8 +80,8 @@ fn radiance(scene: &Scene, settings: &Settings) -> Vec<f64> {
     image.pixels.iter().map(|pixel| f64::from(pixel[0])).collect()
 }
 
-/// What every pixel of a white, isotropic medium is with the light along the view, over E / 4 pi,
-/// which is 1: half of 1 - T^2, T the ray's transmittance.
+/// The closed form of every pixel for a white, isotropic medium with the light along the view,
+/// divided by E / 4 pi, which is 1: half of 1 - T^2, where T is the ray's transmittance.
 fn closed_form(scene: &Scene, pixels: u32) -> Vec<f64> {
     let extinction = Extinction::of(&scene.media);
     let rays = scene.camera.rays(1.0);
@@ -93,15 +94,15 @@ fn closed_form(scene: &Scene, pixels: u32) -> Vec<f64> {
     (0..pixels * pixels).map(pixel).collect()
 }
 
-/// Error of the mean, as a share of it.
+/// Error of the mean, relative to the exact mean.
 fn mean_error(found: &[f64], exact: &[f64]) -> f64 {
     (found.iter().sum::<f64>() / exact.iter().sum::<f64>() - 1.0).abs()
 }
 
-/// Depths a voxel.
+/// Optical depths per voxel.
 const DEPTHS: [f64; 7] = [0.05, 0.5, 1.5, 5.0, 15.0, 50.0, 500.0];
 
-/// All cases of shapes and depths for which `error` is too large, in words.
+/// Descriptions of all shapes and depths for which `error` is too large.
 fn complaints(
     shapes: &[Shape],
     error: impl Fn(Shape, f64) -> f64 + Sync,
@@ -179,8 +180,8 @@ fn slanted_light_is_what_the_truth_says() {
     }
 }
 
-/// With a transfer function and emission the same steps are taken: what glows in a dense medium is
-/// seen as deep as one sees, emission over extinction.
+/// With a transfer function and emission, the same steps are taken. A dense emitting medium is seen
+/// only to a certain depth, so its radiance is emission over extinction.
 #[test]
 fn emission_of_a_dense_medium_is_that_over_its_extinction() {
     for depth in [0.5, 5.0, 50.0, 500.0] {
@@ -202,7 +203,7 @@ fn point(value: f64) -> TransferPoint {
     TransferPoint { value, color: DVec3::ONE, opacity: 1.0 }
 }
 
-/// The deep image's samples over each other are the picture.
+/// The deep image's samples, composited, give the picture.
 #[test]
 fn deep_images_of_dense_media_are_the_picture() {
     let scene = HardBall.scene(50.0);

@@ -1,4 +1,4 @@
-//! The medium's domain holds all that extinguishes light and all that glows.
+//! Tests that the media's domain contains everything that has extinction or emits.
 
 use std::sync::Arc;
 
@@ -20,7 +20,8 @@ fn boxed(center: DVec3, size: f64) -> Aabb {
     Aabb { min: center - 0.5 * size, max: center + 0.5 * size }
 }
 
-/// A fire beside the smoke's box is seen whole: a ray through it, and one through both.
+/// A fire beside the smoke's box is seen completely: by a ray through it alone, and by one through
+/// both.
 #[test]
 fn emission_goes_on_beyond_the_densities() {
     let point = TransferPoint { value: 0.0, color: DVec3::ONE, opacity: 1.0 };
@@ -38,7 +39,7 @@ fn emission_goes_on_beyond_the_densities() {
     scene.media = Media::of(Arc::new(uniform(unit_cube())), dark);
     let size = scene.media.world_bounds().size();
     assert!((size - DVec3::new(1.0, 1.0, 4.0)).length() < 1e-9, "{size}");
-    // From the side the fire alone, from the front through the smoke.
+    // From the side only the fire is seen, from the front it is seen through the smoke.
     for (from, to, seen) in [
         (DVec3::new(9.0, 0.0, -3.0), DVec3::new(0.0, 0.0, -3.0), 0.8),
         (DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 0.8 * f64::exp(-0.5)),

@@ -1,4 +1,5 @@
-//! Another wgpu program: its own device and queue, our passes, our lookup in its shader.
+//! Tests of use inside another wgpu program: its own device and queue, the crate's passes, and the
+//! crate's lookup in its shader.
 #![cfg(feature = "gpu")]
 
 use deepshadow::backend::Backend;
@@ -17,7 +18,7 @@ use crate::support::scenes::{anchor_scene, settings};
 
 const POINTS: usize = 64;
 
-/// The other program's shader: how much light reaches each of its points.
+/// The other program's shader, which tells how much light reaches each of its points.
 const THEIR_SHADER: &str = "
 @group(0) @binding(0) var<storage, read> points: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> light: array<f32>;
@@ -28,7 +29,8 @@ fn their_pass(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 ";
 
-/// Their device, with the limits that every device has; `None` where tests want none.
+/// The other program's device, with the limits that every device has; `None` if tests shall not use
+/// a GPU.
 fn their_device() -> Option<(wgpu::Instance, wgpu::Device, wgpu::Queue)> {
     if std::env::var("DEEPSHADOW_TEST_GPU").is_ok_and(|value| value == "skip") {
         eprintln!("SKIPPED: DEEPSHADOW_TEST_GPU=skip, nothing is tested on a GPU");
@@ -40,9 +42,8 @@ fn their_device() -> Option<(wgpu::Instance, wgpu::Device, wgpu::Queue)> {
     Some((instance, device, queue))
 }
 
-/// A camera that goes round and a light that does, over passes that were prepared once: every
-/// picture is the one that passes recorded anew give, and from frame to frame nothing is left
-/// behind on the device.
+/// A camera and a light that move, with passes that were prepared once: every picture equals that
+/// of passes recorded anew, and nothing accumulates on the device from frame to frame.
 #[test]
 fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
     let Some((instance, device, queue)) = their_device() else { return };
@@ -71,7 +72,8 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
             let angle = 0.3 * f64::from(i);
             scene.camera.position = DVec3::new(2.0 * angle.sin(), 0.5, 2.0 * angle.cos());
             let direction = DVec3::new((2.0 * angle).cos(), -1.0, (2.0 * angle).sin());
-            // Light from a place is none of the usual settings, which have shaders of their own.
+            // A light with a position is not among the usual settings, which have shaders of their
+            // own.
             scene.lights[0].kind = if i % 3 == 0 {
                 LightKind::Point { position: -2.0 * direction }
             } else {
@@ -117,7 +119,7 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
 fn another_program_shades_its_points_with_our_shadow() {
     let Some((_, device, queue)) = their_device() else { return };
 
-    // Our map, made on it.
+    // The crate's map, built on that device.
     let scene = anchor_scene(Preset::Bucky, 4.0, 32);
     let settings = settings(64, [1, 1]);
     let beam = scene.only_beam().unwrap();
@@ -129,7 +131,7 @@ fn another_program_shades_its_points_with_our_shadow() {
     let mut encoder = device.create_command_encoder(&Default::default());
     renderer.trace_threshold(&mut encoder, &volume, &parameters, &map).unwrap();
 
-    // Their points: a column through the volume, from above it to below it.
+    // The program's points: a column through the volume, from above it to below it.
     let points: Vec<[f32; 4]> = (0..POINTS)
         .map(|i| {
             let t = i as f32 / POINTS as f32 * 2.0 - 1.0;
@@ -149,7 +151,7 @@ fn another_program_shades_its_points_with_our_shadow() {
     let readback =
         buffer(&[0; 4 * POINTS], wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
 
-    // Their pipeline: our lookup in bind group 1, their things in group 0.
+    // The program's pipeline: the crate's lookup in bind group 1, its own resources in group 0.
     let source = shadow_wgsl(1, MapKind::Threshold).unwrap() + THEIR_SHADER;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
@@ -196,7 +198,7 @@ fn another_program_shades_its_points_with_our_shadow() {
     let bytes = readback.get_mapped_range(..).unwrap();
     let found: &[f32] = bytemuck::cast_slice(&bytes);
 
-    // The CPU says the same.
+    // The CPU gives the same result.
     let cpu = CpuBackend.map(&beam, &settings, &Silent).unwrap();
     for (point, found) in points.iter().zip(found) {
         let world = Vec3::from_slice(point);

@@ -1,4 +1,4 @@
-//! The programs in `examples/` do what they say.
+//! Tests that the programs in `examples/` do what they claim.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ mod picture;
 #[path = "../examples/wgpu_program.rs"]
 mod wgpu_program;
 
-/// Width and height that a PNG's header says.
+/// Width and height in a PNG's header.
 fn size(path: &Path) -> [u32; 2] {
     let bytes = std::fs::read(path).unwrap();
     assert_eq!(&bytes[1..4], b"PNG");

@@ -1,6 +1,6 @@
-//! The fragment map against the exact integral and against itself: how wrong it is on texel-centre
-//! rays and at random points, that its tolerance is a guarantee, and that every way to build it
-//! gives the same lists.
+//! Tests of the fragment map against the exact integral and against itself: its errors on
+//! texel-centre rays and at random points, its tolerance as a guarantee, and equal lists from every
+//! way to build it.
 
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
@@ -67,8 +67,8 @@ fn error_on_rays(scene: &Scene, map: &FragmentMap) -> (f64, f64) {
     (most, (sum / (TEXELS * DEPTHS) as f64).sqrt())
 }
 
-/// 512 slabs a ray: within 1/255 everywhere; fitted within 0.002: at most 0.0025 and 72 bytes a
-/// texel on average; 512 clipped planes: within 0.02.
+/// With 512 slabs per ray: within 1/255 everywhere. Fitted within 0.002: at most 0.0025, and 72
+/// bytes per texel on average. With 512 planes, which are clipped: within 0.02.
 #[test]
 fn lists_are_as_exact_as_published() {
     for largest in [4.0, 16.0] {
@@ -94,8 +94,8 @@ fn lists_are_as_exact_as_published() {
     }
 }
 
-/// At random points the map's own resolution is what is left: the exact transmittance of every
-/// texel, filtered the same way, is hardly better.
+/// At random points only the error of the map's resolution remains: the exact transmittance of
+/// every texel, filtered in the same way, is hardly better.
 #[test]
 fn at_random_points_only_the_maps_resolution_is_left() {
     for preset in Preset::ALL {
@@ -169,8 +169,9 @@ fn nodes_of(fragments: &[Fragment], tolerance: f32) -> Vec<Node> {
     nodes
 }
 
-/// Slabs thin and thick, clear and opaque, gaps, surfaces, in any order of sizes: the fit stays
-/// within its tolerance at every depth, also between the points that it was held to.
+/// With slabs that are thin and thick, clear and opaque, with gaps and surfaces, in any order of
+/// sizes: the fit stays within its tolerance at every depth, also between the points that it was
+/// fitted to.
 #[test]
 fn a_fits_tolerance_is_a_guarantee() {
     let mut random = Random(5);
@@ -259,7 +260,8 @@ fn fragments_that_are_no_numbers_leave_no_trace() {
     assert!(transmittance(&nodes, 0.4) == 1.0 && transmittance(&nodes, 0.5) < 1e-30, "{nodes:?}");
 }
 
-/// Hair: a surface's shadow starts where it is, and truncation never costs more than it says.
+/// Hair: a surface's shadow begins at the surface, and truncation never has a larger error than its
+/// parameter.
 #[test]
 fn truncated_lists_stay_within_the_truncation() {
     let mut random = Random(9);
@@ -334,7 +336,7 @@ fn windows_along_links_are_windows_by_brute_force() {
 fn extreme_volumes_are_right_or_refused() {
     let settings = raw(4).with(|s| s.map.steps = 4096);
     let dense = |extinction: f64| scene(volume([1024, 2, 2], unit_cube(), |_| 1.0), extinction);
-    // A texel of 4,096 fragments: down a long row of voxels.
+    // A texel with 4,096 fragments, along a long row of voxels.
     let mut long = dense(2.0);
     long.lights[0].kind = LightKind::Directional { direction: DVec3::X };
     let map = fragments(&long, &settings);
@@ -349,7 +351,7 @@ fn extreme_volumes_are_right_or_refused() {
         assert!(map.texel_transmittance(1, 1, 1e-3) < 1e-6);
         assert!(map.texel_transmittance(1, 1, 9.0) < 1e-6);
     }
-    // Nothing at all.
+    // An empty volume.
     let empty = scene(volume([4; 3], unit_cube(), |_| 0.0), 1.0);
     let map = fragments(&empty, &settings);
     assert_eq!((map.runs().nodes().len(), map.bilinear(0.4, 0.6, 1.0)), (0, 1.0));

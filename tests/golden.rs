@@ -1,5 +1,5 @@
-//! No kind of map may get worse: its errors on the four presets against those in
-//! `tests/golden/accuracy.csv`. DEEPSHADOW_BLESS=1 writes that file anew.
+//! Tests that no kind of map gets worse: its errors on the four presets are compared with those in
+//! `tests/golden/accuracy.csv`. DEEPSHADOW_BLESS=1 rewrites that file.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -18,12 +18,12 @@ use crate::support::scenes::{anchor_scene, settings};
 const MAP: u32 = 48;
 const POINTS: [u64; 2] = [8_000, 1];
 const DEPTH: f64 = 4.0;
-/// How much worse is still the same.
+/// Errors that grow by no more than this factor count as equal.
 const SHARE: f64 = 1.05;
-/// Differences below this are rounding.
+/// Differences below this are rounding errors.
 const ROUNDING: f64 = 2e-6;
 
-/// Every kind at its usual number, and what else is published.
+/// Every kind with its default number, and other published variants.
 fn methods() -> Vec<(String, Settings)> {
     let usual = settings(MAP, [1, 1]);
     let of = |kind| usual.with(|s| s.map.kind = Some(kind));
@@ -91,7 +91,7 @@ fn no_kind_of_map_gets_worse() {
             continue;
         };
         for ((place, error), published) in Place::ALL.iter().zip(errors).zip(published) {
-            // Also true of an error that is no number.
+            // False for NaN.
             let kept = *error <= published * SHARE + ROUNDING;
             if !kept {
                 let name = place.name();

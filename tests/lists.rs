@@ -1,5 +1,5 @@
-//! Fragment lists are the same whoever builds them: drawn or marched, CPU or GPU, with room for all
-//! or for few, in one tile or many.
+//! Tests that fragment lists are the same however they are built: drawn or marched, on CPU or GPU,
+//! with large or small capacity, in one tile or many.
 
 use deepshadow::backend::{Backend, Passes};
 use deepshadow::cpu::CpuBackend;
@@ -14,7 +14,7 @@ use glam::DVec3;
 use crate::support::backends::every_backend;
 use crate::support::scenes::{anchor_scene, scene, settings as all_settings, unit_cube, volume};
 
-/// Bytes for lists that never fill, and as few as are allowed.
+/// Bytes for lists that are never filled, and the smallest number allowed.
 const MEMORIES: [u64; 2] = [1 << 30, 1 << 20];
 
 fn frame(scene: &Scene, slices: Slices, size: u32, steps: u32, tolerance: f64) -> Frame {
@@ -28,7 +28,7 @@ fn frame(scene: &Scene, slices: Slices, size: u32, steps: u32, tolerance: f64) -
     Frame::new(&scene.only_beam().unwrap(), &settings).unwrap()
 }
 
-/// Marched or drawn by a backend.
+/// Lists that a backend marches or draws.
 fn lists(backend: &dyn Passes, scene: &Scene, frame: &Frame, drawn: bool, memory: u64) -> Runs {
     let volume = &scene.media;
     let built = if drawn {
@@ -39,8 +39,9 @@ fn lists(backend: &dyn Passes, scene: &Scene, frame: &Frame, drawn: bool, memory
     built.unwrap()
 }
 
-/// The same counts but where rounding makes or unmakes a sliver at a volume's edge; the same
-/// numbers to what sums of f32 and, on graphics hardware, 8-bit texture weights allow.
+/// Checks that both have the same counts, except where rounding adds or removes a thin slab at a
+/// volume's edge, and the same numbers up to the errors of f32 sums and, on graphics hardware, of
+/// 8-bit texture weights.
 fn assert_same(ours: &Runs, truth: &Runs, what: &str, exact: bool) {
     assert_eq!(ours.texels(), truth.texels(), "{what}");
     let (mut slivers, mut worst_depth, mut worst_tau) = (0, 0.0_f32, 0.0_f32);
@@ -88,7 +89,8 @@ fn lists_are_the_same_whoever_builds_them() {
     }
 }
 
-/// A busy texel takes more nodes than a fit first gets room for, and a row of planes more elements.
+/// A busy texel needs more nodes than the initial capacity of a fit, and a row of planes needs more
+/// elements.
 #[test]
 fn nothing_is_lost_where_there_was_too_little_room() {
     let stripes = volume([4, 4, 400], unit_cube(), |[_, _, z]| (z / 2 % 2) as f32);

@@ -1,4 +1,4 @@
-//! One test binary; each module makes one kind of claim.
+//! All tests are in one binary; each module tests one kind of property.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 mod accuracy;

@@ -1,4 +1,4 @@
-//! The measures themselves: maps and pictures whose errors are known are measured as such.
+//! Tests of the measures themselves, on maps and pictures with known errors.
 
 use deepshadow::accuracy::{
     Errors, ExactPoints, ExactTexels, Place, Points, TruePicture, largest_optical_depth,
@@ -21,7 +21,7 @@ fn points(scene: &Scene, seed: u64) -> (Beam, Points) {
     (beam, points)
 }
 
-/// Another map's answers, off by a constant.
+/// Another map's transmittances plus a constant.
 struct Off<M>(M, f32);
 
 impl<M: Shadow> Shadow for Off<M> {
@@ -34,8 +34,7 @@ impl<M: Shadow> Shadow for Off<M> {
     }
 }
 
-/// Parallel, point and spot light: the exact integral in the place of a map is off by rounding
-/// alone.
+/// Parallel, point and spot light: the exact integral in place of a map has only rounding errors.
 #[test]
 fn the_exact_map_is_measured_as_exact() {
     let mut scene = anchor_scene(Preset::Bucky, 4.0, MAP);
@@ -75,7 +74,8 @@ fn a_known_error_is_measured_as_such() {
     }
 }
 
-/// On its texels' central rays the floor is exact; between them it is the map's resolution.
+/// On its texels' central rays the floor is exact; between them it has the error of the map's
+/// resolution.
 #[test]
 fn the_floor_errs_between_texels_only() {
     let scene = anchor_scene(Preset::Bucky, 4.0, MAP);
@@ -128,7 +128,7 @@ fn anchor_scenes_are_as_deep_as_they_say() {
     assert!((largest_optical_depth(&beam, MAP) - 16.0).abs() < 1e-9);
 }
 
-/// Pixels of 8 bits a channel as an image that is encoded to them.
+/// An image that is encoded to the given pixels of 8 bits per channel.
 fn image(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f64; 3]) -> Image {
     let mut image = Image::filled(width, height, [0.0, 0.0, 0.0, 1.0]);
     for (i, out) in image.pixels.iter_mut().enumerate() {
@@ -144,7 +144,7 @@ fn grey(value: f64) -> Image {
     image(64, 48, |_, _| [value; 3])
 }
 
-/// Made by the authors' own program (flip-evaluator 1.7, LDR, 67.02 pixels a degree).
+/// Values from the authors' own program (flip-evaluator 1.7, LDR, 67.02 pixels per degree).
 #[test]
 fn flip_is_that_of_its_authors() {
     let flip = |a: &Image, b: &Image| TruePicture::new(a, 1.0).difference(b).flip;
@@ -194,10 +194,10 @@ fn pictures_are_compared_as_the_formulas_say() {
     assert!((same.ssim - 1.0).abs() < 1e-12);
     let off = TruePicture::new(&grey(0.5), 1.0).difference(&grey(0.6));
     assert!((off.psnr - 20.0).abs() < 1e-3, "0.1 of 1 is 20 dB: {}", off.psnr);
-    // Without structure only the luminance term is left.
+    // Without structure only the luminance term remains.
     let luminance = (2.0 * 0.5 * 0.6 + 1e-4) / (0.25 + 0.36 + 1e-4);
     assert!((off.ssim - luminance).abs() < 1e-5, "{} instead of {luminance}", off.ssim);
-    // A picture against its negative: structure turned around.
+    // A picture against its negative, which reverses the structure.
     let stripes = |phase: u32| {
         image(32, 32, move |x, _| [if (x / 2 + phase).is_multiple_of(2) { 0.25 } else { 0.75 }; 3])
     };

@@ -1,5 +1,5 @@
-//! Every representation: how wrong it is against the exact integral on the four presets and what it
-//! costs (the figures that comparisons are made of), and that pictures and files come of it.
+//! Tests of every representation: its error against the exact integral on the four presets and its
+//! size (the figures used for comparisons), and that pictures and files can be made with it.
 
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
@@ -19,16 +19,16 @@ use crate::accuracy::{MAP, average, error, points};
 use crate::cli::{Folder, must_succeed, stderr};
 use crate::support::scenes::{anchor_scene, settings};
 
-/// A kind of map and what is expected of it, averages over the presets.
+/// A kind of map, with the expected averages over the presets.
 struct Case {
     kind: &'static str,
     tolerance: f32,
-    /// Bytes a texel at most.
+    /// Largest number of bytes per texel.
     bytes: f64,
-    /// Root mean square error of transmittance at the largest optical depths 4 and 16, to 5 %.
+    /// Root mean square error of transmittance at the largest optical depths 4 and 16, within 5 %.
     errors: [f64; 2],
-    /// The prototype's figures, where it had this representation: not to be exceeded by more than 5
-    /// %.
+    /// The prototype's figures, if it had this representation; they must not be exceeded by more
+    /// than 5 %.
     published: Option<[f64; 2]>,
 }
 
@@ -36,9 +36,10 @@ const fn case(kind: &'static str, bytes: f64, errors: [f64; 2], published: [f64;
     Case { kind, tolerance: 0.0, bytes, errors, published: Some(published) }
 }
 
-/// Better than the prototype's: `relative` (its shares were not tuned; lookups know where the ray
-/// enters), `adaptive` (points are judged by the triangle that they span), `visibility` (lines go
-/// through the truth where they may, and need fewer points). The others agree with it to 2 %.
+/// Three are better than the prototype's: `relative` (its shares were not tuned there; lookups know
+/// where the ray enters), `adaptive` (points are judged by the triangle that they span) and
+/// `visibility` (lines go through the exact values where possible, and need fewer points). The
+/// others agree with it within 2 %.
 const CASES: [Case; 16] = [
     Case { published: None, ..case("nested", 16.0, [0.0030, 0.0053], [0.0; 2]) },
     case("relative", 16.0, [0.0053, 0.0065], [0.0062, 0.0083]),
@@ -68,7 +69,7 @@ fn all_slabs() -> Settings {
     })
 }
 
-/// A map of `case` of the same slabs that `raw` holds all of.
+/// A map of `case` from the same slabs that `raw` contains.
 fn map_of(case: &Case, scene: &Scene, raw: &FragmentMap) -> Map {
     let settings = all_slabs();
     let frame = Frame::new(&scene.only_beam().unwrap(), &settings).unwrap();
@@ -138,7 +139,7 @@ fn picture(kind: MapKind) -> Image {
     CpuBackend.render(&scene, &settings, &Silent).unwrap()
 }
 
-/// Mean difference of radiance.
+/// Mean absolute difference of radiance.
 fn difference(a: &Image, b: &Image) -> f32 {
     let pixels = a.pixels.iter().zip(&b.pixels);
     let sum: f32 = pixels.flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs()).sum();

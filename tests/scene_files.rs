@@ -1,4 +1,4 @@
-//! Scene files: absolute parameters give absolute radiance, and mistakes are named.
+//! Tests of scene files: absolute parameters give absolute radiance, and errors are named.
 
 use std::fs;
 use std::path::Path;
@@ -46,9 +46,9 @@ fn load(text: &str, folder: &Path) -> deepshadow::Result<(Scene, Settings)> {
         .map(|(scene, settings, _)| (scene, settings))
 }
 
-/// Single scattering in a uniform box: with s(t) the way to the light from distance t,
-/// L = integral of e^(-x t) e^(-x s(t)) x dt. s is a straight line between few kinks, so that fine
-/// midpoints are as good as the closed form.
+/// Single scattering in a uniform box: with s(t) the distance to the light from distance t, L =
+/// integral of e^(-x t) e^(-x s(t)) x dt. s is linear between a few kinks, so fine midpoint sums
+/// are as good as the closed form.
 #[test]
 fn box_of_extinction_4_has_its_closed_form_radiance() {
     let folder = tempfile::tempdir().unwrap();
@@ -132,7 +132,7 @@ fn every_preset_has_a_scene_that_loads() {
     }
 }
 
-/// Volumes and lights may stand there several times, each with what belongs to it.
+/// Volumes and lights may occur several times, each with its own tables.
 #[test]
 fn tables_of_volumes_and_lights_may_be_several() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,7 +169,7 @@ octaves = 2
     assert_eq!(scene.beams().unwrap().len(), 6, "two lights in three channels");
     let (of_preset, _) = first.medium.transfer.as_ref().unwrap().at(1.0);
     assert!(of_preset.y > of_preset.z, "viridis ends yellow");
-    // Points speak of stored values, which are none below 0 here and so were not moved.
+    // Points refer to stored values, none of which is below 0 here, so they were not moved.
     let function = second.medium.transfer.as_ref().unwrap();
     assert_eq!(function.range(), [0.2, 0.7]);
     assert!(second.medium.modulation.is_some());

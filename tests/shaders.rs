@@ -1,4 +1,4 @@
-//! The shaders without a device: they are valid, and what they share with Rust is the same.
+//! Tests of the shaders without a device: they are valid, and what they share with Rust is equal.
 #![cfg(feature = "gpu")]
 
 use std::any::type_name_of_val;
@@ -60,7 +60,7 @@ fn the_lookup_for_other_programs_is_valid_in_any_bind_group() {
     }
 }
 
-/// A compiler's line leads to the file and the line that a person can open.
+/// A line in a compiler's message leads to the file and line that a person can open.
 #[test]
 fn lines_of_linked_shaders_are_found_in_their_files() {
     for PassSource { name, source, .. } in pass_sources() {
@@ -90,7 +90,7 @@ fn an_import_of_a_missing_file_is_an_error() {
     );
 }
 
-/// Names of fields, where they are, and what they are if they are numbers.
+/// Names and offsets of fields, and the type of those that are numbers.
 macro_rules! fields {
     ($type:ident: $($name:ident),* $(,)?) => {{
         let zero: $type = bytemuck::Zeroable::zeroed();
@@ -98,7 +98,7 @@ macro_rules! fields {
     }};
 }
 
-/// Field by field: the uniform that Rust fills is the one that the shaders read.
+/// The uniform that Rust fills has the same fields as the one that the shaders read.
 #[test]
 fn the_frame_has_the_same_fields_at_the_same_places() {
     macro_rules! same {
@@ -121,7 +121,7 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         crossing, lookup, window, near, far, tolerance, truncation, planes, follows_links, bias, unused);
 }
 
-/// The same for what mixtures are made of.
+/// The same for the parts of mixtures.
 #[test]
 fn mixtures_have_the_same_fields_at_the_same_places() {
     let part = fields!(Part: albedo, strength, transfer, emission, fields);
@@ -130,7 +130,7 @@ fn mixtures_have_the_same_fields_at_the_same_places() {
     same_layout(MIXTURE, "Field", &field, size_of::<Field>());
 }
 
-/// A number's type, empty for all others.
+/// The type of a number; empty for all others.
 fn scalar(name: &'static str) -> &'static str {
     if matches!(name, "f32" | "u32") { name } else { "" }
 }
@@ -180,7 +180,7 @@ fn constant(module: &Module, name: &str) -> Vec<f64> {
     }
 }
 
-/// Everything that has constants, with what roots of `kernel/fitting` define.
+/// Everything with constants, and the functions that roots with `kernel/fitting` must define.
 const ALL_CONSTANTS: &str = "#import kernel/shadow
 #import kernel/fitting
 #import kernel/lists
@@ -258,8 +258,8 @@ fn constants_are_the_same_on_both_sides() {
         for (name, value) in common.iter().chain(own).chain(more) {
             assert_eq!(constant(&module, name), *value, "{name}");
         }
-        // Whether media are mixed, of one grid, and maps are lists is the shaders' own business:
-        // truth values.
+        // Booleans are the shaders' own: whether media are mixed, whether they have one grid, and
+        // whether maps are lists.
         let named = usize::from(media == MediaKind::Mixed);
         let shared = common.len() + own.len() + more.len() + 2 + named;
         assert_eq!(module.constants.len(), shared, "each constant is compared");

@@ -1,5 +1,5 @@
-//! Pictures one after another: what a stage keeps is what would be made anew, and a GPU brings
-//! nothing to the host but pictures.
+//! Tests of pictures one after another: what a stage keeps equals what would be made anew, and a
+//! GPU reads back only pictures.
 
 use deepshadow::progress::Silent;
 use deepshadow::scene::{Light, LightKind, Scene};
@@ -10,8 +10,8 @@ use glam::DVec3;
 use crate::support::backends::every_backend;
 use crate::support::scenes::{anchor_scene, settings};
 
-/// Scenes and settings that follow each other: a camera goes round, a light does, a medium gets
-/// thicker, another light is lit, extinction gets a colour, and all of it goes away again.
+/// A sequence of scenes and settings: the camera moves, the light moves, a medium gets denser, a
+/// light is added, extinction becomes coloured, and everything returns to the start.
 fn shots() -> Vec<(Scene, Settings)> {
     let usual = settings(24, [20, 16]).with(|s| s.map.kind = Some(MapKind::Fragments));
     let first = anchor_scene(Preset::Bucky, 4.0, 24);
@@ -62,7 +62,7 @@ fn a_stage_makes_the_pictures_that_are_made_alone() {
     }
 }
 
-/// What beams' pictures come to is what the host adds up, to rounding.
+/// The sum of the beams' pictures equals the host's sum, up to rounding.
 #[test]
 fn pictures_of_beams_add_up() {
     for backend in every_backend() {
@@ -105,7 +105,7 @@ mod gpu {
         }
     }
 
-    /// Lists longer than there was room for are made again, whole.
+    /// Lists that exceed their capacity are built again, completely.
     #[test]
     fn lists_of_any_length_are_whole() {
         let Some(backend) = device() else { return };
@@ -124,7 +124,7 @@ mod gpu {
             let longest = (0..runs.texels()).map(|texel| runs.of(texel).len()).max().unwrap();
             assert!(longest > 40, "{longest} nodes are few");
             let expected = backend.view(&beam, &settings, &map, &Silent).unwrap();
-            // What a picture leaves behind that cannot be made is no part of the next.
+            // A picture that cannot be made leaves nothing behind that affects the next one.
             let huge = settings.with(|s| s.image.size = [40_000; 2]);
             assert!(stage.render(&scene, &huge, &Silent).is_err());
             assert!(stage.render(&scene, &settings, &Silent).unwrap() == expected, "{tolerance}");

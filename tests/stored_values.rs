@@ -1,5 +1,5 @@
-//! Functions of stored values are applied between voxels, where those have been interpolated:
-//! closed forms.
+//! Tests against closed forms that functions of stored values are applied between voxels, after
+//! interpolation.
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ pub fn write_npy(path: &Path, [nz, ny, nx]: [usize; 3], value: impl Fn([usize; 3
     std::fs::write(path, bytes).unwrap();
 }
 
-/// The scene of a table `[volume]` of a file in `folder`, and what was said.
+/// The scene for a table `[volume]` with a file in `folder`, and what was reported.
 pub fn described(text: &str, folder: &Path) -> (Scene, Settings, Vec<String>) {
     let file = SceneFile::parse(text, &folder.join("scene.toml")).unwrap();
     let mut notes = Vec::new();
@@ -41,7 +41,7 @@ pub fn described(text: &str, folder: &Path) -> (Scene, Settings, Vec<String>) {
     (scene, settings, notes)
 }
 
-/// Along the whole of x through the middle.
+/// Optical depth along all of x through the middle.
 fn along_x(media: &Media) -> f64 {
     let bounds = media.world_bounds();
     let origin = bounds.center() - DVec3::X * bounds.size().x;
@@ -53,20 +53,20 @@ fn windows_and_functions_are_applied_between_voxels() {
     let folder = tempfile::tempdir().unwrap();
     write_npy(&folder.path().join("v.npy"), [4, 4, 2], |[x, ..]| [-1000.0, 1000.0][x]);
     for (how, expected) in [
-        // From -1000 to 1000 in a voxel: a ramp over .05 of it, .45 behind that, half a voxel of
-        // border.
+        // From -1000 to 1000 within a voxel: a ramp over .05 of it, .45 behind that, half a voxel
+        // of border.
         ("window = [0.0, 100.0]", 0.025 + 0.45 + 0.5),
         ("window = [-200.0, 200.0]", 0.1 + 0.4 + 0.5),
         ("transfer = { points = [[0, 1, 1, 1, 0], [100, 1, 1, 1, 1]] }", 0.025 + 0.45 + 0.5),
         ("transfer = { points = [[-600, 1, 1, 1, 0], [-500, 1, 1, 1, 1]] }", 0.025 + 0.75 + 0.5),
-        // Beside a window a function speaks of 0..1: from 50 to 100 here.
+        // With a window, a function is over 0..1: here from 50 to 100.
         (
             "window = [0.0, 100.0]\ntransfer = { points = [[0.5, 1, 1, 1, 0], [1, 1, 1, 1, 1]] }",
             0.0125 + 0.45 + 0.5,
         ),
-        // A band is met on the way, and by no voxel.
+        // The ray passes through a band that no voxel's value is in.
         ("transfer = { points = [[-100, 1, 1, 1, 0], [0, 1, 1, 1, 1], [100, 1, 1, 1, 0]] }", 0.05),
-        // All of a window's values are in it.
+        // The window contains all values.
         ("window = [-1000.0, 1000.0]", 0.5 + 0.5),
     ] {
         let text = format!("[volume]\npath = \"v.npy\"\ndensity_scale = 1.0\n{how}\n");
@@ -76,7 +76,8 @@ fn windows_and_functions_are_applied_between_voxels() {
     }
 }
 
-/// Emission over densities and a window: the ramp speaks of what the window makes of them.
+/// Emission over densities, with a window: the ramp applies to the densities that result from the
+/// window.
 #[test]
 fn emission_speaks_of_densities_whatever_is_held() {
     let folder = tempfile::tempdir().unwrap();
@@ -90,7 +91,8 @@ fn emission_speaks_of_densities_whatever_is_held() {
     assert!((emission.ramp.at(held).1 - 0.5).abs() < 1e-6, "{:?}", emission.ramp);
 }
 
-/// A function that begins above the lowest value looks as the same one with a point at that.
+/// A function that begins above the lowest value gives the same picture as one with a further point
+/// at that value.
 #[test]
 fn a_function_that_begins_high_makes_no_bricks() {
     let folder = tempfile::tempdir().unwrap();
@@ -108,8 +110,8 @@ fn a_function_that_begins_high_makes_no_bricks() {
         let (scene, settings, _) = described(&text, folder.path());
         (scene, settings)
     };
-    // Over many cells of either table, of which the two have different ones: a silhouette shows
-    // them else.
+    // The step spans many cells of either table. The two functions have different cells, which a
+    // sharp silhouette would show.
     let step = "[0.45, 1, 1, 1, 0], [0.55, 1, 1, 1, 1], [1, 1, 1, 1, 1]";
     let (high, settings) = scene(step);
     let (low, _) = scene(&format!("[-2, 1, 1, 1, 0], {step}"));
@@ -157,8 +159,8 @@ fn ranges_that_do_not_meet_the_data_are_spread_over_it() {
     assert!(error.contains("two numbers nor \"data\"") && error.contains("line 3"), "{error}");
 }
 
-/// Doubles may lie above what volumes hold. They are no empty picture, whatever file they come
-/// from.
+/// Doubles may exceed what volumes can hold. The result must not be an empty picture, whatever the
+/// file format.
 #[test]
 fn numbers_above_what_f32_holds_are_an_error_that_names_them() {
     let folder = Folder::new();

@@ -1,5 +1,5 @@
-//! A function of a shader is the twin of one in Rust, by its name and its file's, unless it is
-//! declared here.
+//! Tests that every function of a shader has a twin in Rust, with the same name in the file of the
+//! same name, unless it is declared here.
 #![cfg(feature = "gpu")]
 
 use std::collections::BTreeSet;
@@ -8,8 +8,8 @@ use std::path::Path;
 
 use crate::support::project;
 
-/// Shaders' functions whose twin is called or stands otherwise: `file::function` and
-/// `file::function`, methods by their own name.
+/// Functions of shaders whose twin has another name or file: `file::function` and `file::function`;
+/// methods have their own name.
 const OTHERWISE: [(&str, &str); 39] = [
     ("kernel/blocks::sample_density", "kernel/density::sample_density"),
     ("kernel/fitting::fitter_start", "kernel/fitting::new"),
@@ -52,7 +52,7 @@ const OTHERWISE: [(&str, &str); 39] = [
     ("media/plain::source_along", "kernel/media::source_along"),
 ];
 
-/// Shaders' functions that Rust has no use for, and why.
+/// Functions of shaders that Rust does not need, with the reason.
 const ALONE: [(&str, &str); 24] = [
     ("kernel/curves::keep_curve", "curves are arrays there"),
     ("kernel/fitting::fitter_range", "a part of `add`, twice in a loop here"),
@@ -80,7 +80,7 @@ const ALONE: [(&str, &str); 24] = [
     ("media/plain::media_ray_of", "texture coordinates are shaders' own"),
 ];
 
-/// Names after `fn ` in a file, without its tests.
+/// The names after `fn ` in a file, without its tests.
 fn functions(path: &Path) -> BTreeSet<String> {
     let text = fs::read_to_string(path).unwrap_or_default();
     let text = text.split("#[cfg(test)]").next().unwrap_or_default();
@@ -90,7 +90,7 @@ fn functions(path: &Path) -> BTreeSet<String> {
     text.split("fn ").skip(1).map(name).filter(|name| !name.is_empty()).collect()
 }
 
-/// `folder/file::function` of all shared shader files.
+/// `folder/file::function` for all shared shader files.
 fn of_shaders() -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for folder in ["kernel", "map", "media"] {
@@ -104,7 +104,7 @@ fn of_shaders() -> BTreeSet<String> {
     found
 }
 
-/// Names of a shader's functions: those that begin a line.
+/// The names of a shader's functions, which begin a line.
 fn functions_of_shader(path: &Path) -> Vec<String> {
     let text = fs::read_to_string(path).unwrap();
     let begins = text.lines().filter_map(|line| line.strip_prefix("fn "));

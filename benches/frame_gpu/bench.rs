@@ -1,4 +1,4 @@
-//! One scene on the device, and the passes over it.
+//! A scene on the device, and the passes on it.
 
 use std::time::Instant;
 
@@ -7,10 +7,10 @@ use deepshadow::gpu::{GpuFragments, GpuFrame, GpuImage, GpuMedia, GpuShadow, Ren
 use deepshadow::scene::{Beam, Scene};
 use deepshadow::settings::{MapKind, Settings};
 
-/// Steps of a picture that counts as converged.
+/// Number of steps at which a picture counts as converged.
 pub const CONVERGED: u32 = 4096;
 
-/// A scene, and what its passes read and write.
+/// A scene, with the resources that its passes read and write.
 pub struct Bench<'a> {
     pub gpu: &'a Renderer,
     pub name: String,
@@ -22,7 +22,7 @@ pub struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    /// A scene with maps and pictures of the bench's size.
+    /// A scene with maps and pictures of the benchmark's size.
     pub fn new(gpu: &'a Renderer, name: String, scene: Scene, settings: &Settings) -> Self {
         let size = size();
         let settings = settings.with(|s| {
@@ -57,7 +57,8 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// Pass `trace_slices` with room for a number of nodes a texel, if the device has as much.
+    /// Pass `trace_slices` with room for a number of nodes per texel: milliseconds and the map;
+    /// `None` if the device has not that much memory.
     pub fn slices(&self, frame: &GpuFrame, nodes: u32) -> Option<(f64, GpuFragments)> {
         let size = self.settings.map.size;
         let map = self.gpu.fragments(Tile::rows(size, 0, size, nodes)).ok()?;
@@ -75,15 +76,15 @@ impl<'a> Bench<'a> {
         Some((ms, map))
     }
 
-    /// Mean and largest number of nodes a texel.
+    /// Mean and largest number of nodes per texel.
     pub fn nodes(&self, map: &GpuFragments) -> String {
         let runs = self.gpu.read_fragments(map).unwrap();
         let most = runs.starts().windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
         format!("{:.1}, at most {most}", runs.nodes().len() as f64 / runs.texels() as f64)
     }
 
-    /// Passes `raster_slices` and `sort_fragments`, one submission each, as their buffers are
-    /// large: milliseconds and fragments a texel.
+    /// Passes `raster_slices` and `sort_fragments`, in one submission each because their buffers
+    /// are large: milliseconds, and fragments per texel.
     pub fn drawn(&self, frame: &GpuFrame, planes: u32) -> Option<(f64, f64)> {
         let size = self.settings.map.size;
         let lists = |capacity: u32| self.gpu.lists(Tile::rows(size, 0, size, capacity));
@@ -134,26 +135,27 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Texels along a map's edge and pixels along a picture's: 512, or `DEEPSHADOW_BENCH_SIZE`.
+/// Texels along each edge of a map and pixels along that of a picture: 512, or
+/// `DEEPSHADOW_BENCH_SIZE`.
 pub fn size() -> u32 {
     std::env::var("DEEPSHADOW_BENCH_SIZE").ok().and_then(|n| n.parse().ok()).unwrap_or(512)
 }
 
-/// The largest difference over pixels and channels, in 1/255, and how many pixels differ by more
-/// than 1.
+/// The largest difference over pixels and channels, in 1/255, and the number of pixels that differ
+/// by more than 1/255.
 pub fn difference(picture: &[[f32; 4]], truth: &[[f32; 4]]) -> (f32, u32) {
     let differences = picture.iter().zip(truth).map(|(a, b)| {
         let channels = a.iter().zip(b).map(|(a, b)| (a - b).abs());
         255.0 * channels.fold(0.0, |most: f32, d| if d <= most { most } else { d })
     });
     differences.fold((0.0_f32, 0), |(most, above), d| {
-        // NaN is as far as anything can be.
+        // NaN counts as the largest difference.
         let d = if d.is_nan() { f32::INFINITY } else { d };
         (most.max(d), above + u32::from(d > 1.0))
     })
 }
 
-/// Milliseconds a pass: the median of five submissions of as many passes as fill 30 ms.
+/// Milliseconds per pass: the median of five submissions, each with as many passes as take 30 ms.
 pub fn milliseconds(mut submit: impl FnMut(u32)) -> f64 {
     let mut timed = |passes: u32| {
         let begun = Instant::now();

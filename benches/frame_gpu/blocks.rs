@@ -1,5 +1,5 @@
-//! The same scenes with their volumes in blocks, as sparse grids are held: what the look into the
-//! table costs.
+//! The same scenes with their volumes in blocks, as sparse grids are stored: the cost of reading
+//! the table.
 
 use std::sync::Arc;
 

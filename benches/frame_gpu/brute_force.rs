@@ -1,5 +1,5 @@
-//! The frame by brute force, and the texture units' own speed, by shaders that share nothing with
-//! the crate's but the parameters of a frame.
+//! The brute-force frame, and the speed of the texture units alone, with shaders that share nothing
+//! with the crate's except the parameters of a frame.
 
 use deepshadow::frame::Frame;
 use deepshadow::volume::Volume;
@@ -12,12 +12,12 @@ use crate::device::Gpu;
 
 /// Steps of every ray, as in `brute_force.wgsl`.
 pub const STEPS: u32 = 512;
-/// Fetches of a thread, as in `fetches.wgsl`.
+/// Fetches per thread, as in `fetches.wgsl`.
 pub const FETCHES: u32 = 512;
-/// Threads along each edge of a workgroup, as in both.
+/// Threads along each edge of a workgroup, as in both shaders.
 const WORKGROUP: u32 = 8;
 
-/// The passes of a volume, ready to be recorded.
+/// The passes for a volume, ready to be recorded.
 pub struct BruteForce {
     /// The map, then the picture.
     passes: [Pass; 2],
@@ -34,7 +34,7 @@ struct Pass {
 }
 
 impl BruteForce {
-    /// `rays` squared threads fetch.
+    /// Prepares the passes; `rays` squared threads fetch.
     pub fn new(gpu: &Gpu, volume: &Volume, frame: &Frame, rays: u32) -> Self {
         let device = &gpu.device;
         let texels = Texels::of(volume, gpu);
@@ -149,7 +149,7 @@ impl Pass {
     }
 }
 
-/// What passes write: `size` squared texels.
+/// A texture of `size` squared texels that passes write.
 fn target(gpu: &Gpu, size: u32, format: TextureFormat) -> wgpu::Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("target"),
@@ -165,11 +165,11 @@ fn target(gpu: &Gpu, size: u32, format: TextureFormat) -> wgpu::Texture {
     })
 }
 
-/// A volume's values in the format that the crate's own texture has.
+/// A volume's values in the same format as the crate's texture.
 struct Texels {
     format: TextureFormat,
     bytes: Vec<u8>,
-    /// The density that a texture value of 1 stands for.
+    /// The density for which a texture value of 1 stands.
     scale: f32,
 }
 

@@ -1,8 +1,8 @@
-// The frame by brute force: a threshold map and a camera march of 512 equal steps on every ray that
-// hits the volume's box, one trilinear fetch a step, nothing skipped and no ray ended early. Shares
-// no code with what it is compared with but the uniform `frame`: shaders/kernel/frame.wgsl is put
-// in front of it. Parallel light, one ray a pixel, no ground. What does not change along a ray is
-// computed before its loop.
+// The brute-force frame: a threshold map and a camera march with 512 equal steps on every ray that
+// hits the volume's box, and one trilinear fetch per step. There is neither empty-space skipping
+// nor early ray termination. It shares no code with what it is compared with, except the uniform
+// `frame`: shaders/kernel/frame.wgsl is put in front of it. Parallel light, one ray per pixel, no
+// ground. What is constant along a ray is computed before its loop.
 
 @group(0) @binding(1) var voxels: texture_3d<f32>;
 @group(0) @binding(2) var trilinear: sampler;
@@ -12,14 +12,15 @@
 const STEPS: u32 = 512u;
 const FOUR_PI: f32 = 12.566370614359172;
 
-// The steps of a ray: distances along it, and the places in the texture that they sample.
+// The steps of a ray: distances along it, and the texture coordinates that they sample.
 struct March {
-    // Distance where the ray enters the box, and the length of a step; no length if it misses.
+    // Distance where the ray enters the box, and the length of a step, which is 0 if the ray
+    // misses.
     enter: f32,
     step: f32,
-    // Optical depth of a step for a texture value of 1.
+    // Optical depth of a step where the texture value is 1.
     extinction: f32,
-    // Place in the texture of the distance `enter`, and its change a step.
+    // Texture coordinates at distance `enter`, and their change per step.
     first: vec3<f32>,
     stride: vec3<f32>,
 }
@@ -49,7 +50,7 @@ fn march_of(origin: vec3<f32>, direction: vec3<f32>) -> March {
     );
 }
 
-// Three depths where opacity passes the thresholds, and the opacity of the whole ray.
+// Writes the three depths where opacity passes the thresholds, and the opacity of the whole ray.
 @compute @workgroup_size(8, 8)
 fn brute_force_map(@builtin(global_invocation_id) id: vec3<u32>) {
     let size = frame.map.size;
@@ -83,7 +84,7 @@ fn smooth_step(a: f32, b: f32, x: f32) -> f32 {
     return t * t * (3.0 - 2.0 * t);
 }
 
-// The paper's reconstruction of a texel's four numbers.
+// The paper's reconstruction from a texel's four numbers.
 fn transmittance(texel: vec4<f32>, depth: f32) -> f32 {
     let t = frame.map.thresholds;
     var opacity = texel.w;
@@ -97,20 +98,20 @@ fn transmittance(texel: vec4<f32>, depth: f32) -> f32 {
     return 1.0 - opacity;
 }
 
-// (column, row, depth) in the map of a point or a way.
+// (column, row, depth) in the map of a point or a direction.
 fn in_map(p: vec4<f32>) -> vec3<f32> {
     let rows = frame.light.from_frame;
     let size = f32(frame.map.size);
     return vec3<f32>(size * dot(rows[0], p), size * dot(rows[1], p), dot(rows[2], p));
 }
 
-// Share of light scattered per steradian (Henyey and Greenstein 1941).
+// The phase function: share of light scattered per steradian (Henyey and Greenstein 1941).
 fn phase(g: f32, cosine: f32) -> f32 {
     let spread = 1.0 + g * g - 2.0 * g * cosine;
     return (1.0 - g * g) / (FOUR_PI * spread * sqrt(spread));
 }
 
-// Single scattering and absorption along a camera ray, lit through the nearest texel of the map.
+// Single scattering along a camera ray, lit through the nearest texel of the map.
 @compute @workgroup_size(8, 8)
 fn brute_force_view(@builtin(global_invocation_id) id: vec3<u32>) {
     let size = vec2<u32>(frame.view.width, frame.view.height);
@@ -129,7 +130,7 @@ fn brute_force_view(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = in_map(vec4<f32>(origin.xyz + march.enter * direction, 1.0));
     let stride = march.step * in_map(vec4<f32>(direction, 0.0));
     let last = vec2<f32>(f32(frame.map.size - 1u));
-    // Light scattered by the medium if all of it were lit by the sun alone, with its shadow.
+    // Light scattered by the medium, as if only the sun lit it, with its shadow.
     var lit: f32 = 0.0;
     var through: f32 = 1.0;
     for (var i: u32 = 0u; i < STEPS; i++) {

@@ -1,4 +1,5 @@
-//! Times of work that is to be compared: in turns, since clocks drift, and all by one method.
+//! Times of work that is compared with each other: measured in turns, because clock rates drift,
+//! and all with the same method.
 
 use std::time::Instant;
 
@@ -6,17 +7,17 @@ use wgpu::{BufferUsages, CommandEncoder, Features};
 
 use crate::device::Gpu;
 
-/// How often each subject has its turn: on hardware, and on software, whose passes take long.
+/// How often each subject is measured: on hardware, and on software, whose passes are slow.
 const ROUNDS: usize = 9;
 const SOFTWARE_ROUNDS: usize = 3;
-/// What a submission is filled to, milliseconds.
+/// Duration of a submission, in milliseconds, to which repetitions are added up.
 const SUBMISSION_MS: f64 = 30.0;
 
-/// Records one frame, or whatever is timed, into an encoder.
+/// Records one frame, or other work to be timed, into an encoder.
 pub type Record<'a> = &'a dyn Fn(&mut CommandEncoder);
 
-/// Timestamps of the device around the passes of a submission, or the wall clock around the
-/// submission.
+/// Measures with the device's timestamps around the passes of a submission, or with the wall clock
+/// around the submission.
 pub struct Clock<'a> {
     gpu: &'a Gpu,
     timestamps: Option<Timestamps>,
@@ -29,7 +30,7 @@ struct Timestamps {
 }
 
 impl<'a> Clock<'a> {
-    /// Timestamps, where hardware writes them between passes.
+    /// Uses timestamps if hardware supports them between passes.
     pub fn new(gpu: &'a Gpu) -> Self {
         let able = gpu
             .device
@@ -56,7 +57,7 @@ impl<'a> Clock<'a> {
         Self { gpu, timestamps }
     }
 
-    /// The method in words.
+    /// The name of the method.
     pub fn method(&self) -> &'static str {
         match self.timestamps {
             Some(_) => "timestamps of the device around the passes of a submission",
@@ -65,7 +66,7 @@ impl<'a> Clock<'a> {
     }
 
     /// Milliseconds of each subject: medians of submissions in turns, each with as many repetitions
-    /// as fill it.
+    /// as fill the submission's duration.
     pub fn interleaved<const N: usize>(&self, subjects: [Record<'_>; N]) -> [f64; N] {
         let repetitions = subjects.map(|record| {
             self.submission_ms(1, record);
@@ -85,7 +86,7 @@ impl<'a> Clock<'a> {
         })
     }
 
-    /// Milliseconds of one submission, without what recording it takes.
+    /// Milliseconds of one submission, without the time for recording it.
     fn submission_ms(&self, repetitions: u32, record: Record<'_>) -> f64 {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         if let Some(own) = &self.timestamps {

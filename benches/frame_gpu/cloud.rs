@@ -8,20 +8,21 @@ use rayon::prelude::*;
 const OCTAVES: usize = 5;
 /// Cells of the coarsest noise along an edge; each octave has twice as many.
 const COARSEST: usize = 4;
-/// Amplitude of an octave over that of the one before.
+/// Amplitude of an octave relative to the one before.
 const PERSISTENCE: f32 = 0.55;
 /// Radius of the sphere.
 const RADIUS: f32 = 0.48;
 /// Optical depth along the central lines.
 const OPTICAL_DEPTH: f64 = 8.0;
 
-/// Random values on a lattice, blended between its points.
+/// Random values on a lattice, interpolated between its points.
 struct Octave {
     /// Points along an edge.
     points: usize,
     amplitude: f32,
     values: Vec<f32>,
-    /// For each voxel along an edge the lattice point before it, and the weight of the one behind.
+    /// For each voxel along an edge, the lattice point in front of it, and the weight of the one
+    /// behind.
     places: Vec<(usize, f32)>,
 }
 
@@ -39,7 +40,7 @@ impl Octave {
         Self { points, amplitude: PERSISTENCE.powi(index as i32), values, places: places.collect() }
     }
 
-    /// The lattice between two planes or rows of it.
+    /// Interpolates the lattice between two of its planes or rows.
     fn blended(lattice: &[f32], length: usize, (before, weight): (usize, f32)) -> Vec<f32> {
         let near = &lattice[before * length..][..length];
         let far = &lattice[(before + 1) * length..][..length];
@@ -48,7 +49,7 @@ impl Octave {
 }
 
 /// The cloud of `n` cubed voxels, and the density scale that gives its central lines, on average,
-/// their optical depth.
+/// the optical depth above.
 pub fn cloud(n: usize) -> (Volume, f64) {
     let octaves: Vec<Octave> = (0..OCTAVES).map(|index| Octave::new(index, n)).collect();
     let mut values = vec![0.0_f32; n.pow(3)];
@@ -64,7 +65,7 @@ pub fn cloud(n: usize) -> (Volume, f64) {
     (Volume::new(format!("cloud {n}"), values, place).unwrap(), scale)
 }
 
-/// One slice of constant z. Lattices are blended along z, then y, then x.
+/// Fills one slice of constant z. Lattices are interpolated along z, then y, then x.
 fn fill(slice: &mut [f32], z: usize, n: usize, octaves: &[Octave]) {
     let total: f32 = octaves.iter().map(|octave| octave.amplitude).sum();
     let planes: Vec<Vec<f32>> = octaves
@@ -89,7 +90,7 @@ fn fill(slice: &mut [f32], z: usize, n: usize, octaves: &[Octave]) {
     }
 }
 
-/// Density at a share of the sphere's radius.
+/// Density at a distance from the sphere's centre, as a share of its radius.
 fn density(r: f32, noise: f32) -> f32 {
     if r >= 1.0 {
         return 0.0;
@@ -105,7 +106,7 @@ fn coordinate(i: usize, n: usize) -> f32 {
     (i as f32 + 0.5) / n as f32
 }
 
-/// A number in -1..1 for every seed (SplitMix64).
+/// A number in -1..1 from a seed (SplitMix64).
 fn random(seed: u64) -> f32 {
     let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(0x0bad_5eed);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

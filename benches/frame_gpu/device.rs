@@ -1,4 +1,5 @@
-//! A device of the bench's own, on which it can also run and time passes that are not the crate's.
+//! A device of the benchmark's own, on which it can also run and time passes that are not the
+//! crate's.
 
 use deepshadow::gpu::Renderer;
 use wgpu::{Adapter, DeviceType, Features};
@@ -13,8 +14,8 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the best adapter, with the features that the crate takes and, where there are some,
-    /// timestamps between passes.
+    /// Opens the best adapter, with the features that the crate uses and, if supported, timestamps
+    /// between passes.
     pub fn open() -> Self {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
@@ -37,7 +38,7 @@ impl Gpu {
         Self { device, queue, renderer, description }
     }
 
-    /// Whether it is a processor that imitates a graphics adapter.
+    /// Whether the adapter is software on the processor.
     pub fn is_software(&self) -> bool {
         self.device.adapter_info().device_type == DeviceType::Cpu
     }
@@ -47,7 +48,7 @@ fn computes(adapter: &Adapter) -> bool {
     adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
 }
 
-/// The crate's order of adapters.
+/// The rank of an adapter in the crate's order.
 fn rank(adapter: &Adapter) -> u32 {
     match adapter.get_info().device_type {
         DeviceType::DiscreteGpu => 0,

@@ -1,5 +1,5 @@
-// How fast a texture is sampled: 512 trilinear fetches a thread from one face of the volume to the
-// other, along paths that neighbours share, eight under way at once.
+// The speed of texture sampling: each thread makes 512 trilinear fetches from one face of the
+// volume to the other, along paths close to those of its neighbours, with eight fetches in flight.
 
 @group(0) @binding(1) var voxels: texture_3d<f32>;
 @group(0) @binding(2) var trilinear: sampler;
@@ -14,7 +14,7 @@ fn fetched(first: vec3<f32>, stride: vec3<f32>, i: u32) -> f32 {
 @compute @workgroup_size(8, 8)
 fn fetch(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(textureDimensions(output));
-    // From anywhere on the lower face to the middle nine tenths of the upper one.
+    // From anywhere on the lower face to the middle nine tenths of the upper face.
     let first = vec3<f32>(at, 0.0);
     let stride = (vec3<f32>(0.05 + 0.9 * at, 1.0) - first) / f32(FETCHES);
     var sum: f32 = 0.0;

@@ -1,4 +1,5 @@
-//! The headline: the shipped frame, a map and a picture, against brute force on the same scene.
+//! The main result: the shipped frame, which is a map and a picture, against brute force on the
+//! same scene.
 
 use deepshadow::frame::Frame;
 use deepshadow::gpu::{GpuFragments, GpuFrame, GpuShadow, Tile};
@@ -10,10 +11,10 @@ use crate::clock::Clock;
 use crate::device::Gpu;
 use crate::scenes::{close, map_rays, picture_rays};
 
-/// Nodes a texel that fragment maps first get room for, as the crate does it.
+/// Initial capacity of fragment maps, in nodes per texel, as in the crate.
 const NODES: u32 = 32;
 
-/// What is measured of a scene.
+/// The measurements of a scene.
 struct Row {
     name: String,
     texture: String,
@@ -21,12 +22,13 @@ struct Row {
     covered: [u32; 2],
     /// Milliseconds of a frame: by brute force, with a threshold map, with a fragment map.
     frames: [f64; 3],
-    /// Of the view alone, with each of the two maps.
+    /// Milliseconds of the view alone, with each of the two maps.
     views: [f64; 2],
-    /// Fetches a millisecond.
+    /// Fetches per millisecond.
     fetch_rate: f64,
-    /// Largest difference and pixels above 1/255: the threshold and the fragment frame from theirs
-    /// converged, the brute-force picture from the crate's converged one of the same kind.
+    /// Largest difference, and number of pixels above 1/255: of the threshold frame and the
+    /// fragment frame from their converged pictures, and of the brute-force picture from the
+    /// crate's converged picture of the same kind.
     differences: [(f32, u32); 3],
 }
 
@@ -82,7 +84,7 @@ pub fn table(gpu: &Gpu) {
 }
 
 impl Row {
-    /// Milliseconds that the fetches of a brute-force frame take at the measured rate.
+    /// Milliseconds that a brute-force frame's fetches take at the measured rate.
     fn fetches_ms(&self) -> f64 {
         let rays: f64 = self.covered.map(f64::from).iter().sum();
         rays * f64::from(STEPS) / self.fetch_rate
@@ -143,7 +145,7 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
     }
 }
 
-/// The fragment map of a frame, with room for all nodes.
+/// The fragment map of a frame, with enough room for all nodes.
 pub fn fitted(bench: &Bench<'_>, frame: &GpuFrame) -> GpuFragments {
     let (gpu, size) = (bench.gpu, bench.settings.map.size);
     let mut nodes = NODES;
@@ -162,7 +164,7 @@ fn many_steps(frame: &mut Frame) {
     frame.take_view_steps(CONVERGED);
 }
 
-/// The picture of many steps, through a map of as many.
+/// The picture with many steps, through a map with as many.
 fn converged(bench: &Bench<'_>, fragments: bool) -> Vec<[f32; 4]> {
     let frame = bench.frame(&bench.settings, many_steps);
     if fragments {
@@ -178,8 +180,9 @@ fn through_threshold_map(bench: &Bench<'_>, frame: &GpuFrame) -> Vec<[f32; 4]> {
     bench.picture(frame, GpuShadow::Threshold(&map))
 }
 
-/// How far the brute-force picture is from the crate's own of many steps with the paper's lookup in
-/// the nearest texel, both without ground: that the former is right.
+/// The difference of the brute-force picture from the crate's own picture with many steps and the
+/// paper's lookup in the nearest texel, both without ground. It shows that the brute-force picture
+/// is right.
 fn difference_of_brute_force(gpu: &Gpu, bench: &Bench<'_>, shipped: &Frame) -> (f32, u32) {
     let settings = bench.settings.with(|s| {
         s.map.threshold.lookup = Lookup::Paper;

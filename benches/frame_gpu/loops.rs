@@ -1,5 +1,5 @@
-//! A program that draws frame after frame: wall-clock time with all that the host does, whether it
-//! keeps its passes prepared or records them anew.
+//! A program that draws frame after frame: wall-clock time including all work of the host, with
+//! prepared passes or with passes that are recorded anew.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -13,12 +13,12 @@ use crate::bench::Bench;
 use crate::device::Gpu;
 use crate::scenes::close;
 
-/// Frames drawn for a number: on hardware, and on software.
+/// Number of frames drawn for a measurement: on hardware, and on software.
 const FRAMES: u32 = 1000;
 const SOFTWARE_FRAMES: u32 = 8;
-/// Frames under way before the host waits for the first of them.
+/// Number of frames in flight before the host waits for the first of them.
 const AHEAD: usize = 8;
-/// Radians that what moves turns about the vertical between two frames.
+/// Angle in radians by which the camera or the light turns about the vertical between two frames.
 const TURN: f64 = 1e-3;
 
 /// Prints the table of loops.
@@ -36,7 +36,7 @@ pub fn table(gpu: &Gpu) {
     }
 }
 
-/// Frames a second where the camera moves, or the light.
+/// Frames per second while the camera moves, or the light.
 fn rate(gpu: &Gpu, bench: &Bench<'_>, light: bool, prepared: bool) -> f64 {
     let renderer = bench.gpu;
     let map = renderer.map(bench.settings.map.size).unwrap();

@@ -1,8 +1,8 @@
-//! The GPU backend: the shipped frame against brute force (table frame), frames drawn one after
-//! another (loops), volumes in blocks (blocks), and every pass on the presets as milliseconds a
-//! pass from many passes in one submission (maps, drawn, views, filters). Prints the tables named
-//! as arguments, or all; 512 x 512 maps and pictures, unless `DEEPSHADOW_BENCH_SIZE` makes them
-//! smaller.
+//! Benchmarks of the GPU backend: the shipped frame against brute force (table frame), frames drawn
+//! one after another (loops), volumes in blocks (blocks), and each pass on the presets in
+//! milliseconds per pass, from many passes in one submission (maps, drawn, views, filters). Prints
+//! the tables named as arguments, or all. Maps and pictures are 512 x 512, unless
+//! `DEEPSHADOW_BENCH_SIZE` makes them smaller.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench;
@@ -21,7 +21,7 @@ use deepshadow::volume::presets::Preset;
 use bench::Bench;
 use device::Gpu;
 
-/// Prints one table.
+/// A function that prints one table.
 type Table = fn(&[Bench<'_>]);
 
 fn main() {
@@ -47,7 +47,7 @@ fn main() {
         return;
     }
     let benches = Preset::ALL.map(|preset| scenes::preset(&gpu.renderer, preset));
-    // Clocks rise with work.
+    // Clock rates rise under load, so warm up first.
     for bench in &benches {
         bench.threshold_ms(&bench.frame(&bench.settings, |_| ()));
     }

@@ -1,4 +1,4 @@
-//! The scenes: the presets as they are shipped, and close views of them and of clouds.
+//! The scenes: the presets as shipped, and close views of them and of clouds.
 
 use std::path::Path;
 
@@ -15,19 +15,19 @@ use glam::{DMat4, DVec3};
 use crate::bench::{Bench, size};
 use crate::cloud::cloud;
 
-/// Share of the picture that the volume covers at least in close views.
+/// Smallest share of the picture that the volume covers in close views.
 const COVERED: f64 = 0.62;
 
-/// A scene that is not on the device yet.
+/// Creates a scene on the device.
 pub type Make = Box<dyn Fn(&Renderer) -> Bench<'_>>;
 
-/// A preset with the camera that the program chooses.
+/// A preset with the automatically chosen camera.
 pub fn preset(gpu: &Renderer, preset: Preset) -> Bench<'_> {
     let (scene, settings) = shipped(preset);
     Bench::new(gpu, preset.name().to_owned(), scene, &settings)
 }
 
-/// The scenes of table frame, made one by one as they are large.
+/// The scenes of table frame, which are created one by one because they are large.
 pub fn close() -> Vec<Make> {
     let presets = Preset::ALL.into_iter().map(|preset| -> Make {
         Box::new(move |gpu| {
@@ -49,12 +49,12 @@ pub fn close() -> Vec<Make> {
     presets.chain(clouds).collect()
 }
 
-/// Rays of a square of `size` squared that hit the volume's box, of the light's map.
+/// Number of rays, of a map of `size` squared texels, that hit the volume's box.
 pub fn map_rays(scene: &Scene, view: &LightView, size: u32) -> u32 {
     hits(&scene.media, size, |x, y| view.ray(x, y))
 }
 
-/// The same of the camera's picture.
+/// The same for a picture of `size` squared pixels.
 pub fn picture_rays(scene: &Scene, size: u32) -> u32 {
     let rays = scene.camera.rays(1.0);
     hits(&scene.media, size, |x, y| rays.ray(x, y))
@@ -72,7 +72,7 @@ fn completed(file: &SceneFile, volume: Volume) -> (Scene, Settings) {
     (scene, settings)
 }
 
-/// The scene through a lens so long that the volume covers enough of the picture.
+/// The scene with such a long lens that the volume covers enough of the picture.
 fn closer(mut scene: Scene) -> Scene {
     scene.camera.target = scene.media.world_bounds().center();
     let probes = 128;

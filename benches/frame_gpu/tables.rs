@@ -6,11 +6,11 @@ use deepshadow::settings::{Filter, Lookup, Slices};
 
 use crate::bench::{Bench, CONVERGED, difference};
 
-/// Slabs a ray of the map's table, and steps of the naive threshold map beside it.
+/// Slabs per ray in the table of maps, and steps of the naive threshold map beside it.
 const SLABS: u32 = 256;
 const NAIVE_STEPS: u32 = 512;
 
-/// What it takes to build each kind of map.
+/// The time to build each kind of map.
 pub fn maps(benches: &[Bench<'_>]) {
     println!("\nMap, ms: naive = threshold map of {NAIVE_STEPS} steps; the rest {SLABS} slabs");
     println!(
@@ -39,7 +39,7 @@ pub fn maps(benches: &[Bench<'_>]) {
     }
 }
 
-/// The same planes drawn as geometry, and sorted.
+/// The same planes, drawn as geometry and sorted.
 pub fn drawn(benches: &[Bench<'_>]) {
     println!("\nDrawn and sorted, ms: {SLABS} planes");
     println!("| volume | raw | fitted | fragments a texel |\n|---|---|---|---|");
@@ -63,7 +63,7 @@ pub fn drawn(benches: &[Bench<'_>]) {
     }
 }
 
-/// The camera march with the fitted map, in both layouts, and with the threshold map.
+/// The camera march through the fitted map, in both layouts, and through the threshold map.
 pub fn views(benches: &[Bench<'_>]) {
     println!("\nView, ms, lit through the fitted map; difference from {CONVERGED} steps in 1/255");
     println!(
@@ -107,7 +107,7 @@ pub fn views(benches: &[Bench<'_>]) {
     }
 }
 
-/// Wide filters over raw lists, along links and by brute force.
+/// Wide filters on raw lists, along links and by brute force.
 pub fn filters(benches: &[Bench<'_>]) {
     println!("\nView with n x n filters over raw lists, ms: links / brute force");
     println!("| volume | pcf3 | pcf5 | pcf7 | ratio at 7 |\n|---|---|---|---|---|");

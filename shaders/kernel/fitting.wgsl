@@ -1,7 +1,7 @@
-// How fragments become nodes (depth, optical depth): all of them, or as few as a tolerance on
-// transmittance allows. The way and its bound: src/kernel/fitting.rs. A root that imports this
-// defines `keep_node(node: vec2<f32>)`, which takes each node once it is settled, and
-// `kept_node(k: u32)`, which gives back the k-th.
+// Turns fragments into nodes (depth, optical depth): keeps all of them, or as few as a tolerance on
+// transmittance allows. src/kernel/fitting.rs explains the method and its error bound. A root that
+// imports this defines `keep_node(node: vec2<f32>)`, which stores each node once it is final, and
+// `kept_node(k: u32)`, which returns the k-th stored node.
 
 const POINT_SPACING: f32 = 0.25;
 const FIT_SHARE: f32 = 0.82;
@@ -15,18 +15,19 @@ const SMALLEST: f32 = 1e-30;
 struct Fitter {
     // Largest error of transmittance at the points; 0 keeps every fragment.
     tolerance: f32,
-    // Optical depth behind which nothing matters.
+    // Optical depth beyond which nothing matters.
     dark: f32,
     begun: bool,
     // The last node kept.
     anchor: vec2<f32>,
-    // Slopes of optical depth over depth from there that pass all points since.
+    // The range of slopes, optical depth over depth, of lines from the anchor that pass within the
+    // tolerance of all points since.
     slopes: vec2<f32>,
-    // The last point, on the true function.
+    // The last point, on the exact function.
     last: vec2<f32>,
     // Extinction of the last fragment.
     extinction: f32,
-    // Optical depth by which the last fragment may err itself.
+    // The error in optical depth that the last fragment may have itself.
     bend: f32,
 }
 
@@ -39,7 +40,7 @@ fn fitter_start(tolerance: f32) {
     fitter = Fitter(held, dark, false, vec2<f32>(0.0), slopes, vec2<f32>(0.0), 0.0, 0.0);
 }
 
-// Adds a fragment from depth bounds.x to bounds.y, not in front of the one before.
+// Adds a fragment from depth bounds.x to bounds.y, which does not begin in front of the one before.
 fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
     if (!fitter.begun) {
         fitter.begun = true;
@@ -47,7 +48,7 @@ fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
         fitter.last = fitter.anchor;
         keep_node(fitter.anchor);
     } else if (bounds.x > fitter.last.x) {
-        // Nothing between two fragments: optical depth stays.
+        // There is nothing between two fragments, so optical depth stays the same.
         fitter_point(vec2<f32>(bounds.x, fitter.last.y));
         fitter.extinction = 0.0;
     }
@@ -69,19 +70,20 @@ fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
     fitter_point(vec2<f32>(max(bounds.y, start.x), start.y + optical_depth));
 }
 
-// Gives the last node to keep_node.
+// Passes the last node to keep_node.
 fn fitter_finish() {
     if (fitter.begun && any(fitter.last != fitter.anchor)) {
         fitter_close();
     }
 }
 
-// Whether what follows is too dark to matter to a fit.
+// Whether so little light is left that later fragments do not matter to a fit.
 fn fitter_is_dark() -> bool {
     return fitter.tolerance > 0.0 && fitter.last.y > fitter.dark;
 }
 
-// Optical depths between which a line may pass a point: within the tolerance of transmittance.
+// The range of optical depth in which a line may pass a point, within the tolerance of
+// transmittance.
 fn fitter_range(optical_depth: f32) -> vec2<f32> {
     let through = exp(-optical_depth);
     let room = max(fitter.tolerance - fitter.bend * through, fitter.tolerance * LEAST_ROOM);
@@ -90,12 +92,12 @@ fn fitter_range(optical_depth: f32) -> vec2<f32> {
     return vec2<f32>(least, -log(lowest));
 }
 
-// Slopes from the last node kept that pass between two optical depths at a depth.
+// Slopes of lines from the last kept node that pass between two optical depths at a depth.
 fn fitter_slopes(depth: f32, range: vec2<f32>) -> vec2<f32> {
     return (range - fitter.anchor.y) * (1.0 / (depth - fitter.anchor.x));
 }
 
-// The line from the last node has to pass near a point.
+// Requires the line from the last kept node to pass near a point.
 fn fitter_point(point: vec2<f32>) {
     if (fitter.tolerance == 0.0) {
         fitter.last = point;
@@ -118,7 +120,7 @@ fn fitter_point(point: vec2<f32>) {
         let allowed = fitter_slopes(point.x, range);
         fitter.slopes = vec2<f32>(max(0.0, allowed.x), min(STEEPEST, allowed.y));
     } else {
-        // A surface too opaque to be part of a line.
+        // The surface is too opaque to be part of a line.
         keep_node(point);
         fitter.anchor = point;
         fitter.slopes = vec2<f32>(0.0, STEEPEST);
@@ -126,7 +128,8 @@ fn fitter_point(point: vec2<f32>) {
     fitter.last = point;
 }
 
-// Ends the line at the last point: through it if that is allowed, else as near as it may.
+// Ends the line at the last point: through it if the tolerance allows, else as near to it as
+// possible.
 fn fitter_close() {
     if (fitter.tolerance == 0.0) {
         return;
@@ -138,8 +141,8 @@ fn fitter_close() {
     keep_node(fitter.anchor);
 }
 
-// How many of `count` raw nodes to keep so that one line to the last one stands for the rest: what
-// is left out lies where transmittance minus its final value is below `truncation`.
+// How many of `count` raw nodes to keep so that one line to the last node can replace the rest: the
+// nodes left out lie where transmittance minus its final value is below `truncation`.
 fn truncated(count: u32, truncation: f32) -> u32 {
     let end = exp(-kept_node(count - 1u).y);
     var low: u32 = 0u;

@@ -1,5 +1,5 @@
-// One picture's parameters: the same fields at the same places as those of src/frame/parts.rs,
-// which says what they are.
+// The parameters of one picture. Fields and offsets are those of src/frame/parts.rs, which
+// documents them.
 
 struct FrameMedia {
     index_from_frame: array<vec4<f32>, 3>,
@@ -105,7 +105,7 @@ struct Frame {
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 
-// True in pipelines for the usual settings alone (parallel light, bilinear filter, exact shadow
-// tests, physical shading): the compiler leaves the rest out, and with fewer registers taken more
-// threads run at once.
+// True in pipelines for the usual settings only: parallel light, bilinear filter, exact shadow
+// tests, physical shading. The compiler then drops all other code, which takes fewer registers, so
+// that more threads run at once.
 override USUAL: bool = false;

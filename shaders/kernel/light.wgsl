@@ -1,7 +1,7 @@
-// The light's rays, where a point lies in its map, and how bright it shines there.
+// The light's rays, the position of a point in the light's map, and the irradiance there.
 #import kernel/ray
 
-// The light ray through map position (u, v), 0..1. Distances along it are the map's depths.
+// The light ray through map position (u, v), each 0..1. Distances along it are the map's depths.
 fn light_ray(u: f32, v: f32) -> Ray {
     let o = frame.light.origin + u * frame.light.origin_u + v * frame.light.origin_v;
     let d = frame.light.direction + u * frame.light.direction_u + v * frame.light.direction_v;
@@ -14,7 +14,8 @@ fn light_extent(u: f32, v: f32) -> vec2<f32> {
     return intersect_box(ray, frame.media.domain_min, frame.media.domain_max);
 }
 
-// (u, v, depth) of a point; u = -1 (outside of every map) behind a point or spot light.
+// (u, v, depth) of a point. A point behind a point or spot light has u = -1, which is outside of
+// every map.
 fn light_coordinates(point: vec3<f32>) -> vec3<f32> {
     let p = vec4<f32>(point, 1.0);
     let u = dot(frame.light.from_frame[0], p);
@@ -30,7 +31,7 @@ fn light_coordinates(point: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(u / w, v / w, length(point - frame.light.position));
 }
 
-// The way light travels at a point, unit length.
+// The direction in which light travels at a point, of unit length.
 fn light_direction_at(point: vec3<f32>) -> vec3<f32> {
     if (frame.light.spread == 0u) {
         return frame.light.direction.xyz;
@@ -43,7 +44,7 @@ fn light_direction_at(point: vec3<f32>) -> vec3<f32> {
     return from_light / distance;
 }
 
-// Unshadowed irradiance at a point on a plane that faces the light, per channel.
+// Unshadowed irradiance at a point, on a plane that faces the light, per channel.
 fn irradiance_at(point: vec3<f32>) -> vec3<f32> {
     if (frame.light.spread == 0u) {
         return frame.light.irradiance;
@@ -56,7 +57,7 @@ fn irradiance_at(point: vec3<f32>) -> vec3<f32> {
     return frame.light.irradiance * (cone_share(light_direction_at(point)) / squared);
 }
 
-// Share of a spot's light that goes in a direction; 1 for a point light.
+// The share of a spot light's intensity in a direction; 1 for a point light.
 fn cone_share(direction: vec3<f32>) -> f32 {
     let inner = frame.light.cone_inner;
     let outer = frame.light.cone_outer;
@@ -65,15 +66,15 @@ fn cone_share(direction: vec3<f32>) -> f32 {
     return x * x * (3.0 - 2.0 * x);
 }
 
-// Angle over which a cone's share is taken at one place, in radians, and how many such places a
-// piece has at most.
+// Angle in radians over which one sample of a cone's share stands, and the largest number of such
+// samples for a piece of a ray.
 const ANGLE: f32 = 0.05;
 const MOST_ANGLES: u32 = 64u;
 
-// Unshadowed irradiance on the average over a piece of a ray, from its begin over its middle to its
-// end, of a light among the media, close to which it changes by much. The integral of one over the
-// squared distance is the angle that the piece takes up as the light sees it, over the light's
-// distance from the ray; a cone's share is a mean over that angle.
+// Mean unshadowed irradiance over a piece of a ray, given its begin, middle and end, for a light
+// among the media: close to such a light irradiance changes much over the piece. The integral of
+// one over the squared distance is the angle that the piece subtends at the light, divided by the
+// light's distance from the ray. The cone's share is averaged over that angle.
 fn irradiance_over(begin: vec3<f32>, middle: vec3<f32>, end: vec3<f32>) -> vec3<f32> {
     let a = begin - frame.light.position;
     let m = middle - frame.light.position;
@@ -99,8 +100,8 @@ fn irradiance_over(begin: vec3<f32>, middle: vec3<f32>, end: vec3<f32>) -> vec3<
     return frame.light.irradiance * (share / f32(parts) * angle / area);
 }
 
-// The face of a cube that a direction from its middle goes through, whose edges belong to one face
-// each: +x, -x, +y, -y, +z, -z are 0 to 5.
+// The face of a cube that a direction from its centre passes through: +x, -x, +y, -y, +z, -z are 0
+// to 5. Each edge belongs to exactly one face.
 fn face_of(direction: vec3<f32>) -> u32 {
     let far = abs(direction);
     if (far.x >= far.y && far.x >= far.z) {

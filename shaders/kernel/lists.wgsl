@@ -1,25 +1,26 @@
-// Linked lists of fragments: a head buffer, an element buffer and a counter. Any caster may push.
-// (Real- time deep shadow maps for hair, "Creating list entries".)
+// Linked lists of fragments: a head buffer, an element buffer and counters. Any caster may push
+// fragments. (Real-time deep shadow maps for hair, "Creating list entries".)
 #import kernel/tile
 
 struct Element {
     front: f32,
     back: f32,
     optical_depth: f32,
-    // The next element plus one; 0 at the end of a list.
+    // Index of the next element plus one; 0 at the end of a list.
     next: u32,
 }
 
-// The first element of each texel's list plus one; 0 for an empty list.
+// Index of the first element of each texel's list plus one; 0 for an empty list.
 @group(0) @binding(9) var<storage, read_write> heads: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> elements: array<Element>;
-// Elements pushed, also those that found no room; nodes made of them.
+// The number of pushed elements, with those that found no room, and the number of nodes made from
+// them.
 @group(0) @binding(11) var<storage, read_write> counters: array<atomic<u32>, 2>;
 
 const OPAQUE_OPTICAL_DEPTH: f32 = 87.0;
 
-// Puts a slab (or, with equal bounds, a surface) on a texel's list. What finds no room is counted,
-// so that the pass can run again with more.
+// Pushes a slab, or with equal bounds a surface, on a texel's list. A fragment that finds no room
+// is still counted, so that the pass can run again with a larger buffer.
 fn push_fragment(texel: u32, bounds: vec2<f32>, optical_depth: f32) {
     let at = atomicAdd(&counters[0], 1u);
     if (at < tile.capacity) {

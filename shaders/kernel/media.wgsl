@@ -2,13 +2,14 @@
 #import kernel/light
 #import kernel/medium
 
-// Light that arrives at a point of a camera ray where nothing shadows it.
+// Unshadowed light that arrives at a point of a camera ray.
 struct Arriving {
-    // On a plane that faces the light.
+    // Irradiance on a plane that faces the light.
     irradiance: vec3<f32>,
-    // Between the ways of light before and after it is scattered to the camera.
+    // Cosine of the angle between the directions of light before and after it scatters towards the
+    // camera.
     cosine: f32,
-    // Scattered to the camera by a plain medium, per unit of optical depth and albedo.
+    // Light that a plain medium scatters to the camera, per unit of optical depth and albedo.
     scattered: vec3<f32>,
 }
 
@@ -18,9 +19,9 @@ fn arriving(ray: Ray, point: vec3<f32>) -> Arriving {
     return Arriving(irradiance, cosine, irradiance * phase(frame.media.phase_g, cosine));
 }
 
-// Light that arrives over a piece of a ray, around a place and of half a length: that of its
-// middle, but of a light that stands among the media, whose square of the distance may change by
-// much over a piece.
+// Unshadowed light that arrives over the piece of a ray within `reach` of distance `at`. It is that
+// at the piece's middle, except for a light among the media: its squared distance may change much
+// over the piece, so its irradiance is a mean.
 fn arriving_over(ray: Ray, at: f32, reach: f32) -> Arriving {
     let middle = ray_at(ray, at);
     if (frame.light.spread < 2u) {

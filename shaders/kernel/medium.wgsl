@@ -1,15 +1,15 @@
-// What steps through the medium do to light.
+// How steps through the medium change light.
 #import kernel/frame
 
 const FOUR_PI: f32 = 12.566370614359172;
 const SMALLEST_WEIGHT: f32 = 1e-30;
 
-// Opacity of a step of optical depth tau.
+// Opacity of a step of optical depth tau: 1 - exp(-tau).
 fn step_opacity(tau: f32) -> f32 {
     return 1.0 - exp(-tau);
 }
 
-// Mean transmittance over a step of optical depth tau to its front.
+// Mean over a step of optical depth tau of the transmittance from each point to the step's front.
 fn mean_transmittance(tau: f32) -> f32 {
     if (tau < 0.01) {
         return 1.0 - tau * (0.5 - tau / 6.0);
@@ -17,14 +17,14 @@ fn mean_transmittance(tau: f32) -> f32 {
     return step_opacity(tau) / tau;
 }
 
-// Share of light scattered per steradian (Henyey and Greenstein 1941).
+// The phase function: share of light scattered per steradian (Henyey and Greenstein 1941).
 fn phase(g: f32, cosine: f32) -> f32 {
     let spread = 1.0 + g * g - 2.0 * g * cosine;
     return (1.0 - g * g) / (FOUR_PI * spread * sqrt(spread));
 }
 
-// Light scattered into an angle of the given cosine behind a transmittance, with `count` octaves
-// more.
+// Light scattered by an angle with the given cosine, behind a transmittance, with `count` further
+// octaves (src/kernel/medium.rs).
 fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     var share: f32 = 1.0;
     var narrow = g;
@@ -41,19 +41,21 @@ fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     return sum / shares;
 }
 
-// What four steps of a ray add to a picture: where to sample the light for each of them, or for
-// several at once, which then stand in the first one's place and leave the others without weight.
+// What four steps of a ray add to a picture, and where to sample the light for them. Steps that
+// share a light sample have their weight in the first of them; the others have weight 0.
 struct Scattered {
-    // Share of the ray's light.
+    // Share of the camera ray's light that each step contributes.
     weights: vec4<f32>,
-    // Distances along the ray: what the samples hold, on average.
+    // Distances along the ray: the weighted mean positions of the density samples that they stand
+    // for.
     places: vec4<f32>,
     // Transmittance from the camera to the end of the four steps.
     through: f32,
 }
 
-// Four steps with two samples each: optical depths in order, the distance of the first sample and
-// the distance between samples, and the transmittance from the camera in front of them.
+// Combines four steps with two density samples each. `through` is the transmittance from the camera
+// to their front, `early` and `late` are the samples' optical depths in order, `first` is the
+// distance of the first sample and `spacing` that between samples.
 fn scattered(
     through: f32,
     early: vec4<f32>,
@@ -87,7 +89,7 @@ fn scattered(
     return Scattered(weights, moments / max(weights, vec4<f32>(SMALLEST_WEIGHT)), far.w);
 }
 
-// How many steps the place of step k stands for.
+// How many steps share the light sample of step k.
 fn shared_steps(weights: vec4<f32>, k: u32) -> u32 {
     if (weights.y + weights.z + weights.w <= 0.0) {
         return 4u;
@@ -96,7 +98,7 @@ fn shared_steps(weights: vec4<f32>, k: u32) -> u32 {
     return select(1u, 2u, partner <= 0.0);
 }
 
-// Transmittance behind each of four samples.
+// Transmittance from the camera to behind each of four samples.
 fn left_behind(through: f32, taus: vec4<f32>) -> vec4<f32> {
     let kept = exp(-taus);
     let half = kept.x * kept.y;

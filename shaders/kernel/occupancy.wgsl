@@ -1,44 +1,47 @@
-// Places of a ray that need not be sampled, because they lie in empty bricks, and how long steps
-// may be elsewhere, as media change more or less.
+// Empty-space skipping and adaptive step lengths: a ray jumps over empty bricks, and takes longer
+// steps where the media change less.
 #import kernel/frame
 #import kernel/ray
 
-// For each brick: from EMPTY on how many bricks it is to the next one that holds anything, less
-// one; else how much longer steps may be, in eighths, than where the media change most.
+// A code for each brick. EMPTY or more: the brick is empty, and the next occupied one is code -
+// EMPTY + 1 bricks away. Below EMPTY: the length of steps, in eighths of that where the media
+// change most.
 @group(0) @binding(22) var codes: texture_3d<u32>;
 
 const EMPTY: u32 = 192u;
 const ROUGHEST: u32 = 8u;
-// Steps that a pass takes after each look, one after the other and all as long as each other.
+// Steps of equal length that a pass takes in a row before it looks at the bricks again.
 const BATCH: f32 = 4.0;
-// How far beyond an empty brick a ray goes on, in shortest steps: rounding must not leave it
-// inside.
+// How far a ray continues beyond an empty brick, in shortest steps, so that rounding does not leave
+// it inside.
 const LEAP: f32 = 0.1;
-// Steps at least, as a share of the ray's end: what rounding still tells apart.
+// Length of the shortest step as a share of the distance to the ray's end: f32 cannot resolve
+// shorter ones.
 const LEAST_SHARE: f32 = 2e-6;
-// What the samples of cut steps of a camera ray aim at, as a share of the limit.
+// The optical depth that samples of shortened steps of a camera ray aim at, as a share of the
+// limit.
 const CUT_SHARE: f32 = 0.33;
-// What they may hold.
+// The largest optical depth of those samples, as a share of the limit.
 const CUT_LIMIT: f32 = 0.5;
-// How much longer than made for the steepest place steps may be before ends of batches are looked
-// at.
+// Steps that are more than this many times as long as those made for the steepest place also sample
+// the density at the end of their batch.
 const HIDING: f32 = 3.0;
-// What steps that are cut become at least and at most, as a share of themselves.
+// Shortest and longest result of one shortening, as a share of the step's length.
 const SHORTEST_CUT: f32 = 0.125;
 const LONGEST_CUT: f32 = 0.75;
 
-// A ray in the space that media are sampled in, on its way through the bricks.
+// A ray on its way through the bricks, in the space that media are sampled in.
 struct Walk {
     ray: Ray,
-    // One over its direction in bricks.
+    // One over the ray's direction in bricks.
     inverse: vec3<f32>,
-    // Where the ray ends.
+    // Distance where the ray ends.
     exit: f32,
-    // World lengths of a step: at least, where the media change most, at most.
+    // World lengths of steps: the shortest, that where the media change most, and the longest.
     lengths: vec3<f32>,
-    // Up to here along the ray nothing changes.
+    // Up to this distance along the ray the current brick, or empty block, goes on.
     end: f32,
-    // Length of a step there.
+    // Length of a step up to there.
     step: f32,
 }
 
@@ -50,8 +53,8 @@ fn walk_of(ray: Ray, exit: f32, lengths: vec3<f32>) -> Walk {
     return Walk(ray, inverse, exit, vec3<f32>(least, lengths.yz), -3e38, least);
 }
 
-// Whether the brick at distance t is empty; the walk's end becomes where the ray leaves it, or the
-// empty block around it.
+// Whether the brick at distance t is empty. Sets the walk's end to where the ray leaves the brick,
+// or the empty block around it.
 fn look(walk: ptr<function, Walk>, t: f32) -> bool {
     let place = ray_at((*walk).ray, t) * frame.media.brick_scale + frame.media.brick_offset;
     let last = vec3<f32>(textureDimensions(codes) - 1u);
@@ -67,8 +70,8 @@ fn look(walk: ptr<function, Walk>, t: f32) -> bool {
     return code >= EMPTY;
 }
 
-// The first place from `start` on that may hold anything; the ray's end or more if none before
-// does.
+// The first distance from `start` on where the media may not be empty; the distance of the ray's
+// end, or more, if there is none.
 fn next_place(walk: ptr<function, Walk>, start: f32) -> f32 {
     let leap = LEAP * (*walk).lengths.x;
     var t = start;
@@ -81,14 +84,14 @@ fn next_place(walk: ptr<function, Walk>, start: f32) -> f32 {
     return max((*walk).exit, start);
 }
 
-// How long the steps of a batch from t on are. The last one ends where the ray does, rounding or
-// not.
+// Length of the steps of a batch that begins at t. The last one ends exactly at the ray's end,
+// whatever rounding does.
 fn step_from(walk: Walk, t: f32) -> f32 {
     let left = (walk.exit - t) / BATCH;
     return select(walk.step, left, left < 1.001 * walk.step);
 }
 
-// What steps of a length become that must be cut to a share of it.
+// The new length of steps that must be shortened to a share of their length.
 fn cut(walk: Walk, step: f32, share: f32) -> f32 {
     if (share >= 1.0) {
         return step;
@@ -97,15 +100,15 @@ fn cut(walk: Walk, step: f32, share: f32) -> f32 {
 }
 
 // Whether steps are so long that something dense may begin between the last one's middle and its
-// end.
+// end and be missed.
 fn hides(walk: Walk, step: f32) -> bool {
     return step > HIDING * walk.lengths.y;
 }
 
-// What four steps of a light ray become so that optical depth, `taus` over them, bends no more from
-// step to step than `limit` over the share of light that gets to them, behind the optical depth
-// `tau`. Half of a step's length is a quarter of the bend. `end` is the optical depth of a step
-// like the place where they end.
+// The length that four steps of a light ray must have so that optical depth bends from step to step
+// by no more than `limit` over the share of light that reaches them. `taus` are their optical
+// depths, `tau` is the optical depth in front of them, and `end` is the optical depth of a step
+// with the density found where the four end. Halving a step's length quarters the bend.
 fn cut_to_bend(walk: Walk, step: f32, taus: vec4<f32>, end: f32, limit: f32, tau: f32) -> f32 {
     let bends = abs(taus.yzw - taus.xyz);
     let bend = max(max(bends.x, 2.0 * abs(end - taus.w)), max(bends.y, bends.z));

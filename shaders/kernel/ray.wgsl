@@ -1,4 +1,4 @@
-// Rays against boxes, and how many steps a ray takes.
+// Intersections of rays and boxes, and the number of steps along a ray.
 #import kernel/frame
 
 struct Ray {
@@ -10,7 +10,8 @@ fn ray_at(ray: Ray, t: f32) -> vec3<f32> {
     return ray.origin + t * ray.direction;
 }
 
-// The same ray in another space, by the rows of the map to it; t still counts frame-space lengths.
+// The same ray in another space, given the rows of the transform to that space; t still counts
+// frame-space lengths.
 fn transformed(ray: Ray, x: vec4<f32>, y: vec4<f32>, z: vec4<f32>) -> Ray {
     let o = vec4<f32>(ray.origin, 1.0);
     let d = vec4<f32>(ray.direction, 0.0);
@@ -38,8 +39,8 @@ fn intersect_box(ray: Ray, lowest: vec3<f32>, highest: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(enter, min(far.x, min(far.y, far.z)));
 }
 
-// Voxel lengths along a length of a ray in voxel indices that is `extent` long in the medium, at
-// most those that the frame allows for all of it.
+// The number of voxel lengths along `along`, a vector in voxel indices, of a ray that is `extent`
+// long in the medium; at most as many as the frame allows for the whole ray.
 fn voxels_over(ray: Ray, along: f32, extent: f32) -> f32 {
     let most = frame.media.most_voxels / max(max(extent, along), 1.1754944e-38);
     return along * min(length(ray.direction), most);

@@ -1,9 +1,10 @@
-// Transmittance from the light, read from a shadow map of one of the kinds in shaders/map/. What
-// another program imports to shade its own objects: `shadow_at(world position)`.
+// Transmittance from the light, read from a shadow map of one of the kinds in shaders/map/. Another
+// program imports this to shade its own objects with `shadow_at(world position)`.
 #import kernel/light
 #import map
 
-// Mean transmittance over a window of texels, its ends included, each looked up by itself.
+// Mean transmittance over a window of texels, from `low` to `high` inclusive; each texel is looked
+// up by itself.
 fn brute_force_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     var sum: f32 = 0.0;
     for (var i: u32 = 0u; i <= high.y - low.y; i++) {
@@ -15,14 +16,14 @@ fn brute_force_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     return sum / (extent.x * extent.y);
 }
 
-// Bilinear between four texels whose shadows are moved in depth so that they begin at one, as long
-// as their fronts are those of one surface.
+// Bilinear interpolation between four texels. Where their fronts belong to one surface, their
+// shadows are first moved in depth to one common front.
 fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
     let upper_right = vec2<u32>(high.x, low.y);
     let lower_left = vec2<u32>(low.x, high.y);
     let weights = vec4<f32>(1.0 - f.x, f.x, 1.0 - f.x, f.x)
         * vec4<f32>(1.0 - f.y, 1.0 - f.y, f.y, f.y);
-    // (depth, 1 if there is one)
+    // (depth, 1) if the texel has a front.
     let a = front(low);
     let b = front(upper_right);
     let c = front(lower_left);
@@ -43,8 +44,9 @@ fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
     return dot(weights, four);
 }
 
-// Transmittance at (u, v, depth): 1 outside of the map; nearest, the mean of a window, or bilinear
-// between the transmittances of the four nearest texels.
+// Transmittance at (u, v, depth); 1 outside of the map. Depending on the settings it is that of the
+// nearest texel, the mean over a window, or bilinear between the transmittances of the four nearest
+// texels.
 fn shadow_lookup(light: vec3<f32>) -> f32 {
     if (!(light.x >= 0.0 && light.x <= 1.0 && light.y >= 0.0 && light.y <= 1.0)) {
         return 1.0;
@@ -72,12 +74,14 @@ fn shadow_lookup(light: vec3<f32>) -> f32 {
     return mix(rows.x, rows.y, f.y);
 }
 
-// The depth at which to look up the shadow of a surface's point, (u, v, depth) in the map.
+// The depth at which to look up the shadow of a point of a surface, which lies at (u, v, depth) in
+// the map.
 fn surface_depth(light: vec3<f32>) -> f32 {
     return light.z - frame.map.bias;
 }
 
-// Transmittance from the light to any world position, in the volume, in front of it or behind it.
+// Transmittance from the light to any world position: inside the volume, in front of it or behind
+// it.
 fn shadow_at(world: vec3<f32>) -> f32 {
     let light = light_coordinates(world * frame.view.per_world + frame.view.world_origin);
     return shadow_lookup(vec3<f32>(light.xy, surface_depth(light)));

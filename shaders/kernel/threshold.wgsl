@@ -1,5 +1,5 @@
-// The threshold map's four numbers: what they hold and how transmittance is read from them.
-// The method stands in src/kernel/threshold.rs.
+// The threshold map's four numbers per texel: what they hold, and how transmittance is read from
+// them. src/kernel/threshold.rs explains the method.
 #import kernel/frame
 
 const UNSET_SHARES: vec3<f32> = vec3<f32>(0.1, 0.5, 0.85);
@@ -9,7 +9,7 @@ const LARGEST_OPTICAL_DEPTH: f32 = 16.0;
 const BENT_OPTICAL_DEPTH: f32 = 8.0;
 const SMALLEST_OPACITY: f32 = 1e-6;
 
-// The opacities whose depths the channels of a texel with largest opacity a hold.
+// The opacities whose depths the three channels of a texel hold; a is the texel's largest opacity.
 fn levels(a: f32, thresholds: vec3<f32>) -> vec3<f32> {
     let shares = a * UNSET_SHARES;
     if (a >= thresholds.z) {
@@ -31,7 +31,7 @@ fn levels(a: f32, thresholds: vec3<f32>) -> vec3<f32> {
     return shares;
 }
 
-// Optical depth of an opacity, capped.
+// Optical depth of an opacity, capped at LARGEST_OPTICAL_DEPTH.
 fn optical_depth_of(opacity: f32) -> f32 {
     return min(-log(max(1.0 - opacity, 1e-30)), LARGEST_OPTICAL_DEPTH);
 }
@@ -45,15 +45,17 @@ fn smooth_step(a: f32, b: f32, x: f32) -> f32 {
     return t * t * (3.0 - 2.0 * t);
 }
 
-// Where a parabola from (0, 0) to (1, 1), whose slope rises by bend, has the value y.
+// The share x of the way at which a parabola from (0, 0) to (1, 1), whose slope rises by `bend`,
+// has the value y.
 fn parabola_share(y: f32, bend: f32) -> f32 {
     let limited = clamp(bend, -2.0, 2.0);
     let first = 1.0 - 0.5 * limited;
     return 2.0 * y / max(first + sqrt(max(first * first + 2.0 * limited * y, 0.0)), 1e-30);
 }
 
-// Where within a step from depth z.x to z.y a level of optical depth tau is crossed; bend is how
-// much more than this step the next one holds.
+// The depth in a step from depth z.x to z.y where optical depth reaches tau. `ends` are the optical
+// depths at the step's ends, and `bend` is how much more optical depth the next step holds than
+// this one.
 fn crossing_depth(crossing: u32, z: vec2<f32>, tau: f32, ends: vec2<f32>, bend: f32) -> f32 {
     var share: f32 = 0.0;
     if (crossing == 0u) {
@@ -65,16 +67,16 @@ fn crossing_depth(crossing: u32, z: vec2<f32>, tau: f32, ends: vec2<f32>, bend: 
     return z.x + (z.y - z.x) * share;
 }
 
-// Optical depth over depth along a texel's ray: zero, four cubic pieces, total.
+// Optical depth over depth along a texel's ray: zero, then four cubic pieces, then constant.
 struct Curve {
     // Depths where the pieces end.
     ends: vec4<f32>,
-    // Over the share u of a piece's length, x + u (y + u (z + u w)). The first begins at zero, and
-    // holds the depth where it does in place of x.
+    // Coefficients of x + u (y + u (z + u w)) over the share u of each piece's length. The first
+    // cubic begins at an optical depth of zero, and its x holds the depth where it begins.
     cubics: array<vec4<f32>, 4>,
 }
 
-// The cubic from p to q with slopes mp and mq per length of its piece.
+// The cubic from value p to value q with slopes mp and mq per piece length.
 fn cubic(p: f32, q: f32, mp: f32, mq: f32) -> vec4<f32> {
     let rise = q - p;
     return vec4<f32>(p, mp, 3.0 * rise - 2.0 * mp - mq, mp + mq - 2.0 * rise);
@@ -86,19 +88,20 @@ fn sorted(v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(min(low, v.z), max(low, min(high, v.z)), max(high, v.z));
 }
 
-// Lengths of the two inner pieces.
+// Depth differences between the three points.
 fn gaps(z: vec3<f32>) -> vec2<f32> {
     let nearest = 1e-6 * abs(z.z) + 1e-30;
     return max(vec2<f32>(z.y - z.x, z.z - z.y), vec2<f32>(nearest));
 }
 
-// A slope between neighbouring secants that keeps a cubic monotone on both sides.
+// A slope at a point between two secants, limited so that the cubics on both sides are monotone.
 fn slope_between(a: f32, b: f32) -> f32 {
     return min(0.5 * (a + b), 2.5 * min(a, b));
 }
 
-// How the curve runs out beyond an outermost point, with slopes wanted there and at the far end:
-// length, slope at the point, slope at the far end.
+// How the curve continues beyond an outermost point: (length, slope at the point, slope at the far
+// end). `slopes` are those wanted at the two places; src/kernel/threshold.rs explains the
+// parameters.
 fn run_out(rest: f32, secant: f32, slopes: vec2<f32>, border: f32) -> vec3<f32> {
     let slope = slopes.x;
     let far = slopes.y;
@@ -115,10 +118,12 @@ fn run_out(rest: f32, secant: f32, slopes: vec2<f32>, border: f32) -> vec3<f32> 
     return vec3<f32>(room, near, far + (mean - far) * straight);
 }
 
-// The slopes wanted at the last point and at the far end; d are those between the points, h the
-// lengths, above how far total lies above the last threshold.
+// The slopes wanted at the last point and at the far end. d are the slopes between the points, h
+// the distances between them, and `above` is how far total lies above the optical depth of the last
+// threshold.
 fn end_slopes(d: vec2<f32>, h: vec2<f32>, total: f32, above: f32) -> vec2<f32> {
-    // Of the parabola through the three points; where the medium may end soon, the one found best.
+    // The slope of the parabola through the three points, and, where the medium may end soon, the
+    // slope that proved best.
     let wanted = vec2<f32>(d.y + (d.y - d.x) * (h.y / (h.x + h.y)), 1.25 * sqrt(d.x * d.y));
     let slopes = min(max(wanted, vec2<f32>(0.5 * d.y)), vec2<f32>(3.0 * d.y));
     let most = LARGEST_OPTICAL_DEPTH - BENT_OPTICAL_DEPTH;
@@ -129,7 +134,8 @@ fn end_slopes(d: vec2<f32>, h: vec2<f32>, total: f32, above: f32) -> vec2<f32> {
     return vec2<f32>(near, near * straight);
 }
 
-// The curve that a texel's four numbers say; extent is where its ray enters and leaves the volume.
+// The curve that a texel's four numbers define; extent holds the depths where its ray enters and
+// leaves the volume.
 fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
     let a = texel.w;
     if (a < SMALLEST_OPACITY) {
@@ -163,13 +169,13 @@ fn curve(texel: vec4<f32>, extent: vec2<f32>) -> Curve {
     );
 }
 
-// The piece, 0 to 3, that a depth lies in.
+// Index of the piece, 0 to 3, that contains a depth.
 fn piece_of(ends: vec4<f32>, depth: f32) -> u32 {
     let in_front = vec3<f32>(depth) < ends.xyz;
     return select(select(select(3u, 2u, in_front.z), 1u, in_front.y), 0u, in_front.x);
 }
 
-// Optical depth from the light to a depth in piece k, whose cubic is given.
+// Optical depth from the light to a depth in piece k with the given cubic.
 fn optical_depth_in(ends: vec4<f32>, k: u32, cubic: vec4<f32>, depth: f32) -> f32 {
     let first = k == 0u;
     let front = select(select(ends.x, ends.y, k > 1u), ends.z, k > 2u);
@@ -180,14 +186,15 @@ fn optical_depth_in(ends: vec4<f32>, k: u32, cubic: vec4<f32>, depth: f32) -> f3
     return select(cubic.x, 0.0, first) + u * (cubic.y + u * (cubic.z + u * cubic.w));
 }
 
-// Transmittance at a depth by the default reconstruction of a texel's four numbers.
+// Transmittance at a depth by the default reconstruction from a texel's four numbers.
 fn transmittance_default(texel: vec4<f32>, extent: vec2<f32>, depth: f32) -> f32 {
     var c = curve(texel, extent);
     let k = piece_of(c.ends, depth);
     return exp(-optical_depth_in(c.ends, k, c.cubics[k], depth));
 }
 
-// The paper's lookup; see src/kernel/threshold.rs for what it leaves open.
+// Transmittance at a depth by the paper's lookup; src/kernel/threshold.rs says what the paper
+// leaves open.
 fn transmittance_paper(texel: vec4<f32>, depth: f32) -> f32 {
     let t = frame.map.thresholds;
     var opacity = texel.w;

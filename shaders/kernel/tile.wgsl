@@ -1,12 +1,12 @@
-// The part of a map that a pass works on, and how much its buffers hold.
+// The part of a map that a pass works on, and the capacity of its buffers.
 
 struct Tile {
-    // Its first texel in the map.
+    // The tile's first texel in the map.
     origin: vec2<u32>,
-    // Its texels.
+    // The tile's size in texels.
     extent: vec2<u32>,
-    // trace_slices: nodes a texel; raster_slices: elements, sort_fragments: nodes of the whole
-    // tile.
+    // Nodes per texel for trace_slices; elements of the whole tile for raster_slices, nodes of the
+    // whole tile for sort_fragments.
     capacity: u32,
     unused0: u32,
     unused1: u32,

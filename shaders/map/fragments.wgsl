@@ -1,19 +1,19 @@
-// A fragment map as what shadows are looked up in.
+// Shadow lookup in a fragment map.
 #import kernel/fragments
 #import kernel/frame
 
 // Whether lookups search lists.
 const LISTS: bool = true;
 
-// First node and count of each texel, row by row.
+// Index of the first node, and count, of each texel, row by row.
 @group(0) @binding(5) var<storage, read> runs: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read> nodes: array<vec2<f32>>;
-// For each node its links to the texels to the right and above.
+// The links of each node to the texels to the right and above.
 @group(0) @binding(7) var<storage, read> links: array<u32>;
 
-// Deeper than every node.
+// A depth behind every node.
 const FARTHEST: f32 = 3e38;
-// Nodes that a walk from a guess passes before a search takes over.
+// The number of nodes that a walk from a guess passes before a binary search takes over.
 const MOST_WALKED: u32 = 8u;
 
 fn list_of(texel: vec2<u32>) -> List {
@@ -24,7 +24,7 @@ fn node_of(list: List, k: u32) -> vec2<f32> {
     return nodes[list.first + k * list.stride];
 }
 
-// How many nodes of a list lie at or in front of a depth.
+// How many nodes of a list have at most this depth.
 fn nodes_before(list: List, depth: f32) -> u32 {
     var low: u32 = 0u;
     var high = list.count;
@@ -39,15 +39,16 @@ fn nodes_before(list: List, depth: f32) -> u32 {
     return low;
 }
 
-// Where a depth lies in a list: behind `before` nodes, the last of them a, the next one b.
+// The position of a depth in a list: `before` nodes lie in front of it, a is the last of them and b
+// the next one.
 struct Place {
     before: u32,
     a: vec2<f32>,
     b: vec2<f32>,
 }
 
-// The nodes on both sides of a place; in front of the first there is no optical depth, and behind
-// the last it stays.
+// The place behind `before` nodes. Optical depth is zero in front of the first node and constant
+// behind the last.
 fn place_at(list: List, before: u32) -> Place {
     var a = vec2<f32>(-FARTHEST, 0.0);
     if (before > 0u) {
@@ -60,12 +61,12 @@ fn place_at(list: List, before: u32) -> Place {
     return Place(before, a, b);
 }
 
-// Whether a depth lies in a place.
+// Whether a depth lies between the nodes of a place.
 fn is_in(place: Place, depth: f32) -> bool {
     return place.a.x <= depth && depth < place.b.x;
 }
 
-// The place next to one that a depth does not lie in, on the depth's side; else the same.
+// The neighbouring place on the depth's side; the same place if the depth lies in it.
 fn place_towards(list: List, place: Place, depth: f32) -> Place {
     var next = place;
     if (place.b.x <= depth) {
@@ -86,7 +87,8 @@ fn place_towards(list: List, place: Place, depth: f32) -> Place {
     return next;
 }
 
-// The place of a depth in a list: this one if it is, else by a search.
+// The place of a depth in a list: the given place if the depth lies in it, else found by a binary
+// search.
 fn place_searched(list: List, place: Place, depth: f32) -> Place {
     if (is_in(place, depth)) {
         return place;
@@ -94,7 +96,8 @@ fn place_searched(list: List, place: Place, depth: f32) -> Place {
     return place_at(list, nodes_before(list, depth));
 }
 
-// The place of a depth in a list, near a guess: a few nodes further or back, else by a search.
+// The place of a depth in a list, found by a short walk from a guess, or by a binary search if it
+// is farther away.
 fn place_near(list: List, guess: u32, depth: f32) -> Place {
     var place = place_at(list, min(guess, list.count));
     for (var i: u32 = 0u; i < MOST_WALKED && !is_in(place, depth); i++) {
@@ -103,7 +106,7 @@ fn place_near(list: List, guess: u32, depth: f32) -> Place {
     return place_searched(list, place, depth);
 }
 
-// Transmittance at a depth in its place.
+// Transmittance at a depth, given its place.
 fn place_transmittance(list: List, place: Place, depth: f32) -> f32 {
     if (!USUAL && frame.map.sharpness > 0.0 && place.before > 0u) {
         let in_front = node_of(list, max(place.before, 2u) - 2u);
@@ -112,12 +115,14 @@ fn place_transmittance(list: List, place: Place, depth: f32) -> f32 {
     return exp(-optical_depth_between(place.a, place.b, depth));
 }
 
-// Optical depth where a shadow's front is taken to be.
+// Optical depth at which a shadow's front is taken to be.
 const FRONT_DEPTH: f32 = 0.5;
-// Optical depth that a texel needs for its shadow to have a front.
+// Optical depth that a texel must reach for its shadow to have a front: nine tenths of the light
+// are gone.
 const LEAST_WITH_FRONT: f32 = 2.3025851;
 
-// Depth where a texel's shadow begins to matter, and 1 if it has one.
+// (depth, 1) where a texel's shadow begins to matter, or 0 in place of the 1 if there is no such
+// depth.
 fn front(texel: vec2<u32>) -> vec2<f32> {
     let list = list_of(texel);
     if (list.count == 0u) {
@@ -138,21 +143,21 @@ fn front(texel: vec2<u32>) -> vec2<f32> {
     return vec2<f32>(0.0);
 }
 
-// Transmittance along the central ray of a texel to a depth.
+// Transmittance along a texel's central ray from the light to a depth.
 fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
     let list = list_of(texel);
     return place_transmittance(list, place_at(list, nodes_before(list, depth)), depth);
 }
 
-// How many nodes of each of four lists lie at or in front of a depth. The four are searched side by
-// side, so that their nodes come at once and not one after the other.
+// For each of four lists, how many nodes have at most this depth. The four binary searches run side
+// by side, so that their reads overlap.
 fn four_searches(a: List, b: List, c: List, d: List, depth: f32) -> vec4<u32> {
     let firsts = vec4<u32>(a.first, b.first, c.first, d.first);
     let counts = vec4<u32>(a.count, b.count, c.count, d.count);
     let strides = vec4<u32>(a.stride, b.stride, c.stride, d.stride);
     let most = max(max(counts.x, counts.y), max(counts.z, counts.w));
     var before = vec4<u32>(0u);
-    // The largest power of two that is not more than `most`, then its half, ...
+    // The largest power of two <= `most`, then its half, and so on.
     for (var step = (1u << (firstLeadingBit(most) + 1u)) >> 1u; step > 0u; step >>= 1u) {
         let next = before + step;
         let at = firsts + (max(min(next, counts), vec4<u32>(1u)) - 1u) * strides;
@@ -162,7 +167,7 @@ fn four_searches(a: List, b: List, c: List, d: List, depth: f32) -> vec4<u32> {
     return before;
 }
 
-// Where the last lookup of this invocation ended: a next one often ends there too.
+// Where the last lookup of this invocation ended; the next one often ends there too.
 var<private> last_places: vec4<u32>;
 
 // Transmittances of four texels: upper left, upper right, lower left, lower right.
@@ -195,8 +200,8 @@ fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32>
     );
 }
 
-// The place of a depth in a list, from the place `before` in the list of a neighbour by the link
-// `direction` (0 right, 1 up).
+// The place of a depth in the list of the next texel, found from the place `before` in a texel's
+// own list through the link `direction` (0 right, 1 up).
 fn linked_place(own: List, before: u32, list: List, direction: u32, depth: f32) -> Place {
     var guess: u32 = 0u;
     if (own.count > 0u) {
@@ -206,8 +211,8 @@ fn linked_place(own: List, before: u32, list: List, direction: u32, depth: f32) 
     return place_near(list, guess, depth);
 }
 
-// Mean transmittance over a window of texels, its ends included: from its lower left texel along
-// the links (real-time deep shadow maps for hair, "Spatial filtering").
+// Mean transmittance over a window of texels, from `low` to `high` inclusive, which follows the
+// links from the lower left texel (Real-time deep shadow maps for hair, "Spatial filtering").
 fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     if (frame.map.follows_links == 0u) {
         return brute_force_mean(low, high, depth);

@@ -1,4 +1,5 @@
-// Lookups of several texels in maps whose texels have nothing in common, each looked up by itself.
+// Lookups of several texels in maps without links between texels: each texel is looked up by
+// itself.
 
 // Transmittances of four texels: upper left, upper right, lower left, lower right.
 fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32> {
@@ -10,7 +11,7 @@ fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32>
     );
 }
 
-// Mean transmittance over a window of texels, its ends included.
+// Mean transmittance over a window of texels, from `low` to `high` inclusive.
 fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     return brute_force_mean(low, high, depth);
 }

@@ -1,4 +1,4 @@
-// The grids of a mixture: several.
+// The grids of a mixture that has several.
 
 const ONE_FIELD: bool = false;
 
@@ -11,7 +11,7 @@ const ONE_FIELD: bool = false;
 @group(0) @binding(20) var field_6: texture_3d<f32>;
 @group(0) @binding(21) var field_7: texture_3d<f32>;
 
-// What a grid's texture holds at a place, 0..1 along each axis.
+// The value in a grid's texture at a position, 0..1 along each axis.
 fn stored_number(field: u32, place: vec3<f32>) -> f32 {
     var value: f32 = 0.0;
     switch field {

@@ -1,6 +1,6 @@
-// Media that are several bodies at once: extinctions add up, and what is scattered is their mean by
-// extinction. `ray` is in the media's index space; a piece of it reaches as far before as behind a
-// distance `at`.
+// Media of several bodies: extinctions add up, and the scattered light is the mean of the bodies'
+// weighted by extinction. `ray` is in the media's index space; a piece of it extends by `reach`
+// before and behind the distance `at`.
 #import fields
 #import kernel/media
 #import kernel/ray
@@ -25,7 +25,7 @@ struct Part {
 }
 
 struct Mixture {
-    // Bodies; the rest unused.
+    // x is the number of bodies; the rest is unused.
     counts: vec4<u32>,
     parts: array<Part, MOST_PARTS>,
     fields: array<Field, MOST_FIELDS>,
@@ -40,14 +40,14 @@ const FARTHEST_CELL: f32 = 16777216.0;
 @group(0) @binding(2) var trilinear: sampler;
 @group(0) @binding(12) var<uniform> mixture: Mixture;
 @group(0) @binding(13) var<storage, read> tables: array<vec4<f32>>;
-// A field's number at a voxel index of its own.
+// The value of a field at a position in the field's own voxel indices.
 fn sample_field(field: u32, index: vec3<f32>) -> f32 {
     let place = (index + 0.5) * mixture.fields[field].voxel_share.xyz;
     return stored_number(field, place) * mixture.fields[field].domain_min.w;
 }
 
-// The part of a piece that lies in a field: the field's indices of its two ends, and its share of
-// the piece's length; 0 if there is none.
+// The part of a piece that lies in a field: its two ends in the field's indices, and its share of
+// the piece's length, 0 if there is none.
 struct Inside {
     begin: vec3<f32>,
     end: vec3<f32>,
@@ -71,7 +71,7 @@ fn inside(field: u32, ray: Ray, at: f32, reach: f32) -> Inside {
     return Inside(ray_at(own, enter), ray_at(own, exit), share);
 }
 
-// A field's number in the middle of a piece, 0 outside of it.
+// The value of a field in the middle of a piece; 0 outside of the field.
 fn field_value(field: u32, ray: Ray, at: f32, reach: f32) -> f32 {
     let part = inside(field, ray, at, reach);
     if (part.share <= 0.0) {
@@ -80,8 +80,8 @@ fn field_value(field: u32, ray: Ray, at: f32, reach: f32) -> f32 {
     return sample_field(field, 0.5 * (part.begin + part.end));
 }
 
-// A place on a table's line over one cell: what the function is there, and its integral up to
-// there, in cells.
+// A position in a table, which is linear over each cell: the function's value there, and its
+// integral up to there, in units of cells.
 struct TablePlace {
     cell: f32,
     value: vec4<f32>,
@@ -110,13 +110,13 @@ fn table_mean(header: vec4<f32>, ends: vec2<f32>) -> vec4<f32> {
     if (a.cell == b.cell) {
         return 0.5 * (a.value + b.value);
     }
-    // The edge between their cells.
+    // The edge between the two cells.
     let edge = max(a.cell, b.cell);
     let middle = tables[table + u32(edge)];
     return 0.5 * (middle + a.value + (b.value - a.value) * ((places.y - edge) / across));
 }
 
-// What a body does over a piece: (albedo times extinction, extinction), means over the piece.
+// A body's part over a piece: (albedo times extinction, extinction), both means over the piece.
 fn part_along(i: u32, ray: Ray, at: f32, reach: f32) -> vec4<f32> {
     let fields = mixture.parts[i].fields;
     let part = inside(fields.x, ray, at, reach);
@@ -148,7 +148,7 @@ fn part_along(i: u32, ray: Ray, at: f32, reach: f32) -> vec4<f32> {
     return extinction * classified * vec4<f32>(albedo, 1.0);
 }
 
-// A ray in voxel indices in the space that media are sampled in.
+// A ray in voxel indices, in the space that media are sampled in.
 fn media_ray_of(ray: Ray) -> Ray {
     return ray;
 }
@@ -162,8 +162,8 @@ fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
     return sum;
 }
 
-// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance
-// from the light.
+// Radiance that a piece of a ray scatters towards the camera per unit of opacity, where the given
+// transmittance of the light arrives.
 fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {
     let more = frame.view.octaves;
     var lit = vec3<f32>(0.0);
@@ -178,7 +178,7 @@ fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f
     return (light.irradiance * lit + frame.view.ambient * albedo) / max(extinction, SMALLEST_WEIGHT);
 }
 
-// Radiance per world length that a piece of a ray emits.
+// Radiance that a piece of a ray emits per world length.
 fn emission_along(ray: Ray, at: f32, reach: f32) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     for (var i: u32 = 0u; i < mixture.counts.x; i++) {

@@ -1,12 +1,13 @@
-// Media that are one volume whose extinction is its density times a number. They are sampled in
-// texture coordinates: so is `ray`. A piece of it reaches as far before as behind a distance `at`.
+// Media that are one volume whose extinction is its density times a constant. They are sampled in
+// texture coordinates, so `ray` is in texture coordinates too; a piece of it extends by `reach`
+// before and behind the distance `at`.
 #import density
 #import kernel/media
 #import kernel/ray
 
 const MIXED: bool = false;
 
-// A ray in voxel indices in the space that media are sampled in.
+// A ray in voxel indices, in the space that media are sampled in.
 fn media_ray_of(ray: Ray) -> Ray {
     let share = frame.media.voxel_share;
     return Ray(ray.origin * share + 0.5 * share, ray.direction * share);
@@ -17,8 +18,8 @@ fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
     return sample_density(ray_at(ray, at));
 }
 
-// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance
-// from the light.
+// Radiance that a piece of a ray scatters towards the camera per unit of opacity, where the given
+// transmittance of the light arrives.
 fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {
     var lit: vec3<f32>;
     if (USUAL || frame.view.octaves == 0u) {
@@ -30,7 +31,7 @@ fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f
     return frame.media.albedo * (lit + frame.view.ambient);
 }
 
-// Radiance per world length that a piece of a ray emits.
+// Radiance that a piece of a ray emits per world length.
 fn emission_along(ray: Ray, at: f32, reach: f32) -> vec3<f32> {
     return vec3<f32>(0.0);
 }

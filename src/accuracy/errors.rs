@@ -1,28 +1,28 @@
-//! Errors of transmittance boiled down to a few numbers.
+//! Errors of transmittance, summarised in a few numbers.
 
-/// An error above this can show in a picture of 8 bits a channel.
+/// Errors above this can be visible in a picture of 8 bits per channel.
 pub const VISIBLE: f64 = 1.0 / 255.0;
 
-/// Of the differences between what a map says and the truth, both transmittances in 0..1.
+/// Summary of errors: differences between a map's and the true transmittance, both in 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// How many points were looked up.
+    /// Number of points that were looked up.
     pub count: usize,
-    /// Root mean square.
+    /// Root mean square error.
     pub rms: f64,
-    /// Mean: above 0 where the map lets too much light through.
+    /// Mean error; above 0 where the map lets too much light through.
     pub bias: f64,
-    /// The size that 99.9 % of the errors do not exceed.
+    /// The magnitude that 99.9 % of the errors do not exceed.
     pub p999: f64,
-    /// The size of the largest.
+    /// The largest magnitude.
     pub max: f64,
     /// Share of errors larger than [`VISIBLE`], 0..1.
     pub visible: f64,
 }
 
 impl Errors {
-    /// What `errors` (looked up minus true) come to; all 0 without any. One that is no number makes
-    /// `rms`, `bias` and `max` NaN.
+    /// Summarises `errors` (looked up minus true); all numbers are 0 if there are none. If one
+    /// error is NaN, `rms`, `bias` and `max` are NaN.
     pub fn of(errors: &[f64]) -> Self {
         let count = errors.len();
         if count == 0 {
@@ -46,8 +46,7 @@ impl Errors {
 }
 
 impl Errors {
-    /// What the errors of several channels or lights come to together; the size that 99.9 % do not
-    /// exceed is the largest of theirs.
+    /// Combines the summaries of several channels or lights. Its `p999` is the largest of theirs.
     pub fn together(all: &[Self]) -> Self {
         let count: usize = all.iter().map(|errors| errors.count).sum();
         let mean = |f: fn(&Self) -> f64| {

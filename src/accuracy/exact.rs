@@ -1,11 +1,11 @@
-//! The exact integral in the place of a shadow map: what the others are measured against.
+//! The exact integral as a shadow map: the reference for all other maps.
 
 use crate::reference::Extinction;
 use crate::scene::{Beam, LightView};
 use crate::shadow::{Shadow, TexelMap};
 
-/// Exact transmittance of every texel's central ray. Filtered like any other map it shows what the
-/// map's resolution alone costs: no representation is better at that resolution.
+/// Exact transmittance of every texel's central ray. Filtered like any other map, it shows the
+/// error of the map's resolution alone: no representation is better at that resolution.
 #[derive(Clone, Debug)]
 pub struct ExactTexels<'a> {
     extinction: Extinction<'a>,
@@ -19,25 +19,26 @@ impl<'a> ExactTexels<'a> {
         Self { extinction: Extinction::of(&beam.media), view: beam.view, size }
     }
 
-    /// Exact transmittance from the light to `depth` (world length) along the ray through (u, v).
+    /// Exact transmittance from the light to `depth` (in world lengths) along the ray through (u,
+    /// v), each 0..1 over the map.
     pub fn transmittance(&self, u: f64, v: f64, depth: f64) -> f64 {
         let (origin, direction) = self.view.ray(u, v);
         (-self.extinction.optical_depth(origin, direction, [0.0, depth])).exp()
     }
 
-    /// The truth behind it.
+    /// The exact integrals behind it.
     pub(super) fn extinction(&self) -> &Extinction<'a> {
         &self.extinction
     }
 
-    /// The middle of texel (`x`, `y`).
+    /// The centre (u, v) of texel (`x`, `y`).
     fn center(&self, x: u32, y: u32) -> [f64; 2] {
         [x, y].map(|i| (f64::from(i) + 0.5) / f64::from(self.size))
     }
 }
 
 impl Shadow for ExactTexels<'_> {
-    /// It keeps nothing.
+    /// It stores nothing.
     fn bytes(&self) -> u64 {
         0
     }
@@ -58,8 +59,8 @@ impl TexelMap for ExactTexels<'_> {
     }
 }
 
-/// Exact transmittance at each point itself, whatever filter is asked for: a picture marched
-/// through it is the truth that other maps' pictures are compared with.
+/// Exact transmittance at each point itself, whatever filter is requested. A picture marched
+/// through it is the reference for pictures through other maps.
 #[derive(Clone, Debug)]
 pub struct ExactPoints<'a>(pub ExactTexels<'a>);
 

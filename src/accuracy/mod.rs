@@ -1,9 +1,9 @@
-//! How wrong a shadow map is: its error against the exact line integral, its size and its speed.
-//! Knows neither how maps are built nor who reads the numbers.
+//! The accuracy of shadow maps: their error against the exact line integral, their size and their
+//! speed. Knows neither how maps are built nor who uses the numbers.
 //!
-//! All maps are asked at the same seeded points ([`Points`]), whose true answers are integrated
-//! once in f64 by [`crate::reference`]. What is measured is a sample: the largest error found is no
-//! bound.
+//! All maps are looked up at the same seeded points ([`Points`]), whose true transmittances are
+//! integrated once in f64 by [`crate::reference`]. The measurement is a sample, so the largest
+//! error found is not a bound.
 
 mod errors;
 mod exact;
@@ -24,7 +24,7 @@ pub use exact::{ExactPoints, ExactTexels};
 pub use picture::{Difference, PIXELS_PER_DEGREE, TruePicture};
 pub use points::{Place, Points, Sample};
 
-/// Lookups that a time is taken over, and how often; the fastest run counts.
+/// Number of lookups that are timed together, and number of repetitions; the fastest one counts.
 const TIMED_LOOKUPS: usize = 8_192;
 const TIMED_RUNS: usize = 16;
 
@@ -41,9 +41,9 @@ pub fn largest_optical_depth(beam: &Beam, map_size: u32) -> f64 {
     (0..n * n).into_par_iter().map(depth).reduce(|| 0.0, f64::max)
 }
 
-/// Nanoseconds that a lookup in `map` takes on one thread of the processor, filtered by `window` as
-/// in [`Points::errors`], at random points of the volume in random order (so few are in a cache); 0
-/// without points.
+/// Time of a lookup in `map` on one CPU thread in nanoseconds, filtered by `window` as in
+/// [`Points::errors`], at random points of the volume in random order, so that few are in a cache.
+/// 0 if there are no points.
 pub fn lookup_time(map: &dyn Shadow, points: &Points, window: u32) -> f64 {
     let samples = points.of(Place::Volume);
     let samples = &samples[..samples.len().min(TIMED_LOOKUPS)];

@@ -1,4 +1,5 @@
-//! Where maps are looked up, and the exact answers: drawn once from a seed, the same for all maps.
+//! The points at which maps are looked up, with their exact transmittances. They are drawn once
+//! from a seed and are the same for all maps.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,7 +10,7 @@ use crate::progress::Progress;
 use crate::scene::{Beam, Body, LightView, Media};
 use crate::shadow::Shadow;
 
-/// A place of a map, and what an exact map says there.
+/// A position in a map, with the exact transmittance there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// (u, v, depth): u and v in 0..1 over the map, depth along the ray in units of the view.
@@ -18,7 +19,7 @@ pub struct Sample {
     pub truth: f64,
 }
 
-/// Which points, and so which part of the error.
+/// A set of points, and so a part of the error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Anywhere in the volume's box.
@@ -26,9 +27,10 @@ pub enum Place {
     /// In voxels whose value is above 0.
     Medium,
     /// On the central rays of texels that hit the volume, between entry and exit, looked up in that
-    /// texel alone: the representation's own error, without that of the map's resolution.
+    /// texel alone. This is the representation's own error, without that of the map's resolution.
     Rays,
-    /// Behind the volume, up to its own depth further on: the shadow that it casts on others.
+    /// Behind the volume, at up to its own depth behind it: the shadow that it casts on other
+    /// objects.
     Behind,
 }
 
@@ -47,8 +49,8 @@ impl Place {
     }
 }
 
-/// How often a random ray may miss the volume before no more are tried. The map's outline is tight:
-/// half of its rays hit.
+/// Number of random rays that may miss the volume in sequence before drawing stops. The map's
+/// outline is tight, so about half of the rays hit.
 const MOST_MISSES: usize = 1000;
 
 /// Samples of every [`Place`].
@@ -58,8 +60,9 @@ pub struct Points {
 }
 
 impl Points {
-    /// `count` samples of each of `places` in `beam` for its maps of `map_size` squared texels, the
-    /// same for the same `seed`. A place that does not exist (medium in an empty volume) has none.
+    /// Draws `count` samples for each of `places` in `beam`, for its maps of `map_size` squared
+    /// texels. The same `seed` gives the same samples. A place that does not exist (medium in an
+    /// empty volume) has none.
     pub fn draw(
         beam: &Beam,
         map_size: u32,
@@ -93,8 +96,8 @@ impl Points {
         &self.sets[place as usize]
     }
 
-    /// How far `map` is from the truth at one place, filtered by a window of `window` texels along
-    /// its edge (0: bilinear; [`Shadow::lookup`]), on rays by the texel alone.
+    /// The errors of `map` at one place, filtered by a window of width `window` in texels (0:
+    /// bilinear; [`Shadow::lookup`]); for [`Place::Rays`], of the texel alone.
     pub fn errors(&self, place: Place, map: &dyn Shadow, window: u32) -> Errors {
         let window = if place == Place::Rays { 1 } else { window };
         let error = |sample: &Sample| {
@@ -104,7 +107,8 @@ impl Points {
         Errors::of(&self.of(place).par_iter().map(error).collect::<Vec<f64>>())
     }
 
-    /// The sample on a texel's central ray where `map` errs most; `None` without such samples.
+    /// The sample on a texel's central ray where `map` has the largest error; `None` without such
+    /// samples.
     pub fn worst(&self, map: &dyn Shadow) -> Option<Sample> {
         let error = |sample: &&Sample| {
             let [u, v, depth] = sample.place;
@@ -115,7 +119,7 @@ impl Points {
     }
 }
 
-/// A point before its truth is known.
+/// A point without its exact transmittance.
 #[derive(Clone, Copy, Debug)]
 enum Drawn {
     World(DVec3),
@@ -134,7 +138,8 @@ fn sample(drawn: Drawn, beam: &Beam, exact: &ExactTexels<'_>) -> Option<Sample> 
             Some(Sample { place, truth })
         }
         Drawn::Light([u, v, depth]) => {
-            // The depth that a lookup is asked for, so that rounding it is no map's error.
+            // The depth as a lookup receives it, so that rounding it is not counted as a map's
+            // error.
             let depth = (depth / view.unit) as f32;
             let truth = exact.transmittance(u, v, f64::from(depth) * view.unit);
             Some(Sample { place: [u as f32, v as f32, depth], truth })
@@ -157,7 +162,7 @@ fn in_medium(media: &Media, count: usize, random: &mut Random) -> Vec<Drawn> {
     if filled == 0 {
         return Vec::new();
     }
-    // Ranks among the filled voxels, rising, so that one pass over the values finds them all.
+    // Rising ranks among the filled voxels, so that one pass over the values finds them all.
     let mut ranks: Vec<u64> = (0..count).map(|_| random.below(filled)).collect();
     ranks.sort_unstable();
     let mut wanted = ranks.into_iter().peekable();
@@ -198,7 +203,7 @@ fn behind(beam: &Beam, count: usize, random: &mut Random) -> Vec<Drawn> {
     })
 }
 
-/// `count` points that `draw` finds, fewer where it fails all the time.
+/// `count` points from `draw`, or fewer if it keeps failing.
 fn drawn_through(count: usize, mut draw: impl FnMut() -> Option<[f64; 3]>) -> Vec<Drawn> {
     let mut one = || (0..MOST_MISSES).find_map(|_| draw());
     (0..count).map_while(|_| one().map(Drawn::Light)).collect()

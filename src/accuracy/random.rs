@@ -2,12 +2,13 @@
 
 use glam::DVec3;
 
-/// xorshift64* (Marsaglia 2003; Vigna 2016), started by SplitMix64 so that every seed will do.
+/// xorshift64* (Marsaglia 2003; Vigna 2016), initialised with SplitMix64 so that every seed is
+/// valid.
 #[derive(Clone, Debug)]
 pub(super) struct Random(u64);
 
 impl Random {
-    /// The numbers of `seed` for the purpose `stream`: streams of one seed share no numbers.
+    /// The random numbers of `seed` for the purpose `stream`; streams of one seed are independent.
     pub(super) fn new(seed: u64, stream: u64) -> Self {
         let mut z = seed ^ stream.wrapping_mul(0xA076_1D64_78BD_642F);
         z = z.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -33,7 +34,7 @@ impl Random {
         DVec3::new(self.unit(), self.unit(), self.unit())
     }
 
-    /// Uniform of 0 to `count` - 1; 0 if there is nothing to choose from.
+    /// Uniform integer from 0 to `count` - 1; 0 if `count` is 0.
     pub(super) fn below(&mut self, count: u64) -> u64 {
         // The bias of the product's upper half is below count / 2^64.
         ((u128::from(self.bits()) * u128::from(count)) >> 64) as u64

@@ -1,5 +1,5 @@
-//! What a renderer does: maps and pictures of scenes; the passes that they are made by, one by one;
-//! and pictures one after another.
+//! The interface of a renderer: maps and pictures of scenes, the passes behind them one by one, and
+//! pictures one after another.
 
 mod passes;
 mod stage;
@@ -14,59 +14,61 @@ pub use passes::Passes;
 use passes::{build_map, view_through};
 pub use stage::{Cause, HostStage, Stage};
 
-/// What is known of a scene before it is loaded: one volume under parallel light, with the usual
+/// What is known about a scene before it is loaded: one volume under parallel light, with the usual
 /// settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expected {
-    /// Whose extinction is its density times a number.
+    /// Its extinction is its density times a constant.
     Plain,
-    /// Seen through a transfer function.
+    /// It has a transfer function.
     Function,
 }
 
-/// A renderer. What it makes on the way to a picture stays where it is made, on the host or on a
-/// device; maps cross over where they are asked for ([`Backend::map`]) or brought
-/// ([`Backend::view`]), and pictures at their end.
+/// A renderer. Intermediate results stay where they are made, on the host or on a device. Maps are
+/// transferred only when requested ([`Backend::map`]) or passed in ([`Backend::view`]), pictures
+/// when they are finished.
 pub trait Backend: Send + Sync {
-    /// What does the work, for people: the processor or the graphics adapter.
+    /// Description for people of what does the work: the processor or the graphics adapter.
     fn description(&self) -> String;
 
-    /// The kind of map that is built where none is asked for: the exact one where it costs little
-    /// more than the other.
+    /// The kind of map that is built if none is requested: the exact one, if it costs little more
+    /// than the other.
     fn default_map(&self) -> MapKind;
 
-    /// The passes that all else is made by, one by one.
+    /// The passes that everything else consists of, one by one.
     fn passes(&self) -> &dyn Passes;
 
-    /// Whether maps of `kind` are built and marched through here.
+    /// Whether this backend builds maps of `kind` and marches through them.
     fn builds(&self, kind: MapKind) -> bool {
         matches!(kind, MapKind::Threshold | MapKind::Fragments)
     }
 
-    /// Makes ready, before a scene is there, what its pictures through maps of `kind` will take, if
-    /// they are as `expected`. A hint: what it says wrong costs time alone.
+    /// Prepares, before a scene is known, what pictures through maps of `kind` will need if their
+    /// scene is as `expected`. It is a hint: if it is wrong, it only costs time.
     fn expect(&self, _kind: Option<MapKind>, _expected: Expected) {}
 
-    /// Makes sure, before any work, that there is room for the picture and the map of `settings`.
+    /// Checks, before any work, that there is room for the picture and the map of `settings`.
     ///
     /// # Errors
-    /// [`crate::ErrorKind::Limit`] with what they take, if there is none.
+    /// [`crate::ErrorKind::Limit`] with what they take, if there is not.
     fn check_room(&self, settings: &Settings) -> Result<()> {
         check_host(settings)
     }
 
-    /// The shadow map of `beam`, of the kind that `settings` ask for, brought to the host.
+    /// Builds the shadow map of `beam`, of the kind in `settings`, and transfers it to the host.
     ///
     /// # Errors
-    /// If maps of the kind are not built here, or if the device fails or runs out of memory.
+    /// If this backend does not build maps of the kind, or if the device fails or runs out of
+    /// memory.
     fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
         build_map(self.passes(), beam, settings, progress)
     }
 
-    /// The picture of `beam`, lit through a map that the host holds.
+    /// The picture of `beam`, lit through a map on the host, in linear radiance.
     ///
     /// # Errors
-    /// If such maps are not marched through here, or if the device fails or runs out of memory.
+    /// If this backend does not march through such maps, or if the device fails or runs out of
+    /// memory.
     fn view(
         &self,
         beam: &Beam,
@@ -77,12 +79,13 @@ pub trait Backend: Send + Sync {
         view_through(self.passes(), beam, settings, map, progress)
     }
 
-    /// What makes pictures one after another, and keeps what stays the same between them.
+    /// A stage, which makes pictures one after another and keeps what does not change between them.
     fn stage(&self) -> Box<dyn Stage + '_> {
         Box::new(HostStage::new(self.passes()))
     }
 
-    /// A picture of `scene`: for each of its beams the map, then the camera march.
+    /// The picture of `scene` in linear radiance: for each of its beams the map, then the camera
+    /// march.
     ///
     /// # Errors
     /// As [`Stage::render`].
@@ -91,19 +94,19 @@ pub trait Backend: Send + Sync {
     }
 }
 
-/// Makes sure that the host has room for the picture and the map of `settings`.
+/// Checks that the host has room for the picture and the map of `settings`.
 ///
 /// # Errors
-/// [`crate::ErrorKind::Limit`] with what they take, if it has none.
+/// [`crate::ErrorKind::Limit`] with what they take, if it has not.
 pub fn check_host(settings: &Settings) -> Result<()> {
-    // The sum of all beams, that of one, and the file.
+    // The sum of all beams, the picture of one beam, and the file.
     const COPIES: u64 = 3;
     const PIXEL: u64 = 16;
     let [width, height] = settings.image.size;
     let texels = u64::from(settings.map.size) * u64::from(settings.map.size);
     let texel = match settings.map.kind {
         Some(MapKind::Coded(coding)) => codec(coding).stride() as u64,
-        // Lists ask for their own.
+        // Lists allocate their memory separately.
         Some(_) | None => PIXEL,
     };
     let picture = u64::from(width) * u64::from(height) * PIXEL * COPIES;

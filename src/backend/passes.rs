@@ -1,4 +1,4 @@
-//! The passes one by one, from and to memory of the host.
+//! The passes one by one, with input and output in the host's memory.
 
 use super::Backend;
 use crate::error::{Error, Result};
@@ -12,11 +12,12 @@ use crate::shadow::{
     VisibilityPoint, codec, grid_shape,
 };
 
-/// The passes of a renderer, by the names that they have in every backend and in `shaders/`, for
-/// who looks at what each of them makes. All work on one of a scene's beams ([`Beam`]).
+/// The passes of a renderer, with the names that they have in every backend and in `shaders/`, for
+/// callers that examine their results separately. All of them work on one of a scene's beams
+/// ([`Beam`]).
 pub trait Passes: Backend {
-    /// Pass `trace_threshold`: marches from the light through every texel of a map. Texels are
-    /// `size * size`, row 0 at v = 0.
+    /// Pass `trace_threshold`: marches from the light through every texel of a map. Returns
+    /// `size * size` texels, row 0 at v = 0: depths of three opacities and the largest opacity.
     ///
     /// # Errors
     /// If the device fails or runs out of memory.
@@ -27,13 +28,13 @@ pub trait Passes: Backend {
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>>;
 
-    /// Pass `trace_slices`: integrates every slab of every texel's ray, in order, into nodes: all
-    /// of them, or as few as keep the frame's tolerance. Texels row by row, row 0 at v = 0.
-    /// `memory`: bytes that may be taken at a time, as far as a backend reserves any; more are made
-    /// in tiles.
+    /// Pass `trace_slices`: integrates the slabs of every texel's ray, in order, and turns them
+    /// into nodes: all of them, or as few as keep the frame's tolerance. Returns the texels row by
+    /// row, row 0 at v = 0. `memory` is the largest number of bytes to reserve at a time, for
+    /// backends that do; larger maps are built in tiles.
     ///
     /// # Errors
-    /// If the device fails or runs out of memory, or if there are more nodes than 32 bits count.
+    /// If the device fails or runs out of memory, or if the number of nodes exceeds 32 bits.
     fn trace_slices(
         &self,
         media: &Media,
@@ -43,7 +44,7 @@ pub trait Passes: Backend {
     ) -> Result<Runs>;
 
     /// Passes `raster_slices` and `sort_fragments`: draws planes through the volume into linked
-    /// lists of fragments, which are sorted and turned into nodes. `memory` as for `trace_slices`.
+    /// lists of fragments, sorts them and turns them into nodes. `memory` as for `trace_slices`.
     ///
     /// # Errors
     /// As [`Passes::trace_slices`].
@@ -55,15 +56,16 @@ pub trait Passes: Backend {
         progress: &dyn Progress,
     ) -> Result<Runs>;
 
-    /// Pass `link_neighbors`: links from every node of a map of `size` squared texels to the
-    /// nearest in depth of the texels to the right and above.
+    /// Pass `link_neighbors`: links every node of a map of `size` squared texels to the
+    /// depth-nearest nodes of the texels to the right and above.
     ///
     /// # Errors
     /// If the device fails or runs out of memory.
     fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links>;
 
-    /// Pass `trace_coded`: integrates every slab of every texel's ray, in order, and codes each ray
-    /// with `codec`. Texels row by row, row 0 at v = 0; `frame` asks for all nodes of a ray.
+    /// Pass `trace_coded`: integrates the slabs of every texel's ray, in order, and encodes each
+    /// ray with `codec`. Returns the texels row by row, row 0 at v = 0. `frame` must ask for all
+    /// nodes of a ray ([`Frame::with_all_slabs`]).
     ///
     /// # Errors
     /// If this backend does not build such maps.
@@ -77,12 +79,12 @@ pub trait Passes: Backend {
         Err(unbuilt(&self.description()))
     }
 
-    /// Pass `trace_visibility`: integrates every slab of every texel's ray, in order, into as few
-    /// points of transmittance as keep `tolerance`. Texels row by row, row 0 at v = 0; `frame` asks
-    /// for all nodes of a ray.
+    /// Pass `trace_visibility`: integrates the slabs of every texel's ray, in order, and keeps as
+    /// few points of transmittance as `tolerance` allows. Returns the texels row by row, row 0 at v
+    /// = 0. `frame` must ask for all nodes of a ray ([`Frame::with_all_slabs`]).
     ///
     /// # Errors
-    /// If this backend does not build such maps, or if there are more points than 32 bits count.
+    /// If this backend does not build such maps, or if the number of points exceeds 32 bits.
     fn trace_visibility(
         &self,
         _media: &Media,
@@ -94,7 +96,7 @@ pub trait Passes: Backend {
     }
 
     /// Pass `trace_grid`: marches from each point of a grid of `shape` (x, y, z) to the light.
-    /// Transmittance times 255, x fastest.
+    /// Returns transmittance times 255, x fastest.
     ///
     /// # Errors
     /// If this backend does not build such maps.
@@ -108,7 +110,8 @@ pub trait Passes: Backend {
         Err(unbuilt(&self.description()))
     }
 
-    /// Pass `march_view`: marches every camera ray through the volume, lit through `map`.
+    /// Pass `march_view`: marches every camera ray through the volume, lit through `map`. Returns
+    /// linear radiance and opacity.
     ///
     /// # Errors
     /// If the device fails or runs out of memory.
@@ -121,7 +124,7 @@ pub trait Passes: Backend {
     ) -> Result<Image>;
 }
 
-/// The shadow map of `beam`, of the kind that `settings` ask for, by the passes.
+/// Builds the shadow map of `beam`, of the kind in `settings`, with the passes.
 ///
 /// # Errors
 /// As [`Backend::map`].
@@ -171,7 +174,7 @@ pub(super) fn build_map(
     }
 }
 
-/// The nodes of a fragment map, by the passes that `settings` ask for.
+/// The nodes of a fragment map, made by the passes that `settings` select.
 fn runs(
     passes: &dyn Passes,
     media: &Media,
@@ -189,7 +192,7 @@ fn runs(
     }
 }
 
-/// The picture of `beam`, lit through `map`, by pass `march_view`.
+/// The picture of `beam`, lit through `map`, made by pass `march_view`.
 ///
 /// # Errors
 /// As [`Backend::view`].

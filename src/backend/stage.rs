@@ -1,4 +1,4 @@
-//! Pictures one after another: a light, a camera or a volume changes, and the rest stays.
+//! Pictures one after another: a light, a camera or a volume changes, and everything else is kept.
 
 use super::Passes;
 use crate::error::Result;
@@ -8,13 +8,14 @@ use crate::scene::{Beam, LightView, Media, Scene};
 use crate::settings::{MapKind, MapSettings, Settings, Shading};
 use crate::shadow::{Map, Shadow};
 
-/// What makes pictures one after another. Between two of them it keeps what does not change: the
-/// shadow maps while media, lights and how maps are built stay the same, and media on a device
-/// while they do. Scenes share their volumes ([`std::sync::Arc`]), so the same volume is known by
-/// where it is.
+/// Makes pictures one after another. Between two of them it keeps what does not change: the shadow
+/// maps, as long as media, lights and map settings stay the same, and the media on a device, as
+/// long as they do. Scenes share their volumes ([`std::sync::Arc`]), so equal volumes are
+/// recognised by their address.
 pub trait Stage {
-    /// A picture of `scene`: for each of its beams the map, unless it is that of the picture
-    /// before, then the camera march. Progress is told where a "shadow map" and a "picture" begin.
+    /// The picture of `scene` in linear radiance: for each of its beams the map, unless that of the
+    /// previous picture still applies, then the camera march. Progress is reported for each "shadow
+    /// map" and "picture".
     ///
     /// # Errors
     /// If a light cannot be fitted to the volume, if a radiance does not fit f32, or if the device
@@ -27,19 +28,19 @@ pub trait Stage {
     ) -> Result<Image>;
 }
 
-/// All that a shadow map follows from.
+/// Everything that a shadow map depends on.
 #[derive(Clone, Debug)]
 pub struct Cause {
     media: Media,
     view: LightView,
     map: MapSettings,
-    /// The paper's takes other steps.
+    /// The paper's shading uses other steps.
     shading: Shading,
     quality: f64,
 }
 
 impl Cause {
-    /// Of the map of `beam`; `kind` is built where `settings` ask for none.
+    /// The cause of `beam`'s map; `kind` is its kind if `settings` do not specify one.
     pub fn of(beam: &Beam, settings: &Settings, kind: MapKind) -> Self {
         let mut map = settings.map.clone();
         map.kind.get_or_insert(kind);
@@ -47,7 +48,7 @@ impl Cause {
         Self { media: beam.media.clone(), view: beam.view, map, shading, quality }
     }
 
-    /// Whether the same map follows from `other`.
+    /// Whether `other` results in the same map.
     pub fn same(&self, other: &Self) -> bool {
         self.view == other.view
             && (&self.map, self.shading, self.quality) == (&other.map, other.shading, other.quality)
@@ -55,24 +56,24 @@ impl Cause {
     }
 }
 
-/// Bytes of maps ([`Shadow::bytes`]) that are kept between pictures; those of what lookups share
-/// come on top.
+/// Largest number of bytes of maps ([`Shadow::bytes`]) that are kept between pictures, not counting
+/// what lookups share.
 const KEPT_BYTES: u64 = 64 << 20;
 
-/// Pictures by passes from and to memory of the host.
+/// Makes pictures by passes with input and output in the host's memory.
 pub struct HostStage<'a> {
     passes: &'a dyn Passes,
-    /// The maps of the last picture's beams, where they are small enough to be kept.
+    /// The maps of the last picture's beams, as far as they are small enough to be kept.
     maps: Vec<Option<(Cause, Map)>>,
 }
 
 impl<'a> HostStage<'a> {
-    /// With nothing kept yet.
+    /// A stage that holds no maps yet.
     pub fn new(passes: &'a dyn Passes) -> Self {
         Self { passes, maps: Vec::new() }
     }
 
-    /// The map of a beam, the `index`th of its scene, and what it follows from.
+    /// The map of a beam, which is the `index`th of its scene, and its cause.
     fn map(
         &mut self,
         index: usize,
@@ -85,7 +86,7 @@ impl<'a> HostStage<'a> {
         match known.filter(|(known, _)| known.same(&cause)) {
             Some(known) => Ok(known),
             None => {
-                // Rather not two at once.
+                // Avoids holding both maps at once.
                 self.maps.truncate(index);
                 Ok((cause, self.passes.map(beam, settings, progress)?))
             }

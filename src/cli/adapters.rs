@@ -1,8 +1,8 @@
-//! `adapters`: what the GPU backend could run on.
+//! Command `adapters`: lists what the GPU backend could run on.
 
 use crate::error::Result;
 
-/// Prints one line an adapter.
+/// Prints one line per adapter.
 #[cfg(feature = "gpu")]
 pub(super) fn run() -> Result<()> {
     use crate::error::quote::{LONGEST_LINE, one_line};

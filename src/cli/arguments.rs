@@ -1,4 +1,4 @@
-//! What was typed: options shared by the commands that work on a scene, and their values.
+//! Parses the command line: options shared by the commands that work on a scene, and their values.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -168,7 +168,7 @@ pub(super) struct OutputArguments {
     pub out: Option<PathBuf>,
 }
 
-/// Puts what was given over what a scene file says.
+/// Replaces what a scene file says by what was given as options.
 macro_rules! overlay {
     ($($target:expr => $given:expr,)*) => {
         $(if let Some(given) = $given { $target = Some(given); })*
@@ -176,7 +176,7 @@ macro_rules! overlay {
 }
 
 impl SourceArguments {
-    /// Puts the options over `file`.
+    /// Writes the given options into `file`.
     pub(super) fn overlay(&self, file: &mut SceneFile) {
         for volume in file.volume.iter_mut() {
             overlay! {
@@ -203,7 +203,7 @@ impl SourceArguments {
 }
 
 impl SceneArguments {
-    /// Puts the options of the map over `file`.
+    /// Writes the map's given options into `file`.
     pub(super) fn overlay(&self, file: &mut SceneFile) {
         let shadow = &mut file.shadow;
         overlay! {
@@ -224,7 +224,7 @@ impl SceneArguments {
 }
 
 impl FileArguments {
-    /// Puts the options over `volume`.
+    /// Writes the given options into `volume`.
     pub(super) fn overlay(&self, volume: &mut VolumeTable) {
         overlay! {
             volume.from => self.from.clone(),
@@ -240,7 +240,7 @@ impl FileArguments {
 }
 
 impl PictureArguments {
-    /// Puts the options over `file`.
+    /// Writes the given options into `file`.
     pub(super) fn overlay(&self, file: &mut SceneFile) {
         overlay! {
             file.image.width => self.size.map(|[width, _]| width),
@@ -255,8 +255,8 @@ impl PictureArguments {
     }
 }
 
-/// What `--transfer` names: a preset, `auto`, or a file; what is none of these is looked up as a
-/// name, since a list of names is a better answer than that there is no such file.
+/// What `--transfer` refers to: a preset, `auto`, or a file. Anything else is treated as a preset's
+/// name, because a list of names is a better answer than that there is no such file.
 fn transfer_table(text: &str) -> TransferTable {
     let is_name = text == "auto" || transfer::preset(text).is_ok();
     if !is_name && Path::new(text).exists() {
@@ -266,7 +266,7 @@ fn transfer_table(text: &str) -> TransferTable {
     }
 }
 
-/// What `--transfer-range` says.
+/// Parses `--transfer-range`.
 fn transfer_range(text: &str) -> Result<TransferRange, String> {
     if text == "data" {
         return Ok(TransferRange::Word(RangeWord::Data));
@@ -275,13 +275,13 @@ fn transfer_range(text: &str) -> Result<TransferRange, String> {
     Ok(TransferRange::Values(range))
 }
 
-/// What `--emission` names: a grid, or the densities themselves.
+/// What `--emission` refers to: a grid, or the densities themselves.
 fn emission_table(text: &str) -> EmissionTable {
     let grid = (text != "density").then(|| text.to_owned());
     EmissionTable { grid, ..EmissionTable::default() }
 }
 
-/// `N` numbers with commas between them.
+/// `N` numbers, separated by commas.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Numbers<T, const N: usize>(pub [T; N]);
 
@@ -299,7 +299,7 @@ pub(super) fn numbers<T: FromStr + Copy + Default, const N: usize>(
     Ok(Numbers(values))
 }
 
-/// Text that is a name of `T`; what it means is read where the whole scene is put together.
+/// Checks that the text is a name of `T`; it is interpreted when the whole scene is assembled.
 pub(super) fn valid<T: FromStr<Err = crate::Error>>(text: &str) -> Result<String, String> {
     parse::<T>(text).map(|_| text.to_owned())
 }

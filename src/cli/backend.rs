@@ -1,4 +1,4 @@
-//! Which backend computes.
+//! Chooses the backend.
 
 use std::str::FromStr;
 use std::thread::{self, JoinHandle};
@@ -9,12 +9,12 @@ use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
 
-/// What `--backend` asks for.
+/// The values of `--backend`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BackendChoice {
     /// A hardware GPU if there is one, else the CPU.
     Auto,
-    /// Any adapter, software too.
+    /// Any adapter, also software.
     Gpu,
     /// The processor.
     Cpu,
@@ -33,19 +33,19 @@ impl FromStr for BackendChoice {
     }
 }
 
-/// A GPU, if there is one.
+/// A GPU backend, if there is one.
 type Found = Result<Option<Box<dyn Backend>>>;
 
-/// A backend that is being looked for on a thread of its own, since drivers take their time.
+/// A backend that is being opened on a thread of its own, because drivers are slow.
 pub(super) struct Opening {
     choice: BackendChoice,
-    /// `None` where no thread looks.
+    /// `None` if no thread was started.
     gpu: Option<JoinHandle<Found>>,
 }
 
 impl Opening {
-    /// Begins to look for what `choice` means on this machine, and makes it ready for what is
-    /// expected. No adapter is looked for if the CPU was asked for.
+    /// Starts to open what `choice` means on this machine, and prepares it for what is expected. If
+    /// the CPU was requested, no adapter is opened.
     pub(super) fn begin(
         choice: BackendChoice,
         expected: Option<(Option<MapKind>, Expected)>,
@@ -63,7 +63,7 @@ impl Opening {
             }
             Ok(gpu)
         };
-        // Where there is no thread to be had, the program looks when it needs to know.
+        // If no thread can be started, the backend is opened when it is needed.
         let gpu = match choice {
             BackendChoice::Cpu => None,
             BackendChoice::Gpu | BackendChoice::Auto => thread::Builder::new().spawn(look).ok(),
@@ -71,8 +71,8 @@ impl Opening {
         Self { choice, gpu }
     }
 
-    /// The backend for maps of `kind`; `say` is told why it is no other one, where that is only
-    /// found out later.
+    /// The backend for maps of `kind`. If a GPU fails later, `say` receives the reason for the
+    /// change to the processor.
     pub(super) fn finish(
         self,
         kind: Option<MapKind>,
@@ -103,7 +103,8 @@ impl Opening {
     }
 }
 
-/// A backend for as long as the program runs: its end closes a device sooner than a driver does.
+/// Keeps a backend until the program ends; ending the process closes a device faster than the
+/// driver does.
 fn kept(backend: Box<dyn Backend>) -> &'static dyn Backend {
     Box::leak(backend)
 }

@@ -1,5 +1,5 @@
-//! A GPU with the processor behind it: what the GPU is too small for, or what it fails at, the
-//! processor does, from then on. Knows no kind of GPU.
+//! A GPU backend with the processor as a fallback: when the GPU is too small or fails, the
+//! processor takes over from then on. Knows no particular GPU.
 
 use std::sync::OnceLock;
 
@@ -14,13 +14,13 @@ use crate::shadow::Map;
 
 pub(super) struct Fallback {
     gpu: Box<dyn Backend>,
-    /// Set once the GPU has failed.
+    /// Set when the GPU has failed.
     failed: OnceLock<()>,
     say: fn(&str),
 }
 
 impl Fallback {
-    /// `say` is told why the processor takes over.
+    /// A backend with fallback; `say` receives the reason when the processor takes over.
     pub(super) fn new(gpu: Box<dyn Backend>, say: fn(&str)) -> Self {
         Self { gpu, failed: OnceLock::new(), say }
     }
@@ -47,7 +47,7 @@ impl Fallback {
     }
 }
 
-/// Whether another backend may do what came to this.
+/// Whether another backend may succeed where this error occurred.
 fn is_of_gpu(error: &Error) -> bool {
     matches!(error.kind(), ErrorKind::Gpu { .. } | ErrorKind::Limit { .. })
 }
@@ -96,10 +96,10 @@ impl Backend for Fallback {
     }
 }
 
-/// Pictures of the GPU, or of the processor from the first on that the GPU cannot make.
+/// Makes pictures on the GPU, and on the processor from the first one that the GPU cannot make.
 struct FallbackStage<'a> {
     fallback: &'a Fallback,
-    /// Until it has failed.
+    /// `None` after a failure.
     gpu: Option<Box<dyn Stage + 'a>>,
     cpu: Box<dyn Stage>,
 }
@@ -137,7 +137,7 @@ mod tests {
     use crate::volume::Axis;
     use crate::volume::presets::Preset;
 
-    /// Builds maps, and has no room for pictures.
+    /// A test backend that builds maps but has no room for pictures.
     struct Small(fn() -> Error);
 
     impl Backend for Small {

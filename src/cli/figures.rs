@@ -1,4 +1,5 @@
-//! `figures`: the paper's figures 2, 3 and 4 from the presets, as labelled contact sheets.
+//! Command `figures`: draws the paper's figures 2, 3 and 4 from the presets, as labelled contact
+//! sheets.
 
 use std::path::PathBuf;
 
@@ -21,7 +22,7 @@ use crate::settings::{Crossing, Lookup, MapKind, Settings, Shading};
 use crate::shadow::{Map, TexelMap, ThresholdMap};
 use crate::volume::presets::Preset;
 
-/// Pixels along the edge of each picture on a sheet.
+/// Width and height in pixels of each picture on a sheet.
 const CELL: u32 = 320;
 
 #[derive(Debug, Args)]
@@ -68,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// A preset as the paper shows it: in the dark, on its ground.
+/// A preset as in the paper: without ambient light, on its ground.
 struct PresetScene {
     name: &'static str,
     scene: Scene,
@@ -92,7 +93,7 @@ fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
 }
 
 impl PresetScene {
-    /// A map that shadows nothing, as of a medium without extinction.
+    /// A map without any shadow, as of a medium without extinction.
     fn clear_map(&self) -> Result<Map> {
         let beam = self.scene.only_beam()?;
         let frame = Frame::new(&beam, &self.settings)?;
@@ -109,7 +110,7 @@ struct Painter {
 }
 
 impl Painter {
-    /// Figure 2: a row a volume: the whole map, then its four channels.
+    /// Figure 2: one row per volume, with the whole map and its four channels.
     fn maps(&self, scenes: &[&PresetScene]) -> Result<Sheet> {
         let mut sheet = Sheet::new(5, scenes.len() as u32, [CELL; 2]);
         for (row, preset) in scenes.iter().enumerate() {
@@ -126,7 +127,7 @@ impl Painter {
         Ok(sheet)
     }
 
-    /// Figure 3: the volume unshadowed, shadowed, and the opacity looked up.
+    /// Figure 3: the volume without shadow, with shadow, and the opacity that was looked up.
     fn shading(&self, preset: &PresetScene) -> Result<Sheet> {
         let scene = &preset.scene;
         let shadowed = self.picture(scene, &preset.settings)?;
@@ -170,8 +171,8 @@ impl Painter {
     }
 }
 
-/// The map's channels for the eye, as the paper draws them: depths from where the volume begins,
-/// brighter is deeper; unset channels and empty texels black; opacity as it is.
+/// The map's channels as the paper draws them. Depths begin at the volume, and brighter is deeper;
+/// unset channels and empty texels are black; opacity is unchanged.
 fn scaled_channels(map: &ThresholdMap, scene: &Scene) -> Vec<[f32; 4]> {
     let [near, far] = depth_range(map, scene);
     let thresholds = map.thresholds().map(|t| t as f32);
@@ -191,8 +192,8 @@ fn depth_range(map: &ThresholdMap, scene: &Scene) -> [f32; 2] {
     depths.fold([f32::MAX, f32::MIN], |[near, far], depth| [near.min(depth), far.max(depth)])
 }
 
-/// `CELL` x `CELL` pixels of RGBA from a square map, each the mean of the texels that it covers;
-/// values are shown as they are, not as light.
+/// `CELL` x `CELL` pixels of RGBA from a square map; each is the mean of the texels that it covers.
+/// Values are shown directly, without sRGB encoding.
 fn shrunk(texels: &[[f32; 4]], size: u32, colour: impl Fn(&[f32; 4]) -> [f32; 3]) -> Vec<u8> {
     let span = |i: u32| {
         let (from, to) = (i * size / CELL, ((i + 1) * size).div_ceil(CELL));

@@ -1,4 +1,4 @@
-//! What the arguments mean: the scene, how to compute it, and what does so.
+//! Turns arguments into a job: the scene, how to compute it, and the backend.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,19 +19,19 @@ use crate::scene::{Scene, SceneFile, descriptor};
 use crate::settings::{MapKind, Settings};
 use crate::volume::presets::Preset;
 
-/// What is asked for, before anything large is read.
+/// A request, before anything large is read.
 pub(super) struct Request<'a> {
     source: &'a SourceArguments,
     choice: BackendChoice,
     file: SceneFile,
     surroundings: Surroundings,
-    /// Whether it is a picture.
+    /// Whether a picture is requested.
     picture: bool,
-    /// All files that it is read from.
+    /// All files from which the request is read.
     pub inputs: Inputs,
 }
 
-/// A scene ready to be computed.
+/// A scene that is ready to be computed.
 pub(super) struct Job {
     pub scene: Scene,
     pub settings: Settings,
@@ -41,7 +41,7 @@ pub(super) struct Job {
 }
 
 impl<'a> Request<'a> {
-    /// What the arguments ask for.
+    /// The job for the arguments.
     pub(super) fn new(
         arguments: &'a SceneArguments,
         picture: Option<&PictureArguments>,
@@ -55,8 +55,8 @@ impl<'a> Request<'a> {
         Ok(Self { picture: picture.is_some(), ..request })
     }
 
-    /// What `source` names, with what `overlay` puts over its scene file, to be computed by
-    /// `choice`.
+    /// The request for `source`. `overlay` changes its scene file, and `choice` selects the
+    /// backend.
     pub(super) fn open(
         source: &'a SourceArguments,
         choice: BackendChoice,
@@ -65,7 +65,7 @@ impl<'a> Request<'a> {
         let (mut file, surroundings) = described(&source.input)?;
         source.overlay(&mut file);
         overlay(&mut file);
-        // The scene file itself, or a name that is no file.
+        // The scene file itself, or a preset's name, which is not a file.
         let mut inputs = Inputs::new([PathBuf::from(&source.input)]);
         for table in file.volume.iter() {
             inputs.extend(source_files(table)?);
@@ -73,11 +73,11 @@ impl<'a> Request<'a> {
         Ok(Self { source, choice, file, surroundings, picture: false, inputs })
     }
 
-    /// Loads what is asked for, chooses what is left open, and says so.
+    /// Loads the requested volumes, chooses the missing values, and reports the choices.
     pub(super) fn load(self) -> Result<Job> {
         let Self { source, choice, file, surroundings, picture, .. } = self;
         let opening = Opening::begin(choice, expected(&file).filter(|_| picture));
-        // A scene file's absolute parameters speak of stored values.
+        // Absolute parameters in a scene file refer to stored values.
         let scan = surroundings == Surroundings::Studio;
         let (mut ingredients, mut notes) = (Vec::new(), Vec::new());
         let mut held = 0;
@@ -116,7 +116,7 @@ impl<'a> Request<'a> {
 }
 
 impl Job {
-    /// Puts a line for people on stderr, unless they asked for quiet.
+    /// Prints a line for people on stderr, unless `--quiet` was given.
     pub(super) fn note(&self, line: &str) {
         if !self.quiet {
             say(line);
@@ -124,8 +124,8 @@ impl Job {
     }
 }
 
-/// What is known of a scene whose volumes have not been looked at: nothing, but of one volume under
-/// parallel light with settings that most pictures have.
+/// What is expected of a scene before its volumes are read: nothing, except for one volume under
+/// parallel light with the usual settings.
 fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
     let [volume] = &file.volume[..] else { return None };
     let shadow = &file.shadow;
@@ -138,7 +138,7 @@ fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
         && file.light.iter().all(|light| light.kind.is_none())
         && volume.color.is_none()
         && volume.emission.is_none();
-    // Scans may get a window, which is a function.
+    // A scan may get a window, which is a transfer function.
     let grid = volume.path.as_ref().is_none_or(|path| path.extension() == Some("vdb".as_ref()));
     let expected = match &volume.transfer {
         Some(function) if function.gradient.is_none() => Expected::Function,
@@ -149,7 +149,7 @@ fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
     usual.then_some((kind, expected))
 }
 
-/// An error of too much memory with what other volumes have taken already.
+/// Adds to an error of too much memory what other volumes have taken already.
 fn beside(error: Error, held: u64) -> Error {
     match error.kind() {
         ErrorKind::Limit { what, needed, limit } if held > 0 => {

@@ -1,4 +1,4 @@
-//! What a map may be wrong by and what it may take, as options.
+//! Options that limit the error and the size of a map.
 
 use clap::Args;
 
@@ -23,16 +23,16 @@ pub(super) struct LimitArguments {
 }
 
 impl LimitArguments {
-    /// Whether there is one.
+    /// Whether a limit was given.
     pub(super) fn any(&self) -> bool {
         self.max_error.is_some() || self.max_map_bytes.is_some()
     }
 
-    /// The map of `beam`, one of the job's, that keeps the limits, of a kind that is `wanted`;
-    /// `None` if there are none.
+    /// The map of `beam`, one of the job's beams, that keeps the limits, among the kinds for which
+    /// `wanted` is true; `None` without limits.
     ///
     /// # Errors
-    /// If no map tried keeps them, with the one that came closest.
+    /// If no map that was tried keeps them; the error describes the one that came closest.
     pub(super) fn choose(
         &self,
         job: &Job,

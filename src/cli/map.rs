@@ -1,4 +1,4 @@
-//! `map`: a volume's shadow map as OpenEXR.
+//! Command `map`: writes a volume's shadow map as OpenEXR.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -32,7 +32,7 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// Threads that are asked for.
+    /// The requested number of threads.
     pub(super) fn threads(&self) -> Option<u32> {
         self.scene.source.threads
     }
@@ -46,7 +46,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     }
     let request = Request::new(&scene, None)?;
     let inputs = request.inputs.clone();
-    // A folder that takes no file is better known before the work than after it.
+    // If the folder cannot be written, that should be known before the work.
     let tried = PendingFile::create(&path, &inputs)?;
     let job = request.load()?;
     if let Some(kind) = job.settings.map.kind.filter(|&kind| !written(kind)) {
@@ -89,7 +89,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     Ok(())
 }
 
-/// A beam's map.
+/// The map of a beam.
 struct Built {
     label: Option<String>,
     map: Map,
@@ -104,8 +104,8 @@ struct Encoded {
     size: u32,
 }
 
-/// The maps as files: threshold maps as layers of one, others as one each, with the beam's label
-/// before the ending of its name.
+/// The maps as files: threshold maps as layers of one file, others as one file each, with the
+/// beam's label in front of the ending.
 fn encode(media: &Media, built: &[Built], path: &Path, statistics: bool) -> Result<Vec<Encoded>> {
     let (index_from_world, domain) = (media.world_from_index().inverse(), media.domain());
     let layers: Vec<_> = built
@@ -157,7 +157,7 @@ fn encode(media: &Media, built: &[Built], path: &Path, statistics: bool) -> Resu
     built.iter().map(one).collect()
 }
 
-/// Whether maps of `kind` are written to files.
+/// Whether maps of `kind` can be written to files.
 fn written(kind: MapKind) -> bool {
     !matches!(kind, MapKind::Visibility | MapKind::Grid(_))
 }
@@ -167,7 +167,7 @@ fn unwritten(kind: MapKind) -> Error {
     Error::value("map", format!("'{kind}' {why}"))
 }
 
-/// What a fragment map holds, for people.
+/// A description of a fragment map's contents, for people.
 fn held(map: &FragmentMap) -> String {
     let runs = map.runs();
     let most = runs.starts().windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);

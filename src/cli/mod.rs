@@ -1,4 +1,4 @@
-//! The command line: one module a command. What was typed is `arguments`; what it means is `job`.
+//! The command line: one module per command. `arguments` parses it; `job` interprets it.
 
 mod adapters;
 mod arguments;
@@ -27,14 +27,14 @@ use clap::{Parser, Subcommand};
 use crate::error::quote::{self, LONGEST_LINE};
 use crate::error::{Error, Result};
 
-/// How a run of the program ended.
+/// The result of a run of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// Exit code 0.
     Done,
-    /// Exit code 1: bad input or failed work; the reason stands on stderr.
+    /// Exit code 1: bad input or failed work; the reason was printed on stderr.
     Failed,
-    /// Exit code 2: wrong usage of the command line; the reason stands on stderr.
+    /// Exit code 2: wrong usage of the command line; the reason was printed on stderr.
     Misused,
 }
 
@@ -65,7 +65,7 @@ enum Command {
     Adapters,
 }
 
-/// Runs the program with `arguments`, of which the first is its own name.
+/// Runs the program with `arguments`, the first of which is the program's name.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
     #[cfg(unix)]
     signals::clean_up_after();
@@ -76,7 +76,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
             let asks_for_help =
                 error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
             if !misused || asks_for_help {
-                // Help or the version; a closed stream leaves nobody to tell.
+                // Help or the version; if the stream is closed, nobody can be told.
                 let _ = error.print();
                 return if misused { Outcome::Misused } else { Outcome::Done };
             }
@@ -98,7 +98,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
 }
 
 impl Command {
-    /// Threads that are asked for.
+    /// The requested number of threads.
     fn threads(&self) -> Option<u32> {
         match self {
             Self::Render(arguments) => arguments.threads(),
@@ -121,24 +121,24 @@ fn dispatch(command: Command) -> Result<()> {
     }
 }
 
-/// Puts what was asked for on stdout.
+/// Prints the requested text on stdout.
 fn print(text: &str) -> Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
-        // A reader such as `head` may have had enough.
+        // A reader such as `head` may have closed the pipe.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => written.map_err(|error| Error::file("standard output", error)),
     }
 }
 
-/// Puts JSON on stdout.
+/// Prints JSON on stdout.
 fn print_json(text: &str) -> Result<()> {
     print(&quote::json(text))
 }
 
-/// Puts one line on stderr, for people; whatever it quotes, it steers no terminal.
+/// Prints one line for people on stderr; text that it quotes cannot control a terminal.
 fn say(line: &str) {
     let line = spelling::with_options(line);
     let line = quote::one_line(&format!("deepshadow: {line}"), LONGEST_LINE);
-    // A closed stderr leaves nobody to tell; the work goes on.
+    // If stderr is closed, the work goes on.
     let _ = writeln!(std::io::stderr(), "{line}");
 }

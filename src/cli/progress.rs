@@ -1,4 +1,5 @@
-//! Progress bars on stderr, for work over a second, on a terminal only; and how long work takes.
+//! Progress bars on stderr, for work that takes over a second, only on a terminal; and a stopwatch
+//! for work.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -7,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::progress::Progress;
 
-/// Work shorter than this shows nothing.
+/// Work that takes less time shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Draws a bar for each piece of work that takes long.
@@ -40,7 +41,7 @@ impl Progress for Bars {
         let Some(current) = current.as_mut() else { return };
         current.bar.inc(parts);
         if !current.shown && current.begun.elapsed() > PATIENCE {
-            // indicatif itself draws nothing where stderr is no terminal.
+            // indicatif draws nothing if stderr is not a terminal.
             current.bar.set_draw_target(ProgressDrawTarget::stderr());
             current.shown = true;
         }
@@ -50,8 +51,8 @@ impl Progress for Bars {
     }
 }
 
-/// Passes progress on, and measures how long work of each name takes: from where it begins to where
-/// other work does, or to where it is asked.
+/// Forwards progress, and measures the time of work by name: from its begin to the begin of other
+/// work, or to the query.
 pub(super) struct Stopwatch<'a> {
     shown: &'a dyn Progress,
     begun: Mutex<Vec<(String, Instant)>>,
@@ -62,7 +63,7 @@ impl<'a> Stopwatch<'a> {
         Self { shown, begun: Mutex::default() }
     }
 
-    /// All work called `what` so far.
+    /// Total time so far of all work called `what`.
     pub(super) fn time(&self, what: &str) -> Duration {
         let now = Instant::now();
         let Ok(begun) = self.begun.lock() else { return Duration::ZERO };

@@ -1,4 +1,4 @@
-//! `render`: a picture of a volume with its shadows.
+//! Command `render`: writes a picture of a volume with its shadows.
 
 use std::path::Path;
 
@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     output: OutputArguments,
 }
 
-/// The picture formats, by the ending of the output's name.
+/// The picture formats, which the ending of the output's name selects.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Format {
     Deep,
@@ -52,7 +52,7 @@ fn format(path: &Path) -> Result<Format> {
 }
 
 impl Arguments {
-    /// Threads that are asked for.
+    /// The requested number of threads.
     pub(super) fn threads(&self) -> Option<u32> {
         self.scene.source.threads
     }
@@ -108,19 +108,19 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     Ok(())
 }
 
-/// What was made.
+/// The result of rendering.
 struct Lit {
     image: Image,
     /// The bytes of a deep image.
     deep: Option<Vec<u8>>,
-    /// Of the last map.
+    /// Size of the last map.
     map_size: u32,
-    /// Of every map that keeps a limit.
+    /// Certificates of all maps that keep a limit.
     certificates: Vec<String>,
 }
 
-/// A picture through maps that the host holds, because they are to keep limits or are marched into
-/// a deep image.
+/// A picture through maps on the host, either because they must keep limits or because a deep image
+/// is marched through them.
 fn beam_by_beam(
     (job, beams): (&Job, &[Beam]),
     arguments: &SceneArguments,
@@ -159,11 +159,11 @@ fn beam_by_beam(
     Ok(lit)
 }
 
-/// What a deep image is made of: a ray a pixel, and single scattering.
+/// What a deep image requires: one ray per pixel, and single scattering.
 const ONE_RAY: (u32, Shading) = (1, Shading::Physical);
 
-/// The camera's own deep image: R, G, B (radiance, premultiplied), A, Z and ZBack (distances from
-/// the camera along the ray, world lengths), f32, marched by the processor.
+/// Encodes the camera's view as a deep image, marched on the processor: R, G, B (radiance,
+/// premultiplied), A, Z and ZBack (distances from the camera along the ray, world lengths), f32.
 fn encode_deep(
     view: &DeepView<'_>,
     [width, height]: [u32; 2],

@@ -1,4 +1,4 @@
-//! Labelled contact sheets: pictures side by side under their names.
+//! Labelled contact sheets: pictures side by side, each with its name.
 
 use std::convert::Infallible;
 
@@ -29,8 +29,8 @@ impl Sheet {
         Self { cell, width, height, rgb: vec![PAPER; 3 * width as usize * height as usize] }
     }
 
-    /// Puts a picture (8-bit RGBA as of [`crate::image::Image::to_srgb8`], on black) and its label
-    /// into a cell.
+    /// Draws a picture (8-bit RGBA from [`crate::image::Image::to_srgb8`], over black) and its
+    /// label into a cell.
     pub(super) fn put(&mut self, column: u32, row: u32, rgba: &[u8], label: &str) {
         let (left, top) =
             (GAP + column * (self.cell[0] + GAP), GAP + row * (self.cell[1] + LABEL_HEIGHT));

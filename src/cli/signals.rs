@@ -1,5 +1,5 @@
-//! What the program does when it is told to end: it takes away what is not in its place yet, then
-//! ends as it would have. Knows no command.
+//! Cleans up when the program is asked to terminate: deletes temporary files, then ends with the
+//! signal's default action. Knows no command.
 
 use std::io;
 use std::thread;
@@ -10,8 +10,8 @@ use signal_hook::low_level::emulate_default_handler;
 
 use crate::io::output::abandon;
 
-/// From now on, interrupting or terminating the program leaves nothing half done. Where that cannot
-/// be had, signals do what they did.
+/// From now on, interrupting or terminating the program leaves nothing incomplete. If that cannot
+/// be set up, signals keep their previous effect.
 pub(super) fn clean_up_after() {
     let _ = watch();
 }
@@ -30,7 +30,7 @@ fn watch() -> io::Result<()> {
     Ok(())
 }
 
-/// The signals that whoever started the program wants ignored, as `nohup` does: a bit each.
+/// A mask of the signals that the parent process wants ignored, as `nohup` does.
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

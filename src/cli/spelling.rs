@@ -1,6 +1,6 @@
-//! What the library calls by the names of scene files, as the command line spells it.
+//! Translates names of scene files in the library's messages to the options of the command line.
 
-/// Names between backticks, as the library writes them, and options.
+/// Names in backticks, as the library writes them, and the corresponding options.
 const OPTIONS: [(&str, &str); 10] = [
     ("`volume.density_scale`", "--density-scale"),
     ("`volume.window`", "--window"),
@@ -14,7 +14,7 @@ const OPTIONS: [(&str, &str); 10] = [
     ("`magnitude`", "--magnitude"),
 ];
 
-/// A line for people who type options.
+/// A message for people who use options.
 pub(super) fn with_options(line: &str) -> String {
     OPTIONS.iter().fold(line.to_owned(), |line, (name, option)| line.replace(name, option))
 }

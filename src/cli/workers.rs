@@ -1,5 +1,4 @@
-//! The threads that a command works with, and what becomes of a fault in the program itself. Knows
-//! no command.
+//! The threads of a command, and the report of a panic. Knows no command.
 
 use std::num::NonZero;
 use std::panic::{self, AssertUnwindSafe};
@@ -11,22 +10,22 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::{Error, Result};
 
-/// Where the first panic was, and its words.
+/// Location and message of the first panic.
 static FAULT: Mutex<Option<String>> = Mutex::new(None);
 
-/// Does `work` with so many threads, by default as many as there are processors; with fewer where
-/// the system gives no more.
+/// Does `work` with the given number of threads; by default with as many as there are processors,
+/// and with fewer if the system allows no more.
 ///
 /// # Errors
-/// Those of `work`; if there is no thread at all; if a fault of the program, of which there should
-/// be none, ended the work.
+/// Those of `work`; if no thread can be started; if a bug of the program, of which there should be
+/// none, caused a panic.
 pub(super) fn run<T: Send>(
     threads: Option<u32>,
     work: impl FnOnce() -> Result<T> + Send,
 ) -> Result<T> {
     let pool = pool(threads.map_or(0, |threads| threads as usize))?;
     panic::set_hook(Box::new(|fault| {
-        // One line says it at the end, as of any failure.
+        // It is reported in one line at the end, like any failure.
         FAULT.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(fault.to_string());
     }));
     let done = panic::catch_unwind(AssertUnwindSafe(|| pool.install(work)));
@@ -37,11 +36,11 @@ pub(super) fn run<T: Send>(
     })
 }
 
-/// As many threads as asked for (0: as rayon thinks fit), or as many as there are.
+/// A pool of the requested number of threads (0: rayon's default), or of as many as can be started.
 fn pool(mut threads: usize) -> Result<ThreadPool> {
     loop {
         let builder = ThreadPoolBuilder::new().num_threads(threads);
-        // One needs no other than this, which there is.
+        // A single thread is the current one, which exists already.
         let builder = if threads == 1 { builder.use_current_thread() } else { builder };
         threads = match (builder.build(), threads) {
             (Ok(pool), _) => return Ok(pool),
@@ -49,7 +48,7 @@ fn pool(mut threads: usize) -> Result<ThreadPool> {
             (Err(_), 0) => available_parallelism().map_or(1, NonZero::get),
             (Err(_), _) => threads / 2,
         };
-        // Those that came take a moment to go.
+        // Threads that were started take a moment to end.
         sleep(Duration::from_millis(20));
     }
 }

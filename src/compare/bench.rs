@@ -1,4 +1,4 @@
-//! The measuring itself: one scene, one truth, one map after the other.
+//! The measurements: one scene, one truth, and one map after another.
 
 use std::time::Instant;
 
@@ -17,16 +17,16 @@ use crate::scene::{Beam, Scene};
 use crate::settings::Settings;
 use crate::shadow::{Map, Shadow};
 
-/// Points of a curve.
+/// Number of points of a curve.
 const CURVE_POINTS: usize = 160;
 
-/// A scene whose truth is known.
+/// A scene with its exact transmittances and its true picture.
 pub struct Bench<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Sizes, filter and what else all methods share.
+    /// Sizes, filter and everything else that all methods share.
     pub settings: &'a Settings,
-    /// One map each.
+    /// One part per beam.
     parts: Vec<Part>,
     picture: TruePicture,
     /// The picture marched through exact transmittances.
@@ -34,52 +34,55 @@ pub struct Bench<'a> {
     window: u32,
 }
 
-/// A beam whose truth is known.
+/// A beam with its exact transmittances.
 struct Part {
     beam: Beam,
-    /// Its channel and light, among several.
+    /// Its channel and light, if there are several beams.
     label: Option<String>,
     points: Points,
     frame: Frame,
 }
 
-/// What one method comes to.
+/// The results of one method.
 pub struct Row {
-    /// The method's.
+    /// The method's label.
     pub label: String,
-    /// Bytes that a lookup may read, of the whole map; 0 for the exact integral.
+    /// Bytes that a lookup may read, of all maps together; 0 for the exact integral.
     pub bytes: u64,
-    /// Texels of a map; what keeps none (a grid over the volume) is held against as many.
+    /// Number of texels; a map without texels (a grid over the volume) is compared with the same
+    /// number.
     pub texels: u64,
-    /// Seconds until the first lookup is answered.
+    /// Seconds until the first lookup can be answered.
     pub build_seconds: f64,
-    /// Nanoseconds of a lookup on one thread.
+    /// Nanoseconds per lookup on one CPU thread.
     pub lookup_nanoseconds: f64,
-    /// In the order of [`Place::ALL`], of all beams together.
+    /// Errors of all beams together, in the order of [`Place::ALL`].
     pub errors: [Errors; 4],
-    /// Those of each beam by its name, if there are several.
+    /// Errors of each beam with its name, if there are several; in the order of [`Place::ALL`].
     pub channels: Vec<(String, [Errors; 4])>,
-    /// The picture through the map.
+    /// The picture through the maps.
     pub image: Image,
-    /// How it differs from the true one.
+    /// Its difference from the true picture.
     pub difference: Difference,
-    /// Where it errs most on a texel's central ray.
+    /// Transmittance along the texel's central ray with the largest error.
     pub worst: Option<Curve>,
 }
 
 /// Transmittance over depth along the central ray of one texel.
 pub struct Curve {
-    /// The texel, from the upper left.
+    /// The texel (x, y), from the upper left.
     pub texel: [u32; 2],
-    /// Where the error is largest: depth, truth, and what the map says.
+    /// Depth where the error is largest, in units of the view
+    /// ([`LightView::unit`](crate::scene::LightView::unit)).
     pub depth: f64,
     /// Exact transmittance there.
     pub truth: f64,
-    /// The map's.
+    /// The map's transmittance there.
     pub found: f64,
-    /// Depths where the ray enters and leaves the volume.
+    /// Depths where the ray enters and leaves the volume, in world lengths.
     pub extent: [f64; 2],
-    /// (depth, truth, what the map says), by rising depth, from entry to exit and a little around.
+    /// (depth, true transmittance, map's transmittance) by rising depth, from a little in front of
+    /// the entry to a little behind the exit.
     pub points: Vec<[f64; 3]>,
 }
 
@@ -89,7 +92,7 @@ impl Row {
         self.bytes as f64 / self.texels as f64
     }
 
-    /// Its errors at one place.
+    /// The errors at one place.
     pub fn at(&self, place: Place) -> &Errors {
         &self.errors[place as usize]
     }
@@ -99,7 +102,7 @@ impl<'a> Bench<'a> {
     /// Integrates the truth: `count` points of each place from `seed`, and the picture.
     ///
     /// # Errors
-    /// If a light cannot be fitted to the media, or f32 does not hold the scene.
+    /// If a light cannot be fitted to the media, or if the scene does not fit f32.
     pub fn new(
         scene: &'a Scene,
         settings: &'a Settings,
@@ -124,13 +127,13 @@ impl<'a> Bench<'a> {
         Ok(Self { scene, settings, parts, picture, true_image, window })
     }
 
-    /// How many points of a place maps are asked at, for each beam on the average.
+    /// The mean number of points of a place at which each beam's map is looked up.
     pub fn points(&self, place: Place) -> usize {
         let all: usize = self.parts.iter().map(|part| part.points.of(place).len()).sum();
         all.div_ceil(self.parts.len().max(1))
     }
 
-    /// Builds and measures the maps of `method`.
+    /// Builds and measures the maps of `method`, for all beams.
     ///
     /// # Errors
     /// If such a map cannot be built.
@@ -149,7 +152,7 @@ impl<'a> Bench<'a> {
         Ok(Row { build_seconds, lookup_nanoseconds, ..self.row(&method.label, &maps) })
     }
 
-    /// What the maps' resolution alone costs: exact transmittance of every texel, filtered.
+    /// The error of the maps' resolution alone: exact transmittance of every texel, filtered.
     pub fn floor(&self) -> Row {
         let size = self.settings.map.size;
         let exact: Vec<_> = self.parts.iter().map(|part| part.exact(size)).collect();
@@ -192,7 +195,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The whole ray of a sample.
+    /// The curve along the whole ray of a sample.
     fn curve(&self, part: &Part, map: &dyn Shadow, sample: Sample) -> Curve {
         let [u, v, depth] = sample.place;
         let n = self.settings.map.size;

@@ -1,20 +1,20 @@
-//! How many bytes a map may take.
+//! A limit on the bytes of a map.
 
 use std::str::FromStr;
 
 use crate::error::{Error, Result};
 
-/// How many bytes a map may take.
+/// A limit on the bytes of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Budget {
-    /// In all.
+    /// Bytes of the whole map.
     Total(f64),
-    /// For each texel.
+    /// Bytes per texel.
     Texel(f64),
 }
 
 impl Budget {
-    /// Whether a map of `bytes` and `texels` keeps it.
+    /// Whether a map of `bytes` bytes and `texels` texels is within the limit.
     pub(super) fn allows(self, bytes: f64, texels: f64) -> bool {
         match self {
             Self::Total(most) => bytes <= most,

@@ -1,9 +1,10 @@
-//! The map that keeps a limit of error or of bytes, and a certificate of what was measured of it.
+//! Chooses the map that keeps a limit of error or of bytes, and certifies it with what was
+//! measured.
 //!
-//! Every method is scouted on a small map, which tells its bytes a texel and its own share of the
-//! error; the exact texels of each resolution tell what that costs. From both follows what to
-//! expect of every method at every resolution, and so which few are worth building. What counts is
-//! measured on the map that is used.
+//! First every method builds a small map (a scout), which gives its bytes per texel and its own
+//! part of the error; the exact texels of each resolution give the error of that resolution.
+//! Together they predict the error of every method at every resolution, and so which few maps are
+//! worth building. The decision is based on measurements of the map that is returned.
 
 use std::fmt::Write;
 
@@ -16,14 +17,14 @@ use crate::scene::Beam;
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Map, Shadow};
 
-/// Texels along the edge of the maps that are scouted.
+/// Texels along each edge of the scouts' maps.
 const SCOUT: u32 = 64;
-/// Resolutions that are tried where none is asked for.
+/// Resolutions that are tried if none is requested.
 const SIZES: [u32; 6] = [64, 128, 256, 512, 1024, 2048];
-/// Points that errors are measured at, and where their random numbers begin.
+/// Number of points at which errors are measured, and the seed of their random numbers.
 const POINTS: u64 = 50_000;
 const SEED: u64 = 1;
-/// Methods tried beside every kind at its usual number.
+/// Methods that are tried in addition to every kind with its default number.
 const MORE: [&str; 16] = [
     "fragments@0.05",
     "fragments@0.02",
@@ -42,44 +43,45 @@ const MORE: [&str; 16] = [
     "slices:32",
     "slices:64",
 ];
-/// A map is built although as much more error is expected of it than allowed: expectations err.
+/// A map is built if its predicted error exceeds the limit by no more than this factor, because
+/// predictions have errors.
 const DOUBT: f64 = 1.2;
-/// Of the maps within a budget so many are built, those first of which least error is expected.
+/// Number of maps within a budget that are built, in order of predicted error.
 const TRIES: usize = 3;
-/// Larger maps are not tried, bytes.
+/// Largest number of bytes of maps that are tried.
 const LARGEST: f64 = (1_u64 << 31) as f64;
 
 /// A map that keeps its limits.
 pub struct Certified {
-    /// On the host.
+    /// The map, on the host.
     pub map: Map,
-    /// With the kind, the resolution and the tolerance that were chosen.
+    /// The settings, with the chosen kind, resolution and tolerance.
     pub settings: Settings,
-    /// What was measured, in a sentence.
+    /// What was measured, in one sentence.
     pub certificate: String,
 }
 
-/// What a map is to keep, and what is settled before. Without a limit of error, the most exact map
-/// is taken; with one, the smallest.
+/// Limits that a map must keep, and properties that are given. Without a limit of error, the most
+/// exact map is chosen; with one, the smallest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
-    /// RMS error of transmittance at random points of the volume, above 0.
+    /// Largest RMS error of transmittance at random points of the volume, above 0.
     pub error: Option<f64>,
-    /// Bytes of the map.
+    /// Largest number of bytes of the map.
     pub budget: Option<Budget>,
-    /// Texels along an edge; `None` tries several.
+    /// Texels along each edge; `None` tries several resolutions.
     pub size: Option<u32>,
-    /// The kind; `None` tries all.
+    /// The kind of map; `None` tries all.
     pub kind: Option<MapKind>,
-    /// Whether the settings' tolerance is the only one to be tried.
+    /// Whether only the settings' own tolerance is tried.
     pub own_tolerance: bool,
 }
 
-/// The map of `beam` that keeps `limits`, of a kind that is `wanted`; `settings` say everything
-/// else.
+/// Chooses the map of `beam` that keeps `limits`, among the kinds for which `wanted` is true;
+/// `settings` specify everything else.
 ///
 /// # Errors
-/// If no map tried keeps them, with the one that came closest.
+/// If no map that was tried keeps them; the error describes the one that came closest.
 pub fn choose(
     backend: &dyn Backend,
     beam: &Beam,
@@ -93,7 +95,7 @@ pub fn choose(
     Search::new(place, limits, wanted)?.run()
 }
 
-/// Where and how maps are tried.
+/// The context in which maps are tried.
 #[derive(Clone, Copy)]
 struct Place<'a> {
     backend: &'a dyn Backend,
@@ -111,7 +113,7 @@ struct Search<'a> {
     points: Points,
 }
 
-/// A map that could be built.
+/// A map that could be built, with predictions.
 struct Candidate<'a> {
     method: &'a Method,
     size: u32,
@@ -119,7 +121,7 @@ struct Candidate<'a> {
     expected: f64,
 }
 
-/// A map that was.
+/// A map that was built, with measurements.
 struct Tried<'a> {
     label: &'a str,
     settings: Settings,
@@ -131,7 +133,8 @@ impl<'a> Search<'a> {
     fn new(at: Place<'a>, limits: &Limits, wanted: fn(MapKind) -> bool) -> Result<Self> {
         let sizes = match (limits.size, limits.error, limits.budget) {
             (Some(size), ..) => vec![size],
-            // However many texels: a limit a texel alone does not ask for another resolution.
+            // A limit per texel alone does not require another resolution, whatever the number of
+            // texels.
             (None, None, Some(Budget::Texel(_))) => vec![at.settings.map.size],
             _ => SIZES.to_vec(),
         };
@@ -195,7 +198,8 @@ impl<'a> Search<'a> {
         match kept {
             Some(tried) => Ok(certified(tried)),
             None => {
-                // Nothing was worth building: the one of which least is expected tells how far off.
+                // No map was worth building; the one with the least predicted error shows by how
+                // much.
                 let build = || least.map(|(method, size)| self.build(method, size)).transpose();
                 let closest = if closest.is_some() { closest } else { build()? };
                 Err(self.failed(closest.as_ref()))
@@ -203,7 +207,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Every method at every resolution that keeps the budget, as far as one can tell before.
+    /// Every method at every resolution that is predicted to keep the budget.
     fn candidates(&self) -> Result<Vec<Candidate<'_>>> {
         let floor = |size: u32| {
             let exact = ExactTexels::new(self.at.beam, size);
@@ -227,7 +231,7 @@ impl<'a> Search<'a> {
             self.at.progress.advance(1);
             let per_texel = scout.map.bytes() as f64 / f64::from(SCOUT).powi(2);
             if let Map::Grid(map) = &scout.map {
-                // The same at every resolution.
+                // A grid is the same at every resolution.
                 let (size, bytes) = (self.at.settings.map.size, map.bytes() as f64);
                 if self.budget.is_none_or(|b| b.allows(bytes, f64::from(size).powi(2))) {
                     candidates.push(Candidate { method, size, bytes, expected: scout.errors.rms });
@@ -259,7 +263,7 @@ impl<'a> Search<'a> {
         self.points.errors(accuracy::Place::Volume, map, window)
     }
 
-    /// Why nothing was chosen, with what came closest.
+    /// The error if no map was chosen, with the one that came closest.
     fn failed(&self, closest: Option<&Tried<'_>>) -> Error {
         let Some(tried) = closest else {
             return Error::value("max-map-bytes", "no map tried is as small as that");
@@ -274,7 +278,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A map with what was measured of it.
+/// A map with a certificate of what was measured.
 fn certified(tried: Tried<'_>) -> Certified {
     let mut certificate = format!(
         "{}: at {} random points of the volume (seed {SEED}, filter {}) transmittance differs \

@@ -1,32 +1,32 @@
-//! What is compared: settings with a label.
+//! The methods that are compared: variants of settings, with labels.
 
 use crate::error::{Error, Result};
 use crate::settings::{Crossing, Lookup, MapKind, Settings};
 
-/// One way to make and read a shadow map.
+/// A way to build and read a shadow map.
 #[derive(Clone, Debug)]
 pub struct Method {
-    /// `KIND` or `KIND@VARIANT`, as it is typed.
+    /// `KIND` or `KIND@VARIANT`, as a user types it.
     pub label: String,
     /// The kind of map.
     pub kind: MapKind,
     variant: Variant,
 }
 
-/// What differs from a kind's usual settings.
+/// The difference from a kind's usual settings.
 #[derive(Clone, Copy, Debug)]
 enum Variant {
     Usual,
-    /// As the threshold map's paper has it: its lookup and its crossing.
+    /// The lookup and the crossing of the threshold map's paper.
     Paper,
     /// The paper's cheaper crossing.
     Bucket,
-    /// Every fragment.
+    /// Every fragment is kept.
     Raw,
     Tolerance(f64),
 }
 
-/// Variants measured beside every kind at its usual number.
+/// Variants that are measured in addition to every kind with its default number.
 const VARIANTS: [&str; 8] = [
     "threshold@paper",
     "threshold@bucket",
@@ -39,7 +39,7 @@ const VARIANTS: [&str; 8] = [
 ];
 
 impl Method {
-    /// Every kind at its usual number, and the variants.
+    /// Every kind with its default number, and the variants.
     pub fn all() -> Vec<Self> {
         let kinds = MapKind::all().map(Self::usual);
         let variants = VARIANTS.iter().filter_map(|label| Self::parse(label).ok());
@@ -56,7 +56,7 @@ impl Method {
         Self { label: kind.to_string(), kind, variant: Variant::Usual }
     }
 
-    /// The method of one label.
+    /// The method for a label.
     ///
     /// # Errors
     /// If there is no such kind or variant.
@@ -82,10 +82,10 @@ impl Method {
         Ok(Self { label: label.to_owned(), kind, variant })
     }
 
-    /// The methods of labels with commas between them.
+    /// The methods for labels that are separated by commas.
     ///
     /// # Errors
-    /// If one is unknown or stands there twice.
+    /// If a label is unknown or occurs twice.
     pub fn list(text: &str) -> Result<Vec<Self>> {
         let methods = text.split(',').map(|label| Self::parse(label.trim()));
         let methods = methods.collect::<Result<Vec<_>>>()?;
@@ -98,7 +98,7 @@ impl Method {
         Ok(methods)
     }
 
-    /// `settings` with what this method changes.
+    /// `settings` with the changes of this method.
     #[must_use]
     pub fn settings(&self, settings: &Settings) -> Settings {
         let mut settings = settings.with(|s| s.map.kind = Some(self.kind));
@@ -118,10 +118,11 @@ impl Method {
     }
 }
 
-/// Exponential shadow tests are no transmittance that could be held against the truth.
+/// Checks the filter: exponential shadow tests are not a transmittance that could be compared with
+/// the truth.
 ///
 /// # Errors
-/// If `settings` ask for them.
+/// If `settings` use them.
 pub fn check_filter(settings: &Settings) -> Result<()> {
     if settings.map.filter.window().1 {
         let name = settings.map.filter.name();

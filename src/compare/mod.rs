@@ -1,5 +1,5 @@
-//! Ways to make shadow maps held against each other and against the truth: what each comes to
-//! ([`Bench`]), and the one that keeps a limit ([`choose`]).
+//! Compares ways to make shadow maps with each other and with the truth: measurements of each
+//! ([`Bench`]), and the choice of the one that keeps a limit ([`choose`]).
 
 mod bench;
 mod budget;

@@ -1,5 +1,5 @@
-//! Scenes of any magnitude: what they take is bounded by what is asked for, and what they give are
-//! numbers, or an error of one line. Samples are counted, not timed.
+//! Tests of scenes of any magnitude: their cost is bounded by what is requested, and their results
+//! are finite numbers or an error of one line. Samples are counted, not timed.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use std::sync::Arc;
@@ -32,7 +32,7 @@ impl Random {
         (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Mostly ordinary, else anything from 1e-30 to 1e30.
+    /// Mostly of ordinary size, else anything from 1e-30 to 1e30.
     fn magnitude(&mut self) -> f64 {
         let power = if self.unit() < 0.7 { 2.0 } else { 60.0 };
         10.0_f64.powf((self.unit() - 0.5) * power)
@@ -56,7 +56,7 @@ fn settings(kind: MapKind, size: u32) -> Settings {
     })
 }
 
-/// What some work gives, and how many samples of density it takes.
+/// The result of some work, and the number of density samples that it takes.
 fn counted<T: Send>(work: impl FnOnce() -> T + Send) -> (T, u64) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
@@ -70,7 +70,7 @@ fn render(scene: &Scene, settings: &Settings) -> (Result<Image>, u64) {
     counted(|| CpuBackend.render(scene, settings, &Silent))
 }
 
-/// A cube with edges of `edge` around `center`, of `voxels` along each.
+/// A cube with edges of length `edge` around `center`, with `voxels` voxels along each.
 fn cube(voxels: usize, center: DVec3, edge: f64) -> Arc<Volume> {
     let bounds = Aabb { min: center - 0.5 * edge, max: center + 0.5 * edge };
     let placement = world_from_index_in_bounds([voxels; 3], &bounds, Axis::Y).unwrap();
@@ -98,7 +98,7 @@ fn seen(media: Media, size: f64) -> Scene {
     }
 }
 
-/// The common index space of both is as fine as the smaller one, whatever its scale.
+/// The common index space of both is as fine as the smaller body, whatever its scale.
 #[test]
 fn bodies_of_any_scale_take_as_many_samples_as_their_voxels_ask_for() {
     for kind in [MapKind::Fragments, MapKind::Threshold, MapKind::Grid(8)] {
@@ -134,7 +134,7 @@ fn voxels_as_flat_as_numbers_allow_take_no_more_samples() {
     }
 }
 
-/// A scene of any magnitudes in any key.
+/// A scene with any magnitude in each key.
 fn any_scene(random: &mut Random) -> Scene {
     let bodies = 1 + usize::from(random.chance(0.3));
     let bodies = (0..bodies).map(|_| {
@@ -211,18 +211,18 @@ fn scenes_of_any_magnitude_give_numbers_or_one_line_within_a_bound() {
             }
         }
     }
-    // For 16 rays to the light and 16 to the camera each.
+    // With 16 rays to the light and 16 to the camera each.
     let per_ray = most / 32;
     eprintln!("{pictures} pictures, {per_ray} samples a ray");
     assert!(pictures > 500, "only {pictures} of 1000 are pictures");
     assert!(per_ray < MOST_SAMPLES, "{per_ray} samples a ray");
 }
 
-/// Samples a ray: eight voxels' lengths a body, and a few batches more for every step in which
-/// light fades.
+/// Samples per ray: eight per voxel length of each body, and a few batches more for every step in
+/// which the light fades.
 const MOST_SAMPLES: u64 = 20_000;
 
-/// One picture in every unit, to what 8 bits tell.
+/// The same picture in every unit, up to 8-bit differences.
 #[test]
 fn lengths_are_of_any_unit() {
     for point in [false, true] {
@@ -248,7 +248,7 @@ fn lengths_are_of_any_unit() {
     }
 }
 
-/// Values far beyond a ramp's end glow as at its end.
+/// Values far beyond a ramp's end emit the same as those at its end.
 #[test]
 fn emission_of_huge_values_is_that_at_the_ramps_end() {
     let picture = |brightest: f32| {

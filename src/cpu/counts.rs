@@ -1,5 +1,5 @@
-//! How many samples of density the passes take: what speed comes down to on any machine. Other
-//! backends take the same steps.
+//! Tests of how many density samples the passes take, which determines their speed on any machine.
+//! Other backends take the same steps.
 #![allow(clippy::unwrap_used)]
 
 use super::{march_view, trace_slices, trace_threshold};
@@ -13,7 +13,7 @@ use crate::scene::descriptor;
 use crate::volume::Axis;
 use crate::volume::presets::Preset;
 
-/// Samples a ray of (threshold map, fragment map, picture), rays that miss counted too, at 64 x 64.
+/// Samples per ray of (threshold map, fragment map, picture) at 64 x 64; rays that miss count too.
 const EXPECTED: [(Preset, [f64; 3]); 4] = [
     (Preset::Box, [20.6, 92.9, 16.3]),
     (Preset::Bucky, [78.8, 129.4, 47.9]),
@@ -21,7 +21,7 @@ const EXPECTED: [(Preset, [f64; 3]); 4] = [
     (Preset::Clouds, [46.0, 112.0, 14.9]),
 ];
 
-/// Samples that some work takes on a thread of its own.
+/// Number of samples that some work takes on a thread of its own.
 fn samples(work: impl FnOnce() + Send) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let count = pool.install(|| {
@@ -55,7 +55,7 @@ fn passes_take_no_more_samples_than_they_did() {
             samples(|| drop(march_view::march_view(media, &frame, &map, &Silent))),
         ];
         found.push(format!("{preset:?} {counts:.1?}"));
-        // Fewer are news too: the table then holds a bound that guards nothing.
+        // Fewer samples fail too, because the table would then be too loose a bound.
         same &= counts.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 0.02 * b);
     }
     assert!(same, "samples a ray are now {found:#?}");

@@ -1,5 +1,5 @@
-//! What a camera sees as a deep image: the medium and the ground along each pixel's central ray,
-//! each piece with its distances, so that compositing programs can put things between them.
+//! The camera's view as a deep image: the medium and the ground along each pixel's central ray,
+//! each piece with its distances, so that compositing programs can insert objects between them.
 
 use glam::Vec3;
 
@@ -10,17 +10,18 @@ use crate::kernel::view::{camera_ray, ground_distance};
 use crate::scene::Media;
 use crate::shadow::Map;
 
-/// Opacity up to which steps next to each other are one sample.
+/// Adjacent steps are merged into one sample up to this opacity.
 const MERGED_OPACITY: f32 = 1.0 / 64.0;
 
 /// A piece of a pixel's ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeepSample {
-    /// Distance from the camera's origin along the ray where it begins, in world lengths.
+    /// Distance in world lengths, from the camera's origin along the ray, where it begins.
     pub front: f32,
-    /// Distance where it ends; `front` for the ground.
+    /// Distance in world lengths where it ends; equal to `front` for the ground.
     pub back: f32,
-    /// Radiance that it sends to the camera, as if nothing stood before it (premultiplied).
+    /// Radiance that it sends to the camera, without attenuation by pieces in front of it
+    /// (premultiplied by its opacity).
     pub radiance: Vec3,
     /// Its own opacity, 0..1.
     pub alpha: f32,
@@ -32,14 +33,15 @@ pub struct DeepView<'a> {
 }
 
 impl<'a> DeepView<'a> {
-    /// The view of `media` under `frame`, lit through `map`. Rays go through the centres of pixels,
-    /// whatever the frame's samples, and shading is single scattering.
+    /// The view of `media` with the parameters `frame`, lit through `map`. Rays go through the
+    /// centres of pixels, whatever the frame's samples, and shading is single scattering.
     pub fn new(media: &'a Media, frame: &'a Frame, map: &'a Map) -> Self {
         Self { view: View { sampler: Sampler::of(media), frame, map } }
     }
 
-    /// The samples of pixel (`x`, `y`), row 0 on top, from front to back and without overlap. Steps
-    /// of the march next to each other are one sample while that takes less than 1/64 of the light.
+    /// The samples of pixel (`x`, `y`), row 0 on top, from front to back and without overlap.
+    /// Adjacent steps of the march are merged into one sample as long as it takes less than 1/64 of
+    /// the light.
     pub fn pixel(&self, x: u32, y: u32) -> Vec<DeepSample> {
         let frame = self.view.frame;
         let [width, height] = [frame.view.width, frame.view.height];
@@ -65,7 +67,7 @@ impl<'a> DeepView<'a> {
             let radiance = self.view.lit_ground(ray.at(ground));
             samples.push(DeepSample { front: ground, back: ground, radiance, alpha: 1.0 });
         }
-        // One over the unit that the frame computes in.
+        // One over the unit in which the frame computes.
         let unit = 1.0 / frame.view.per_world;
         for sample in &mut samples {
             (sample.front, sample.back) = (sample.front * unit, sample.back * unit);

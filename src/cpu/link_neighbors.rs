@@ -1,9 +1,10 @@
-//! Pass `link_neighbors`: from each node to the nearest in depth of the texels right and above.
+//! Pass `link_neighbors`: links each node to the depth-nearest nodes of the texels to the right and
+//! above.
 
 use crate::parallel;
 use crate::shadow::{Links, NO_LINK, Runs, nearest_nodes};
 
-/// Links of all nodes of a map of `size` squared texels.
+/// The links of all nodes of a map of `size` squared texels.
 pub(super) fn link_neighbors(runs: &Runs, size: u32) -> Links {
     let size = size as usize;
     let rows = parallel::map(0..size, |y| {

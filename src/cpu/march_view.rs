@@ -1,5 +1,5 @@
-//! Pass `march_view`: from the camera through the volume, each step lit through the shadow map, and
-//! on to the ground or the background.
+//! Pass `march_view`: marches from the camera through the volume, lights each step through the
+//! shadow map, and continues to the ground or the background.
 
 use std::cell::Cell;
 
@@ -55,46 +55,46 @@ pub(super) fn march_view(
     image
 }
 
-/// What a camera ray meets.
+/// The surroundings of a camera ray.
 pub(super) struct View<'a> {
     pub(super) sampler: Sampler<'a>,
     pub(super) frame: &'a Frame,
     pub(super) map: &'a dyn Shadow,
 }
 
-/// The part of a camera ray in the volume, cut into steps.
+/// The part of a camera ray inside the volume, cut into steps.
 pub(super) struct Steps {
     enter: f32,
     exit: f32,
-    /// As many as it takes where steps are shortest.
+    /// The number of steps if all had the shortest length.
     count: u32,
     index_ray: Ray,
 }
 
-/// Four steps of equal length, with two samples each.
+/// Four steps of equal length with two density samples each.
 struct Batch<'a> {
-    /// In index space.
+    /// The ray in index space.
     ray: &'a Ray,
     begin: f32,
     step: f32,
 }
 
 impl Batch<'_> {
-    /// Distance of sample `k`.
+    /// Distance of sample `k`, 0 to 7.
     fn sample(&self, k: usize) -> f32 {
         self.begin + (0.25 + 0.5 * k as f32) * self.step
     }
 }
 
-/// What a step, or several, add to a picture.
+/// What a step, or several steps together, add to a picture.
 pub(super) struct Added {
     /// Distances where it begins and ends.
     pub(super) part: [f32; 2],
-    /// Its share of the ray's light: opacity behind what stands before it.
+    /// Its share of the ray's light, 0..1: its opacity, attenuated by what lies in front of it.
     pub(super) weight: f32,
-    /// Transmittance from the camera in front of it.
+    /// Transmittance from the camera to its front.
     pub(super) through: f32,
-    /// Radiance that reaches the camera from it.
+    /// Radiance from it that reaches the camera.
     pub(super) radiance: Vec3,
 }
 
@@ -115,7 +115,7 @@ impl View<'_> {
         light.extend(1.0 - through) + through * behind.truncate().extend(behind.w)
     }
 
-    /// Radiance of the ground at a point of it.
+    /// Radiance of the ground at a point.
     pub(super) fn lit_ground(&self, point: Vec3) -> Vec3 {
         let mut light = light_coordinates(self.frame, point);
         light.z = surface_depth(self.frame, light);
@@ -158,8 +158,9 @@ impl View<'_> {
         (light, through)
     }
 
-    /// Calls `visit` for what steps add, in order. A step takes two samples of density; a step, or
-    /// several that add little, take one of the light. The transmittance of the whole ray.
+    /// Calls `visit` for the contributions of steps, in order, and returns the transmittance of the
+    /// whole ray. Each step takes two density samples; each step, or several that add little, take
+    /// one light sample.
     pub(super) fn scatter(&self, ray: &Ray, steps: &Steps, mut visit: impl FnMut(Added)) -> f32 {
         let frame = self.frame;
         let light = arriving(frame, ray, ray.origin);
@@ -176,9 +177,9 @@ impl View<'_> {
         if through >= opaque { through } else { 0.0 }
     }
 
-    /// The batch of steps from `t` on, and its samples' optical depths: as long as the walk allows,
-    /// cut until no sample is thicker than the frame allows, behind a transmittance from the
-    /// camera.
+    /// The batch of steps from `t` on, with its samples' optical depths: as long as the walk
+    /// allows, and shortened until no sample is thicker than the frame allows. `through` is the
+    /// transmittance from the camera to `t`.
     fn cut<'r>(
         &self,
         walk: &Walk<'_>,
@@ -216,8 +217,8 @@ impl View<'_> {
         }
     }
 
-    /// Calls `visit` for what a batch of steps adds; the transmittance behind it. `light` is what
-    /// arrives anywhere if it is parallel.
+    /// Calls `visit` for the contributions of a batch of steps, and returns the transmittance
+    /// behind it. For parallel light, `light` is what arrives anywhere.
     fn batch(
         &self,
         (ray, light): (&Ray, &Arriving),
@@ -256,8 +257,8 @@ impl View<'_> {
         added.through
     }
 
-    /// Light that a piece of a ray, around a place and of half a length, sends to the camera per
-    /// unit of opacity.
+    /// Radiance that the piece of a ray within `half` of distance `at` sends to the camera per unit
+    /// of opacity.
     fn source(
         &self,
         (ray, light): (&Ray, &Arriving),
@@ -272,8 +273,8 @@ impl View<'_> {
         source_along(&self.sampler, self.frame, &piece, &light, transmittance)
     }
 
-    /// Radiance that reaches the camera of what samples emit, each behind as much of itself as lies
-    /// in front of it; `before` is the transmittance in front of the first.
+    /// Radiance that the samples emit and that reaches the camera, attenuated by the samples in
+    /// front of each. `before` is the transmittance from the camera to the first sample.
     fn emitted(&self, batch: &Batch<'_>, before: f32, taus: [Vec4; 2]) -> Vec3 {
         let half = 0.25 * batch.step;
         let (mut sum, mut through) = (Vec3::ZERO, before);
@@ -287,8 +288,9 @@ impl View<'_> {
         sum
     }
 
-    /// The paper's shading: the sampled value as colour and opacity, accumulated unshadowed, then
-    /// darkened by the plain average of the opacities looked up at equal distances along the ray.
+    /// The paper's shading: accumulates the sampled value, as colour and opacity, without shadows,
+    /// then darkens it by the plain average of the opacities looked up at equal distances along the
+    /// ray.
     fn paper_shading(&self, ray: &Ray, steps: &Steps) -> (Vec3, f32) {
         let frame = self.frame;
         let length = steps.exit - steps.enter;

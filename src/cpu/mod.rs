@@ -1,5 +1,5 @@
-//! The CPU backend: the passes on all cores. It is the default on machines without a GPU and the
-//! referee of the other backends.
+//! The CPU backend: the passes on all cores. It is the default on machines without a GPU, and the
+//! reference for other backends.
 
 #[cfg(test)]
 mod bounds;
@@ -27,13 +27,13 @@ use crate::settings::MapKind;
 use crate::shadow::{Codec, Links, Map, Runs, Shadow, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
 
-/// Renders with rayon's current thread pool.
+/// Renders on rayon's current thread pool.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CpuBackend;
 
 impl CpuBackend {
-    /// A picture lit through anything that answers as a shadow map does: pass `march_view` for maps
-    /// that are none of [`Map`]'s.
+    /// A picture lit through anything that implements [`Shadow`]: pass `march_view` for maps that
+    /// are not a [`Map`].
     pub fn march_view_through(
         self,
         media: &Media,
@@ -73,7 +73,7 @@ impl Passes for CpuBackend {
         Ok(trace_threshold::trace_threshold(media, frame, progress))
     }
 
-    /// Takes no more than the nodes that it returns: `memory` is never reached.
+    /// Allocates no more than the nodes that it returns, so `memory` is never reached.
     fn trace_slices(
         &self,
         media: &Media,
@@ -84,7 +84,7 @@ impl Passes for CpuBackend {
         trace_slices::trace_slices(media, frame, progress)
     }
 
-    /// Rows of texels are the tiles, whose lists are small: `memory` is never reached.
+    /// Tiles are pieces of rows of texels, whose lists are small, so `memory` is never reached.
     fn raster_slices(
         &self,
         media: &Media,

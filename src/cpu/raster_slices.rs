@@ -1,6 +1,6 @@
-//! Pass `raster_slices`: planes through the volume, drawn from the last to the first into linked
-//! lists of fragments, which `sort_fragments` sorts. The twin of the GPU's lists, not of its
-//! rasteriser: pieces of rows of texels are its tiles.
+//! Pass `raster_slices`: draws planes through the volume, from the last to the first, into linked
+//! lists of fragments, which `sort_fragments` sorts. It is the twin of the GPU's lists, not of its
+//! rasteriser: its tiles are pieces of rows of texels.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Fragment, FragmentLists, Runs};
 
-/// Nodes of all texels, row 0 at v = 0.
+/// The nodes of all texels, row 0 at v = 0.
 pub(super) fn raster_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
     let sampler = Sampler::of_extinction(media);
     let size = frame.map.size as usize;

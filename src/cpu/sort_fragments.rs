@@ -1,10 +1,10 @@
-//! Pass `sort_fragments`: linked lists, sorted by depth, as nodes in contiguous runs.
+//! Pass `sort_fragments`: sorts linked lists by depth and turns them into contiguous runs of nodes.
 
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::shadow::{FragmentLists, Runs};
 
-/// The nodes of all lists: fitted within the frame's tolerance, or raw and truncated.
+/// The nodes of all lists, fitted within the frame's tolerance, or raw and truncated.
 pub(super) fn sort_fragments(lists: &FragmentLists, frame: &Frame) -> Result<Runs> {
     let (tolerance, truncation) = (frame.map.tolerance, frame.map.truncation);
     let mut runs = Runs::default();

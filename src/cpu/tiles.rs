@@ -1,6 +1,6 @@
-//! Work on maps and pictures in tiles over all threads: neighbours read the same voxels and texels,
-//! which a core's caches still hold when the next row of a tile is due, but not when the next row
-//! of a picture is.
+//! Work on maps and pictures in tiles over all threads. Neighbours read the same voxels and texels;
+//! a core's cache still holds them for the next row of a tile, but not for the next row of a
+//! picture.
 
 use std::ops::Range;
 
@@ -43,8 +43,8 @@ pub(super) fn fill<T: Copy + Send + Sync, S>(
     });
 }
 
-/// The lists of a map of `size` squared texels, row after row; `lists` gives those of the columns
-/// of a row.
+/// The lists of a map of `size` squared texels, row after row; `lists` returns those of some
+/// columns of a row.
 pub(super) fn runs<T: Copy + Default + Send>(
     size: usize,
     progress: &dyn Progress,

@@ -1,4 +1,5 @@
-//! Pass `trace_coded`: every slab of every texel's ray, in order, into a fixed number of bytes.
+//! Pass `trace_coded`: encodes the slabs of every texel's ray, in order, in a fixed number of
+//! bytes.
 
 use rayon::prelude::*;
 
@@ -11,7 +12,7 @@ use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Codec, TexelRay};
 
-/// The bytes of all texels, row 0 at v = 0. The frame asks for all nodes.
+/// The bytes of all texels, row 0 at v = 0. The frame must ask for all nodes.
 pub(super) fn trace_coded(
     media: &Media,
     frame: &Frame,

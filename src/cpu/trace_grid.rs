@@ -1,4 +1,4 @@
-//! Pass `trace_grid`: from the centre of every cell of a grid to the light.
+//! Pass `trace_grid`: marches from the centre of every cell of a grid to the light.
 
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;

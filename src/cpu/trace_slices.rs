@@ -1,4 +1,4 @@
-//! Pass `trace_slices`: every slab of every texel's ray, in order, into nodes.
+//! Pass `trace_slices`: turns the slabs of every texel's ray, in order, into nodes.
 
 use std::cell::Cell;
 
@@ -14,7 +14,7 @@ use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Runs, truncate};
 
-/// Nodes of all texels, row 0 at v = 0.
+/// The nodes of all texels, row 0 at v = 0.
 pub(super) fn trace_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
     let sampler = Sampler::of_extinction(media);
     let size = frame.map.size as usize;
@@ -29,7 +29,7 @@ pub(super) fn trace_slices(media: &Media, frame: &Frame, progress: &dyn Progress
     })
 }
 
-/// One texel's nodes, in place of what `nodes` held.
+/// Replaces the contents of `nodes` by those of one texel.
 pub(super) fn trace_texel(
     sampler: &Sampler<'_>,
     frame: &Frame,
@@ -50,7 +50,7 @@ pub(super) fn trace_texel(
     'ray: while t < slabs.exit {
         let of = |step: f32| batch_of(frame, &slabs, t, step, next);
         let depths = |step: f32| four_optical_depths(sampler, frame, &slabs, &of(step), &met);
-        // Planes are where they are.
+        // Slabs between planes have a fixed length, so nothing is shortened there.
         let bend = if frame.map.planes > 0 { f32::INFINITY } else { frame.map.slabs.limit };
         let limits = [bend, fitter.optical_depth()];
         let end = |step: f32| end_optical_depth(sampler, frame, &slabs, &of(step));

@@ -1,4 +1,4 @@
-//! Pass `trace_threshold`: from the light through every texel of the map.
+//! Pass `trace_threshold`: marches from the light through every texel of the map.
 
 use std::cell::Cell;
 
@@ -32,19 +32,19 @@ pub(super) fn trace_threshold(
     texels
 }
 
-/// Steps of a ray that follow one another.
+/// Four steps of a ray in sequence.
 #[derive(Clone, Copy)]
 struct Batch {
     /// Depth where they begin, and the length of each.
     begin: f32,
     step: f32,
-    /// Optical depth in front of them and of each.
+    /// Optical depth in front of them, and that of each.
     before: f32,
     taus: Vec4,
 }
 
 impl Batch {
-    /// Optical depths where the steps begin, and where the last one ends.
+    /// Optical depths at the begin of each step, and at the end of the last one.
     fn reached(&self) -> [f32; 5] {
         let mut reached = [self.before; 5];
         for (i, tau) in self.taus.to_array().into_iter().enumerate() {
@@ -53,7 +53,7 @@ impl Batch {
         reached
     }
 
-    /// The depth of a level that is reached in it.
+    /// The depth where the optical depth `wanted` is reached, which must be in the batch.
     fn depth_of(&self, crossing: u32, wanted: f32) -> f32 {
         let reached = self.reached();
         let [a, b, c, d] = self.taus.to_array();
@@ -64,7 +64,7 @@ impl Batch {
     }
 }
 
-/// One texel. `batches` is scratch.
+/// The four numbers of a texel. `batches` is scratch memory.
 fn trace_texel(
     sampler: &Sampler<'_>,
     frame: &Frame,

@@ -1,4 +1,4 @@
-//! Pass `trace_visibility`: every slab of every texel's ray, in order, into points of
+//! Pass `trace_visibility`: turns the slabs of every texel's ray, in order, into points of
 //! transmittance.
 
 use super::tiles;
@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Runs, VisibilityPoint, fit_visibility};
 
-/// The points of all texels, row 0 at v = 0. The frame asks for all nodes.
+/// The points of all texels, row 0 at v = 0. The frame must ask for all nodes.
 pub(super) fn trace_visibility(
     media: &Media,
     frame: &Frame,

@@ -1,19 +1,20 @@
-//! Memory whose amount a file or an option decides: asked for where the system may refuse it, so
-//! that a refusal is an error of one line and no abort. It knows nothing of what is kept in it.
+//! Fallible allocation, for memory whose amount a file or an option determines. If the system
+//! refuses it, the result is an error of one line and not an abort. Knows nothing of what the
+//! memory is used for.
 
 use super::{Error, ErrorKind, Result};
 
-/// An empty vector with room for `count` items; `what` names them for people.
+/// An empty vector with room for `count` items; `what` names them in the error.
 ///
 /// # Errors
-/// [`ErrorKind::Limit`] if there is no memory for them.
+/// [`ErrorKind::Limit`] if there is not enough memory.
 pub fn room<T>(count: usize, what: &str) -> Result<Vec<T>> {
     let mut items = Vec::new();
     reserve(&mut items, count, what)?;
     Ok(items)
 }
 
-/// `count` times `value`.
+/// A vector of `count` copies of `value`.
 ///
 /// # Errors
 /// As [`room`].
@@ -23,7 +24,7 @@ pub fn filled<T: Clone>(count: usize, value: T, what: &str) -> Result<Vec<T>> {
     Ok(items)
 }
 
-/// The items of a slice.
+/// A vector with the items of a slice.
 ///
 /// # Errors
 /// As [`room`].
@@ -33,7 +34,7 @@ pub fn copied<T: Clone>(items: &[T], what: &str) -> Result<Vec<T>> {
     Ok(copy)
 }
 
-/// What an iterator yields, of which it knows the number.
+/// A vector with the items of an iterator of known length.
 ///
 /// # Errors
 /// As [`room`].
@@ -43,7 +44,7 @@ pub fn collected<T>(items: impl ExactSizeIterator<Item = T>, what: &str) -> Resu
     Ok(all)
 }
 
-/// Makes room for `more` items behind those of `items`, no more than is needed.
+/// Reserves exactly enough room for `more` further items.
 ///
 /// # Errors
 /// As [`room`].
@@ -51,8 +52,8 @@ pub fn reserve<T>(items: &mut Vec<T>, more: usize, what: &str) -> Result<()> {
     items.try_reserve_exact(more).map_err(|_| refused(items.len(), more, size_of::<T>(), what))
 }
 
-/// Makes room for `more` items behind those of a vector that goes on growing, so that all of its
-/// moves together take no longer than it is.
+/// Reserves room for `more` further items in a vector that keeps growing. The capacity at least
+/// doubles where possible, so that all its moves together take linear time.
 ///
 /// # Errors
 /// As [`room`].
@@ -60,12 +61,12 @@ pub fn grow<T>(items: &mut Vec<T>, more: usize, what: &str) -> Result<()> {
     if items.try_reserve(more).is_ok() {
         return Ok(());
     }
-    // Twice as much may be too much where as much as is needed is not.
+    // Doubling may be too much where the required amount is not.
     reserve(items, more, what)
 }
 
-/// Makes sure that so many bytes could be had, for work that asks for them piece by piece and
-/// cannot be refused any.
+/// Checks that `bytes` bytes could be allocated, for work that allocates piece by piece in ways
+/// that cannot fail gracefully.
 ///
 /// # Errors
 /// As [`room`].

@@ -1,5 +1,6 @@
-//! The one error type of the crate: what went wrong, with the file and the number that is wrong;
-//! how it is said, and memory that may be refused. It knows nothing of any module that raises it.
+//! The crate's error type: what went wrong, with the file and the number in question. Its
+//! submodules format messages, and allocate memory that may be refused. Knows none of the modules
+//! that raise errors.
 
 pub mod memory;
 pub mod quote;
@@ -9,11 +10,11 @@ use std::path::{Path, PathBuf};
 
 use quote::{LONGEST_LINE, one_line};
 
-/// Short for results of this crate.
+/// The result type of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What went wrong; boxed so that results stay one word wide. Shown, it is one line of less than
-/// [`LONGEST_LINE`] characters in which nothing steers a terminal, whatever it quotes.
+/// What went wrong; boxed so that results are one word wide. Its text is one line of fewer than
+/// [`LONGEST_LINE`] characters, without characters that control a terminal, whatever it quotes.
 #[derive(Debug)]
 pub struct Error(Box<ErrorKind>);
 
@@ -29,19 +30,19 @@ impl std::error::Error for Error {
     }
 }
 
-/// Characters of a line that stay free for the name of a program.
+/// Characters of a line that are reserved for the name of a program.
 const ROOM: usize = 20;
 
-/// The kinds of failure, by who can act on them; their texts quote as it is what they hold.
+/// The kinds of failure, by who can act on them. Their fields hold quoted text unchanged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ErrorKind {
     /// The operating system refused to read or write `path`.
     #[error("{}: {source}", path.display())]
     File {
-        /// The file that was asked for.
+        /// The file that was to be read or written.
         path: PathBuf,
-        /// The system's reason.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The contents of `path` are not what they claim to be.
@@ -49,10 +50,10 @@ pub enum ErrorKind {
     Contents {
         /// The file that was read.
         path: PathBuf,
-        /// What is wrong with it, with the numbers.
+        /// What is wrong with it, with the numbers in question.
         why: String,
     },
-    /// A value given by the caller (an option, a key of a scene, an argument) cannot be used.
+    /// A value from the caller (an option, a key of a scene, an argument) cannot be used.
     #[error("{what}: {why}")]
     Value {
         /// The option, key or argument.
@@ -60,20 +61,20 @@ pub enum ErrorKind {
         /// Why it cannot be used.
         why: String,
     },
-    /// The work would take more memory or a larger resource than allowed.
+    /// The work would take more memory, or a larger resource, than allowed.
     #[error("{what}: needs {needed}, the limit is {limit}")]
     Limit {
         /// What was to be allocated.
         what: String,
-        /// How much it takes, with its unit.
+        /// The amount that it takes, with its unit.
         needed: String,
-        /// How much is allowed, with its unit.
+        /// The amount that is allowed, with its unit.
         limit: String,
     },
     /// The graphics device or its driver failed, or there is none.
     #[error("gpu: {why}")]
     Gpu {
-        /// The driver's or wgpu's words.
+        /// The message of the driver or of wgpu.
         why: String,
     },
 }
@@ -99,7 +100,7 @@ impl Error {
         ErrorKind::Value { what: what.into(), why: why.into() }.into()
     }
 
-    /// A failure of the graphics device; of the many lines that drivers say, one is made.
+    /// A failure of the graphics device; a driver's message of several lines becomes one line.
     pub fn gpu(why: impl Into<String>) -> Self {
         let why: String = why.into();
         let words: Vec<&str> = why.split_whitespace().collect();

@@ -1,21 +1,21 @@
-//! Text as people may see it, whatever it quotes: one line of bounded length, in which no character
-//! steers a terminal or hides. It knows nothing of who says what.
+//! Formats text for display, whatever it quotes: as one line of bounded length, without characters
+//! that control a terminal or are invisible. Knows nothing of where messages come from.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// The most characters of a line that the program says.
+/// The largest number of characters in a line that the program prints.
 pub const LONGEST_LINE: usize = 300;
 
-/// Stands for what was cut out.
+/// Replaces what was cut out.
 const GAP: &str = " ... ";
 
-/// `text` as one line of at most `longest` characters: what steers terminals or can't be seen is
-/// escaped as Rust writes it, and what is too long loses its middle, since messages begin with the
-/// place of a fault and end with the reason.
+/// `text` as one line of at most `longest` characters. Characters that control a terminal or are
+/// invisible are escaped as in Rust. A text that is too long loses its middle, since messages begin
+/// with the place of an error and end with its reason.
 pub fn one_line(text: &str, longest: usize) -> String {
     let mut line = String::new();
-    // A character is at least one afterwards, so that most of a long text need not be looked at.
+    // Escaping never shortens a text, so most of a long text need not be escaped.
     let text = shortened(text, longest);
     for c in text.chars() {
         if is_hidden(c) {
@@ -27,8 +27,8 @@ pub fn one_line(text: &str, longest: usize) -> String {
     shortened(&line, longest).into_owned()
 }
 
-/// JSON with everything that a terminal would obey or hide as `\u` and four digits, which stands
-/// for the same character: such characters only occur within strings.
+/// JSON in which every character that a terminal would interpret or hide is replaced by the
+/// equivalent `\u` and four digits; such characters occur only within strings.
 pub fn json(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
@@ -44,7 +44,7 @@ pub fn json(text: &str) -> String {
     shown
 }
 
-/// The first two thirds and the end, `longest` characters in all; all of what is no longer.
+/// The first two thirds and the end, `longest` characters in all; a shorter text is unchanged.
 fn shortened(text: &str, longest: usize) -> Cow<'_, str> {
     if text.chars().nth(longest).is_none() {
         return text.into();
@@ -57,8 +57,8 @@ fn shortened(text: &str, longest: usize) -> Cow<'_, str> {
     (start + GAP + &tail.into_iter().collect::<String>()).into()
 }
 
-/// Whether a character steers terminals (the controls of ASCII and of Latin 1), breaks lines, turns
-/// the direction of writing or has no width.
+/// Whether a character controls terminals (the control characters of ASCII and Latin-1), breaks
+/// lines, changes the writing direction or has no width.
 fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c,
@@ -75,7 +75,7 @@ mod tests {
         let text = "a\u{1b}[31mb\nc\u{9b}d\u{202e}e\u{7f}\u{2028}";
         let line = one_line(text, 300);
         assert_eq!(line, "a\\u{1b}[31mb\\nc\\u{9b}d\\u{202e}e\\u{7f}\\u{2028}");
-        // A line within a line is what it was.
+        // A line that is formatted again does not change.
         assert_eq!(one_line(&line, 300), line);
         assert_eq!(one_line("Wolke über µ", 300), "Wolke über µ");
     }

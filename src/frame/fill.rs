@@ -7,18 +7,20 @@ use super::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching};
 use crate::scene::{Beam, Light, LightKind, LightView, Media, Medium};
 use crate::settings::{Crossing, Lookup, Settings, Shading};
 
-/// How steep exponential shadow tests are over the depth of the volume (Annen et al. 2008 find 80
-/// the most that floats bear, which sets how close to a surface they are right).
+/// Steepness of exponential shadow tests over the depth of the volume. Annen et al. 2008 find that
+/// 80 is the most that floats can represent; it determines how close to a surface the tests are
+/// right.
 const EXPONENTIAL_SHARPNESS: f64 = 80.0;
-/// Transmittance below which a camera ray ends: a quarter of what an 8-bit picture can show.
+/// A camera ray ends where its transmittance falls below this: a quarter of what an 8-bit picture
+/// can show.
 const OPAQUE_TRANSMITTANCE: f64 = 1.0 / 1024.0;
 
-/// World space moved and scaled.
+/// Frame space: world space moved and scaled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Space {
     /// Its origin in the world.
     pub center: DVec3,
-    /// World lengths of one of its units.
+    /// World length of one unit.
     pub unit: f64,
 }
 
@@ -31,7 +33,7 @@ impl Space {
         self.point(world).extend(0.0)
     }
 
-    /// A difference of points.
+    /// Transforms a difference of two points.
     fn within(self, world: DVec3) -> Vec4 {
         along(world / self.unit)
     }
@@ -180,16 +182,19 @@ fn along(direction: DVec3) -> Vec4 {
     direction.as_vec3().extend(0.0)
 }
 
-/// The tolerance of fits. Exponential tests are made fragment by fragment: all of them are kept.
+/// The tolerance of fits. It is 0 for exponential tests, which are made fragment by fragment, so
+/// all fragments are kept.
 pub(super) fn tolerance(settings: &Settings) -> f64 {
     let (_, exponential) = settings.map.filter.window();
     if exponential { 0.0 } else { settings.finer(settings.map.fragments.tolerance) }
 }
 
-/// From frame space, of units of as many world lengths, to the light's, whose depths are in them
-/// too, and the irradiance there: that of a point or spot light is at a distance of a unit.
+/// The transform from frame space, whose unit is `unit` world lengths, to the light's space, with
+/// depths in the same unit; and the light's irradiance, for a point or spot light that at a
+/// distance of one unit.
 fn placed(light: &LightView, sun: &Light, world_from_frame: &DMat4, unit: f64) -> (DMat4, DVec3) {
-    // Depth is a length; with a position so are the other three, whose ratios count.
+    // Depth is a length. With a position the other three components are lengths too, but only their
+    // ratios matter.
     let (lengths, share) = match light.position {
         Some(_) => (DVec4::splat(1.0 / unit), 1.0 / (unit * unit)),
         None => (DVec4::new(1.0, 1.0, 1.0 / unit, 1.0), 1.0),

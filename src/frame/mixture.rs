@@ -1,10 +1,10 @@
-//! Media that are more than one density times a number, boiled down to f32: laid out as the shaders
-//! read them (`shaders/media/mixture.wgsl`).
+//! Media that are more than one density times a constant, converted to f32 in the layout that
+//! shaders read (`shaders/media/mixture.wgsl`).
 //!
 //! Colour and opacity over density become a table of integrals, so that a step through densities a
 //! to b takes their mean over all densities between (Engel, Kraus and Ertl 2001, in the
-//! approximation that neglects attenuation inside a step): thin bands of a transfer function are
-//! never stepped over.
+//! approximation that neglects attenuation inside a step). Thin bands of a transfer function are
+//! never skipped.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Vec4};
@@ -13,30 +13,29 @@ pub use crate::scene::transfer::TABLE_CELLS;
 use crate::scene::{Body, Emission, Media, TransferFunction};
 use crate::volume::Volume;
 
-/// Grids that shaders bind at most.
+/// The largest number of grids that shaders support.
 pub const MOST_FIELDS: usize = 8;
-/// Bodies that shaders know at most.
+/// The largest number of bodies that shaders support.
 pub const MOST_PARTS: usize = 8;
-/// Between densities that are closer than as many cells a function's mean comes from its values:
-/// integrals so close to each other have no digits left for their difference.
+/// If two densities are closer than this number of cells, a function's mean is computed from its
+/// values, since the difference of two nearly equal integrals would have no digits left.
 pub const LEAST_CELLS: f32 = 1.0;
-/// Cells beyond a table's ends that are still told apart: over more of them the function is as at
-/// its end.
+/// Positions are clamped to this many cells beyond a table's ends, where the function is constant.
 pub const FARTHEST_CELL: f32 = 16_777_216.0;
 
 /// A grid of numbers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Field {
-    /// Rows of the affine map from the media's index space to the grid's.
+    /// Rows of the affine transform from the media's index space to the grid's.
     pub index_from_media: [Vec4; 3],
-    /// xyz: lower corner of where it holds anything, in its index space; w: the number that a
-    /// stored value of 1 stands for.
+    /// xyz: lower corner of the grid's domain in its index space; w: the number for which a stored
+    /// value of 1 stands.
     pub domain_min: Vec4,
-    /// xyz: upper corner of that; w unused.
+    /// xyz: upper corner of that domain; w: unused.
     pub domain_max: Vec4,
-    /// xyz: one over the number of voxels along each axis; w: 1 if its index space is the media's
-    /// own.
+    /// xyz: one over the number of voxels along each axis; w: 1 if the grid's index space is the
+    /// media's own.
     pub voxel_share: Vec4,
 }
 
@@ -49,30 +48,30 @@ pub struct Part {
     /// x: extinction where density (with a transfer function: opacity) is 1; y: radiance per world
     /// length where colour and opacity of the emission are 1; zw unused.
     pub strength: Vec4,
-    /// The transfer function's table: first entry, 0 for no function or 1, density where it begins,
-    /// cells per unit of density.
+    /// The transfer function's table: x: its first entry; y: 1 if there is a function, else 0; z:
+    /// density where the table begins; w: cells per unit of density.
     pub transfer: Vec4,
-    /// The emission's table, likewise, over the values of its field.
+    /// The emission's table in the same layout, over the values of its field.
     pub emission: Vec4,
-    /// Fields, from 0: density; one more than the first of three for colour, than the one for
-    /// emission and than the one for modulation, 0 where there is none.
+    /// Indices of fields. x: density; y: the first of three for colour, z: emission, w: modulation;
+    /// y, z and w are one more than the index, 0 for none.
     pub fields: [u32; 4],
 }
 
-/// Everything that passes need to know of media that are not plain.
+/// Everything that passes need to know about media that are not plain.
 #[derive(Clone, Debug, Default)]
 pub struct Mixture<'a> {
     /// The bodies.
     pub parts: Vec<Part>,
-    /// The grids that they speak of.
+    /// The grids that the bodies use.
     pub fields: Vec<Field>,
-    /// The grids' numbers, as many as `fields`.
+    /// The volumes of `fields`, in the same order.
     pub volumes: Vec<&'a Volume>,
-    /// All functions' tables, one behind the other: (red, green, blue) times opacity, and opacity.
-    /// First [`TABLE_CELLS`] + 1 values where cells begin and end, then as many integrals up to
-    /// there, in cells.
+    /// The tables of all functions, one after another: (red, green, blue) times opacity, and
+    /// opacity. Each has [`TABLE_CELLS`] + 1 values at the edges of cells, then as many integrals
+    /// up to there, in units of cells.
     pub tables: Vec<Vec4>,
-    /// World lengths of a unit that extinction and emission count ([`Media::unit`]).
+    /// World length of the unit in which extinction and emission are given ([`Media::unit`]).
     unit: f64,
 }
 
@@ -141,8 +140,8 @@ impl<'a> Mixture<'a> {
         let cell = (high - low).max(1e-30) / f64::from(TABLE_CELLS);
         let first = self.tables.len();
         let edge = |i: u32| low + f64::from(i) * cell;
-        // Each value is the function's mean by a hat that falls to the neighbours: lines between
-        // such values hold what the function does, wherever it jumps.
+        // Each value is the function's mean under a hat that falls to zero at the neighbouring
+        // edges; so linear interpolation preserves the function's integral, wherever it jumps.
         let weighted = |value: f64| -> DVec4 {
             let (color, opacity) = function.at(value);
             (color * opacity).extend(opacity)
@@ -164,9 +163,9 @@ impl<'a> Mixture<'a> {
     }
 }
 
-/// The mean of colour times opacity, and of opacity, between two values, times a weight that is
-/// linear between what it is at them: all three factors are linear between points, which Simpson's
-/// rule integrates exactly.
+/// The mean of colour times opacity, and of opacity, between two values, weighted by a linear
+/// function with the given values at both ends. All three factors are linear between points, so
+/// Simpson's rule is exact.
 fn mean(function: &TransferFunction, [from, to]: [f64; 2], weights: [f64; 2]) -> DVec4 {
     let points = function.points();
     let begin = points.partition_point(|point| point.value <= from);
@@ -184,7 +183,7 @@ fn mean(function: &TransferFunction, [from, to]: [f64; 2], weights: [f64; 2]) ->
 }
 
 fn simpson(function: &TransferFunction, [from, to]: [f64; 2], weights: [f64; 2]) -> DVec4 {
-    // Inside the piece, so that a jump at either end is not read from its other side.
+    // Evaluated inside the piece, so that a jump at an end is not read from its other side.
     let inside = |share: f64| {
         let (color, opacity) = function.at(from + share * (to - from));
         color.extend(opacity)

@@ -1,11 +1,11 @@
-//! One picture boiled down to f32: the numbers that both backends see, laid out as the shaders read
-//! them (`shaders/kernel/frame.wgsl`). Made once from a scene in f64, so that a difference between
-//! backends cannot come from the set-up. Knows no backend.
+//! The parameters of one picture in f32, which both backends use, in the layout that the shaders
+//! read (`shaders/kernel/frame.wgsl`). They are computed once from a scene in f64, so that a
+//! difference between backends cannot come from the set-up. Knows no backend.
 //!
-//! Positions are in *frame space*: world space moved so that the volume's centre is the origin,
-//! which keeps f32 sharp for volumes far from the world's origin, and in units of the media
-//! ([`crate::scene::Media::unit`]) where they are tiny or huge; in what follows, lengths are of
-//! such units.
+//! Positions are in *frame space*. That is world space moved so that the volume's centre is the
+//! origin, which keeps f32 accurate for volumes far from the world's origin. Its unit is
+//! [`crate::scene::Media::unit`], which differs from a world length for tiny or huge media. Lengths
+//! and depths in this module have that unit.
 
 mod fill;
 mod mixture;
@@ -28,14 +28,14 @@ pub use steps::{
 };
 use steps::{UNLIMITED, marching};
 
-/// Optical depth over the media's diagonal at most: f32 then holds all sums.
+/// Largest optical depth over the media's diagonal, so that sums fit f32.
 const MOST_OPTICAL_DEPTH: f64 = 1e30;
 
-/// Parameters of a frame, in uniform-buffer layout.
+/// The parameters of a frame, in uniform-buffer layout.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Frame {
-    /// What the media are, and where.
+    /// The media's properties and position.
     pub media: FrameMedia,
     /// The light.
     pub light: FrameLight,
@@ -46,8 +46,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Whether pictures need no more than parallel light, the default lookup, the bilinear filter,
-    /// exact shadow tests and single scattering.
+    /// Whether pictures need only parallel light, the default lookup, the bilinear filter, exact
+    /// shadow tests and single scattering.
     pub fn is_usual(&self) -> bool {
         let (view, map) = (&self.view, &self.map);
         map.lookup == 0
@@ -62,8 +62,8 @@ impl Frame {
     /// The frame of `beam` under `settings`.
     ///
     /// # Errors
-    /// If a scene is too large or too far away for f32, or if a light among the media is to be
-    /// shaded as in the paper.
+    /// If a scene is too large or too far away for f32, or if the paper's shading is requested for
+    /// a light among the media.
     pub fn new(beam: &Beam, settings: &Settings) -> Result<Self> {
         let media = &beam.media;
         if settings.view.shading == Shading::Paper && beam.view.face.is_some() {
@@ -81,9 +81,9 @@ impl Frame {
         frame.checked(media)
     }
 
-    /// The same frame, if f32 holds it.
+    /// The same frame, if its numbers fit f32.
     fn checked(self, media: &Media) -> Result<Self> {
-        // Integers are no more than some millions, which as floats are next to nothing.
+        // Read as floats, integers up to some millions are tiny numbers, so they pass.
         let numbers: &[f32] = bytemuck::cast_slice(std::slice::from_ref(&self));
         let finite = numbers.iter().all(|number| number.is_finite());
         if !finite {
@@ -98,24 +98,24 @@ impl Frame {
         }
     }
 
-    /// The same frame with slabs as short as they ever are, all of them kept.
+    /// The same frame with slabs of their shortest length, all of which are kept.
     #[must_use]
     pub fn with_all_slabs(mut self) -> Self {
         (self.map.tolerance, self.map.truncation) = (0.0, 0.0);
-        // Quality is in the number of samples.
+        // Quality determines the number of samples instead.
         let slabs = &mut self.map.slabs;
         let quality = slabs.samples / SLAB_SAMPLES_PER_VOXEL;
         (slabs.per_voxel, slabs.rough) = (quality * SLABS_PER_VOXEL, 0.0);
         self
     }
 
-    /// From now on takes exactly as many steps along every light ray, all as long as each other.
+    /// Makes light rays take exactly `count` steps of equal length.
     pub fn take_light_steps(&mut self, count: u32) {
         self.map.rays.take(count);
         self.map.slabs.take(count);
     }
 
-    /// From now on takes exactly as many steps along every camera ray, all as long as each other.
+    /// Makes camera rays take exactly `count` steps of equal length.
     pub fn take_view_steps(&mut self, count: u32) {
         self.view.march.take(count);
     }

@@ -1,17 +1,19 @@
-//! The parts of a frame, in uniform-buffer layout: scalars in fours, or behind three of a vector.
+//! The parts of a frame, in uniform-buffer layout: scalars stand in groups of four, or behind
+//! vectors of three.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
-/// What the media are, and where.
+/// The media's properties and position.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FrameMedia {
-    /// Rows of the affine map from frame space to voxel index.
+    /// Rows of the affine transform from frame space to voxel index.
     pub index_from_frame: [Vec4; 3],
     /// Lower corner of the medium in index space.
     pub domain_min: Vec3,
-    /// Extinction per unit of density; 1 for a [`super::Mixture`], which is sampled as extinction.
+    /// Extinction per unit of density, 1 / length; 1 for a [`super::Mixture`], which is sampled as
+    /// extinction.
     pub extinction: f32,
     /// Upper corner of the medium in index space.
     pub domain_max: Vec3,
@@ -19,181 +21,186 @@ pub struct FrameMedia {
     pub largest: f32,
     /// One over the number of voxels along each axis.
     pub voxel_share: Vec3,
-    /// Voxel lengths that a ray may cross at most.
+    /// The largest number of voxel lengths that a ray may count.
     pub most_voxels: f32,
-    /// Bricks of [`crate::scene::Occupancy`] along a unit of the space that shaders sample media
-    /// in: texture coordinates of a plain volume, else index space.
+    /// Bricks of [`crate::scene::Occupancy`] per unit of the space in which shaders sample media:
+    /// texture coordinates for a plain volume, else index space.
     pub brick_scale: Vec3,
-    /// The density that a stored value of 1 stands for, 1 where densities are stored as they are.
+    /// The density for which a stored value of 1 stands; 1 if densities are stored unscaled.
     pub stored_one: f32,
-    /// Brick at that space's origin.
+    /// The brick coordinates of that space's origin.
     pub brick_offset: Vec3,
-    /// 1 if they emit light, else 0.
+    /// 1 if the media emit light, else 0.
     pub emits: u32,
     /// Scattering albedo of a plain medium, linear RGB.
     pub albedo: Vec3,
-    /// Its Henyey-Greenstein g.
+    /// Henyey-Greenstein g of a plain medium.
     pub phase_g: f32,
 }
 
-/// The light: its rays through the map, and how bright it is.
+/// The light: its rays through the map, and its irradiance.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FrameLight {
-    /// Origin of the light ray through map position (0, 0); w unused, here and in the next five.
+    /// Origin of the light ray through map position (0, 0); w is unused, as in the next five
+    /// vectors.
     pub origin: Vec4,
-    /// Its change over the map's width.
+    /// Change of the origin over the map's width.
     pub origin_u: Vec4,
-    /// Its change over the map's height.
+    /// Change of the origin over the map's height.
     pub origin_v: Vec4,
     /// Direction of the light ray through (0, 0), not normalised.
     pub direction: Vec4,
-    /// Its change over the map's width.
+    /// Change of the direction over the map's width.
     pub direction_u: Vec4,
-    /// Its change over the map's height.
+    /// Change of the direction over the map's height.
     pub direction_v: Vec4,
-    /// Rows of the map from frame space to (u, v, depth, 1) times the fourth.
+    /// Rows of the transform from frame space to (u, v, depth, 1), to be divided by the fourth
+    /// component.
     pub from_frame: [Vec4; 4],
     /// Position of a point or spot light.
     pub position: Vec3,
-    /// Where light goes: 0 all one way (a directional light), 1 everywhere from its position, 2 to
-    /// 7 through a face of a cube around it ([`crate::scene::LightView::face`]).
+    /// The kind of light: 0 directional, 1 in all directions from its position, 2 to 7 through one
+    /// face of a cube around its position ([`crate::scene::LightView::face`] plus 2).
     pub spread: u32,
     /// Axis of a spot light.
     pub axis: Vec3,
-    /// Cosine where its cone begins to fade.
+    /// Cosine of the angle where the cone begins to fade.
     pub cone_inner: f32,
-    /// Irradiance, linear RGB, at distance 1 where the light has a position.
+    /// Irradiance, linear RGB; for a light with a position that at distance 1.
     pub irradiance: Vec3,
-    /// Cosine at the cone's edge.
+    /// Cosine of the angle at the cone's edge.
     pub cone_outer: f32,
 }
 
-/// How a ray is cut into steps. Lengths are those of frame space.
+/// How a ray is cut into steps. Lengths are in frame space.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Marching {
-    /// Steps for each voxel length that it crosses.
+    /// Steps per voxel length.
     pub per_voxel: f32,
-    /// Length that steps may have where the media change most.
+    /// Length of steps where the media change most.
     pub rough: f32,
-    /// Length that no step may exceed.
+    /// Largest length of a step.
     pub longest: f32,
-    /// What steps are cut beyond: of light rays, the difference of optical depth between two of
-    /// them, times the light that is left; of camera rays, the optical depth of a sample.
+    /// Steps are shortened if they exceed this. For light rays it is the difference of optical
+    /// depth between two adjacent steps, times the light that is left; for camera rays it is the
+    /// optical depth of a sample.
     pub limit: f32,
-    /// Steps at least.
+    /// Smallest number of steps.
     pub least: u32,
-    /// Steps at most.
+    /// Largest number of steps.
     pub most: u32,
-    /// Length of a camera ray's step beyond which something thick may hide behind its last sample.
+    /// Camera rays: in a step longer than this, something thick may lie unseen behind its last
+    /// sample.
     pub hiding: f32,
-    /// Samples of density for each voxel length in a slab.
+    /// Density samples per voxel length in a slab.
     pub samples: f32,
 }
 
-/// The plane that shadows fall on.
+/// The ground plane, which receives shadows.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct FrameGround {
     /// Its height.
     pub height: f32,
-    /// Its albedo, of all channels.
+    /// Its albedo, the same for all channels.
     pub albedo: f32,
-    /// Half of its edge; 1e30 at most, for an endless one.
+    /// Half of its edge length; 1e30, the largest value, for an endless plane.
     pub half_extent: f32,
-    /// 1 if there is one, else 0.
+    /// 1 if there is a ground, else 0.
     pub exists: u32,
 }
 
-/// The picture: its rays, what they meet beside the media, and how they are marched.
+/// The picture: its rays, their surroundings, and how they are marched.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FrameView {
-    /// Origin of the camera ray through the picture's upper left corner; w unused, here and in the
-    /// next five.
+    /// Origin of the camera ray through the picture's upper left corner; w is unused, as in the
+    /// next five vectors.
     pub origin: Vec4,
-    /// Its change over the picture's width.
+    /// Change of the origin over the picture's width.
     pub origin_x: Vec4,
-    /// Its change over the picture's height.
+    /// Change of the origin over the picture's height.
     pub origin_y: Vec4,
     /// Direction of that ray, not normalised.
     pub direction: Vec4,
-    /// Its change over the picture's width.
+    /// Change of the direction over the picture's width.
     pub direction_x: Vec4,
-    /// Its change over the picture's height.
+    /// Change of the direction over the picture's height.
     pub direction_y: Vec4,
-    /// The world's origin in frame space, below which the ground is centred.
+    /// The world's origin in frame space; the ground is centred below or above it.
     pub world_origin: Vec3,
-    /// Units of frame space along a world length.
+    /// Units of frame space per world length.
     pub per_world: f32,
     /// Ambient radiance, linear RGB.
     pub ambient: Vec3,
-    /// Octaves of multiple scattering, 0 for none.
+    /// Octaves that imitate multiple scattering; 0 for none.
     pub octaves: u32,
-    /// xyz: background radiance; w: its opacity, 1 if there is one.
+    /// xyz: background radiance; w: 1 if there is a background, else 0.
     pub background: Vec4,
     /// The ground.
     pub ground: FrameGround,
-    /// Pixels along a row.
+    /// Width of the picture in pixels.
     pub width: u32,
-    /// Pixels along a column.
+    /// Height of the picture in pixels.
     pub height: u32,
-    /// Camera rays a pixel.
+    /// Camera rays per pixel.
     pub samples: u32,
     /// How shadow becomes colour: 0 physical, 1 as in the paper.
     pub shading: u32,
-    /// Lookups along a ray of the paper's shading.
+    /// Lookups along a ray for the paper's shading.
     pub light_samples: u32,
-    /// Transmittance below which a ray ends.
+    /// A ray ends where its transmittance falls below this.
     pub opaque: f32,
-    /// Share of a pixel's light that several steps have one lookup for.
+    /// Several steps share one lookup if together they contribute at most this share of a pixel's
+    /// light.
     pub shared_weight: f32,
-    /// Length of four steps that share a lookup at most.
+    /// Four steps may share one lookup if together they are at most this long.
     pub shared_length: f32,
-    /// Its rays.
+    /// How camera rays are cut into steps.
     pub march: Marching,
 }
 
-/// The shadow map: how it is made and read.
+/// The shadow map: how it is built and read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FrameMap {
-    /// Light rays of threshold maps.
+    /// How light rays of threshold maps are cut into steps.
     pub rays: Marching,
-    /// Light rays of fragment maps, whose steps are slabs.
+    /// How light rays of fragment maps are cut into slabs.
     pub slabs: Marching,
     /// The opacities whose depths a threshold map keeps.
     pub thresholds: Vec3,
-    /// How steep exponential shadow tests are, 1 / length, 0 for exact ones.
+    /// Steepness of exponential shadow tests, 1 / length; 0 for exact tests.
     pub sharpness: f32,
-    /// Optical depths of those opacities.
+    /// The optical depths of those opacities.
     pub threshold_depths: Vec3,
-    /// How far apart in depth the fronts of neighbouring texels' shadows are still those of one
-    /// surface, 0 where media are too thin for that to matter.
+    /// Fronts of neighbouring texels' shadows that lie no further apart in depth than this belong
+    /// to one surface; 0 where media are too thin for that to matter.
     pub surface_reach: f32,
-    /// Texels along its edge.
+    /// Texels along each edge of the map.
     pub size: u32,
     /// Where in a step a threshold is crossed: 0 exact, 1 smoothstep, 2 bucket.
     pub crossing: u32,
-    /// How a threshold map is read: 0 the default, 1 the paper's.
+    /// How a threshold map is read: 0 by default, 1 as in the paper.
     pub lookup: u32,
-    /// Texels along the edge of the filter's window, 0 for bilinear.
+    /// Width of the filter's window in texels; 0 for bilinear.
     pub window: u32,
     /// Distance of the first plane between slabs along the axis of the light's view.
     pub near: f32,
     /// Distance of the last one.
     pub far: f32,
-    /// Tolerance of fits, of transmittance; 0 keeps every fragment.
+    /// Largest error of transmittance of fits; 0 keeps every fragment.
     pub tolerance: f32,
-    /// Truncation of raw lists, of transmittance.
+    /// Largest error of transmittance by truncation of raw lists.
     pub truncation: f32,
-    /// Planes between slabs, 0 for slabs of each ray's own.
+    /// Number of planes between slabs; 0 if each ray has its own slabs.
     pub planes: u32,
     /// 1 if wide filters follow links between texels' lists, else 0.
     pub follows_links: u32,
-    /// How much nearer to the light than they are surfaces are looked up.
+    /// Surfaces are looked up this much nearer to the light than they are.
     pub bias: f32,
-    /// Nothing.
+    /// Padding.
     pub unused: u32,
 }

@@ -1,4 +1,4 @@
-//! Which graphics adapters there are, and a device on one of them.
+//! Lists the graphics adapters, and opens a device on one of them.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -6,26 +6,26 @@ use wgpu::{Adapter, Device, DeviceType, Queue};
 
 use crate::error::{Error, Result};
 
-/// Which adapters will do.
+/// Which adapters are acceptable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AdapterChoice {
-    /// Graphics hardware only.
+    /// Hardware adapters only.
     Hardware,
-    /// Hardware if there is some, else software.
+    /// A hardware adapter if there is one, else a software adapter.
     Any,
 }
 
-/// One line an adapter: name, kind, driver, limits that matter here.
+/// One line of text per adapter: name, kind, driver, and the limits that matter here.
 pub fn adapters() -> Vec<String> {
     found().iter().map(described).collect()
 }
 
-/// What befell a device where nobody asked for errors.
+/// Records errors of a device that no error scope has caught.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Watch {
-    /// Why there is none any more.
+    /// Why the device was lost, if it was.
     lost: Arc<Mutex<Option<String>>>,
-    /// The first error since it was last asked for.
+    /// The first error since the last query.
     error: Arc<Mutex<Option<String>>>,
 }
 
@@ -44,8 +44,8 @@ impl Watch {
         watch
     }
 
-    /// What `work` came to, unless the device is lost or something went wrong that it did not
-    /// notice.
+    /// The result of `work`; an error if the device is lost, or if it reported an error that `work`
+    /// did not notice.
     pub(super) fn over<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let lost = || {
             let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
@@ -64,7 +64,8 @@ impl Watch {
     }
 }
 
-/// A device on the best adapter that `choice` allows, what it is, and what befalls it.
+/// Opens a device on the best adapter that `choice` allows. Also returns its description, and a
+/// watch on its errors.
 pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String, Watch)> {
     if choice == AdapterChoice::Hardware && !hardware_in_sight() {
         return Err(Error::gpu("no hardware adapter"));
@@ -92,7 +93,7 @@ pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String, Watc
     Ok((device, queue, format!("gpu, {} ({})", info.name, info.backend), watch))
 }
 
-/// Whether it is worth asking drivers for hardware, which takes a while: on Linux there is none
+/// Whether it is worth asking drivers for hardware, which takes time: on Linux there is none
 /// without a device node.
 fn hardware_in_sight() -> bool {
     let nodes =
@@ -100,12 +101,13 @@ fn hardware_in_sight() -> bool {
     !cfg!(target_os = "linux") || nodes.iter().any(|node| std::path::Path::new(node).exists())
 }
 
-/// Features that the renderer uses where they exist: exact voxels in f32, and time measurement.
+/// Features that the renderer uses if they exist: filtering of f32 textures, for exact voxels, and
+/// timestamps.
 fn wanted_features() -> wgpu::Features {
     wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY
 }
 
-/// Adapters that can run the passes, the best first.
+/// The adapters that can run the passes, the best first.
 fn found() -> Vec<Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;

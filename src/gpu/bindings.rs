@@ -1,4 +1,4 @@
-//! What shaders bind. Binding numbers mean the same in every pass.
+//! The bindings of the shaders. A binding number means the same in every pass.
 
 use wgpu::{
     BindGroupEntry, BindGroupLayoutEntry, BindingResource, BindingType, BufferBindingType,
@@ -9,10 +9,10 @@ use super::link::MediaKind;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, MOST_FIELDS};
 
-/// Maps and pictures: four f32.
+/// The format of maps and pictures: four f32.
 pub(super) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
-/// The bindings of all passes, as the shaders number them.
+/// The binding numbers of all passes, as in the shaders.
 pub(super) mod at {
     pub(crate) const FRAME: u32 = 0;
     pub(crate) const VOXELS: u32 = 1;
@@ -28,7 +28,7 @@ pub(super) mod at {
     pub(crate) const COUNTERS: u32 = 11;
     pub(crate) const MIXTURE: u32 = 12;
     pub(crate) const TABLES: u32 = 13;
-    /// The first of [`crate::frame::MOST_FIELDS`].
+    /// The first of [`crate::frame::MOST_FIELDS`] bindings.
     pub(crate) const FIELDS: u32 = 14;
     pub(crate) const OCCUPANCY: u32 = 22;
     pub(crate) const PIECE_ENDS: u32 = 23;
@@ -39,8 +39,8 @@ pub(super) mod at {
     pub(crate) const WEIGHTS: u32 = 28;
 }
 
-/// What `make` makes, unless the device finds something wrong with it: scopes of errors belong to a
-/// thread.
+/// The result of `make`; an error if the device finds its commands invalid. Error scopes belong to
+/// a thread, so the scope is opened and closed here.
 pub(super) fn checked<T>(device: &wgpu::Device, make: impl FnOnce() -> Result<T>) -> Result<T> {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = make();
@@ -79,7 +79,7 @@ pub(super) fn read_write(binding: u32) -> BindGroupLayoutEntry {
     buffer(binding, BufferBindingType::Storage { read_only: false }, 0)
 }
 
-/// The media and how they are sampled.
+/// The media and their samplers.
 pub(super) fn media(kind: MediaKind) -> Vec<BindGroupLayoutEntry> {
     let sampler = BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     let grid = |binding| texture(binding, wgpu::TextureViewDimension::D3, true);
@@ -119,17 +119,17 @@ fn texture(
     layout_entry(binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
-/// The pictures of the beams so far.
+/// The sum of the beams' pictures so far.
 pub(super) fn sum() -> BindGroupLayoutEntry {
     texture(at::SUM, wgpu::TextureViewDimension::D2, false)
 }
 
-/// The picture of one more.
+/// The picture of one more beam.
 pub(super) fn beam() -> BindGroupLayoutEntry {
     texture(at::BEAM, wgpu::TextureViewDimension::D2, false)
 }
 
-/// The share of it in each channel.
+/// The beam's weight in each channel.
 pub(super) fn weights() -> BindGroupLayoutEntry {
     buffer(at::WEIGHTS, BufferBindingType::Uniform, size_of::<glam::Vec4>())
 }

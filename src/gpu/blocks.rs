@@ -1,5 +1,5 @@
-//! A volume as blocks in one 3D texture, side by side, and a table of where each is: sparse
-//! volumes, and those that no texture is large enough for.
+//! A volume as blocks, side by side in one 3D texture, with a table of their positions: for sparse
+//! volumes, and for those that exceed the size of a texture.
 
 use rayon::prelude::*;
 use wgpu::TextureFormat;
@@ -8,9 +8,9 @@ use super::field::{Encoding, GpuField, limit_error, longer, texture, write_layer
 use crate::error::Result;
 use crate::volume::{BLOCK_EDGE, BLOCK_VALUES, SparseVoxels, Volume, place_of};
 
-/// In the table of a volume in blocks: a block that holds nothing and is not stored.
+/// The table's entry for an empty block, which is not stored.
 pub const NO_BLOCK: u32 = u32::MAX;
-/// Blocks along an axis of the texture at most: bits that the table has for them.
+/// The largest number of blocks along an axis of the texture; the table has ten bits for each.
 const MOST_ALONG: usize = 1 << 10;
 
 /// Blocks of a volume on a device.
@@ -18,7 +18,7 @@ const MOST_ALONG: usize = 1 << 10;
 pub(super) struct GpuBlocks {
     /// The stored blocks.
     pub(super) stored: GpuField,
-    /// Where each block is among them.
+    /// A texture with the position of each block among them.
     pub(super) table: wgpu::TextureView,
 }
 
@@ -63,14 +63,14 @@ impl GpuBlocks {
     }
 }
 
-/// The stored blocks that hold anything.
+/// Indices of the stored blocks that are not zero everywhere.
 fn held(voxels: &SparseVoxels) -> Vec<u32> {
     let blocks = voxels.uniform().into_iter().enumerate();
     blocks.filter(|(_, uniform)| *uniform != Some(0.0)).map(|(stored, _)| stored as u32).collect()
 }
 
-/// How many blocks lie along each axis of a texture for `count`, `most` at most; `None` if it has
-/// no room.
+/// How many blocks lie along each axis of a texture for `count` blocks, at most `most`; `None` if
+/// there is not enough room.
 fn arranged(count: usize, most: usize) -> Option<[usize; 3]> {
     let x = ((count as f64).cbrt().ceil() as usize).clamp(1, most);
     let y = ((count as f64 / x as f64).sqrt().ceil() as usize).clamp(1, most);
@@ -88,7 +88,7 @@ fn table(voxels: &SparseVoxels, held: &[u32], slots: [usize; 3]) -> Vec<u32> {
     voxels.table().iter().map(|&stored| places[stored as usize]).collect()
 }
 
-/// A plane of texels of the stored blocks side by side.
+/// One layer of texels through the stored blocks side by side.
 fn plane(voxels: &SparseVoxels, held: &[u32], [nx, ny, _]: [usize; 3], z: usize) -> Vec<f32> {
     let width = nx * BLOCK_EDGE;
     let mut texels = vec![0.0; width * ny * BLOCK_EDGE];

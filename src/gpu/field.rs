@@ -1,4 +1,4 @@
-//! A grid as a 3D texture, in the smallest format that keeps its values.
+//! A grid as a 3D texture, in the smallest format that preserves its values.
 
 use half::f16;
 use rayon::prelude::*;
@@ -7,14 +7,14 @@ use wgpu::TextureFormat;
 use crate::error::{Error, ErrorKind, Result};
 use crate::volume::{Volume, Voxels};
 
-/// Bytes that are written to a texture at once, but for single layers that are larger.
+/// Number of bytes that are written to a texture at a time, unless a single layer is larger.
 const BYTES_AT_ONCE: u64 = 32 << 20;
 
-/// A grid's numbers on a device: a filterable 3D texture.
+/// A grid's numbers on a device, as a filterable 3D texture.
 #[derive(Clone, Debug)]
 pub(super) struct GpuField {
     pub(super) view: wgpu::TextureView,
-    /// The number that a texture value of 1 stands for.
+    /// The number for which a texture value of 1 stands.
     pub(super) scale: f32,
 }
 
@@ -24,7 +24,7 @@ impl GpuField {
         Self { view, scale: encoding.scale }
     }
 
-    /// What stands where there is no grid and shaders want one.
+    /// A placeholder for bindings without a grid.
     pub(super) fn nothing(device: &wgpu::Device) -> Self {
         let texture = texture(device, "nothing", [1; 3], TextureFormat::R8Unorm);
         Self { view: texture.create_view(&wgpu::TextureViewDescriptor::default()), scale: 1.0 }
@@ -69,12 +69,12 @@ impl GpuField {
     }
 }
 
-/// An edge that is longer than textures can be.
+/// The first edge that exceeds the limit of textures; `None` if all fit.
 pub(super) fn longer(dims: [usize; 3], limit: u32) -> Option<usize> {
     dims.into_iter().find(|&n| n > limit as usize)
 }
 
-/// An empty 3D texture that shaders read.
+/// An empty 3D texture for shaders to read.
 pub(super) fn texture(
     device: &wgpu::Device,
     label: &str,
@@ -93,8 +93,8 @@ pub(super) fn texture(
     })
 }
 
-/// Fills a 3D texture, some layers at a time so that the host never holds a copy of all of it;
-/// `bytes` are those of layers.
+/// Fills a 3D texture a few layers at a time, so that the host never holds a copy of all of it;
+/// `bytes` returns the bytes of some layers.
 pub(super) fn write_layers(
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
@@ -120,7 +120,7 @@ pub(super) fn write_layers(
             wgpu::Extent3d { width, height, depth_or_array_layers: count },
         );
         if first + count < depth {
-            // What is written waits in memory until something is submitted.
+            // Written data stays in memory until the next submission.
             queue.submit([]);
         }
     }
@@ -131,20 +131,21 @@ pub(super) fn limit_error(volume: &Volume, needed: String, limit: String) -> Err
     ErrorKind::Limit { what, needed, limit }.into()
 }
 
-/// Bytes that sparse voxels may take as one texture: what they take themselves is far less.
+/// The largest number of bytes for sparse voxels as a single texture, which takes far more than
+/// they do.
 const MOST_BYTES_OF_SPARSE: f64 = (1_u64 << 32) as f64;
 
-/// How a volume's values are stored in a texture.
+/// The format in which a volume's values are stored in a texture.
 pub(super) struct Encoding {
     pub(super) format: TextureFormat,
     scale: f32,
 }
 
 impl Encoding {
-    /// Eight bits where all values are k / 255 of a common scale (data stored as u8), else f16
-    /// relative to the largest value, whose rounding (2^-12) lies below what 8-bit texture weights
-    /// do; hardware samples these at twice to four times the rate of f32. Software drivers get f32:
-    /// some filter eight-bit textures in eight-bit arithmetic.
+    /// Eight bits if all values are k / 255 of a common scale (data stored as u8). Else f16
+    /// relative to the largest value; its rounding (2^-12) is smaller than that of the texture
+    /// units' 8-bit weights. Hardware samples these formats two to four times as fast as f32.
+    /// Software drivers get f32, because some filter eight-bit textures with eight-bit arithmetic.
     pub(super) fn of(volume: &Volume, device: &wgpu::Device) -> Self {
         let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         if software && device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {
@@ -171,7 +172,7 @@ impl Encoding {
         }
     }
 
-    /// Values as texels.
+    /// Values encoded as texels.
     pub(super) fn bytes(&self, values: &[f32]) -> Vec<u8> {
         let scale = self.scale;
         match self.format {
@@ -187,7 +188,7 @@ impl Encoding {
     }
 }
 
-/// `value / scale * 255` if that is a whole number of 0..255 to f32's precision.
+/// `value / scale * 255`, if that is an integer in 0..255 within f32's precision.
 fn eight_bits(value: f32, scale: f32) -> Option<u8> {
     let level = value / scale * 255.0;
     let whole = level.round();

@@ -1,5 +1,4 @@
-//! Fragment maps on a device: passes `trace_slices` and `link_neighbors`, and the way to the host
-//! and back.
+//! Fragment maps on a device: passes `trace_slices` and `link_neighbors`, upload and readback.
 
 use wgpu::BindGroupEntry;
 
@@ -12,7 +11,7 @@ use super::tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 use crate::error::{ErrorKind, Result};
 use crate::shadow::{Node, Runs};
 
-/// A tile of a fragment map on a device; a map for lookups is a tile of all texels.
+/// A tile of a fragment map on a device. A map for lookups is a tile with all texels.
 #[derive(Clone, Debug)]
 pub struct GpuFragments {
     pub(super) tile: Tile,
@@ -25,22 +24,24 @@ pub struct GpuFragments {
 }
 
 impl GpuFragments {
-    /// For each texel of the tile its first node and their number.
+    /// A storage buffer with two u32 for each texel of the tile: index of its first node, and
+    /// number of nodes (with the flag [`super::INTERLEAVED`]).
     pub fn runs(&self) -> &wgpu::Buffer {
         &self.runs
     }
 
-    /// Nodes: depth and optical depth, two f32.
+    /// A storage buffer of nodes, two f32 each: depth and optical depth.
     pub fn nodes(&self) -> &wgpu::Buffer {
         &self.nodes
     }
 
-    /// Links of each node, two u16 in one u32; a few bytes of nothing without.
+    /// A storage buffer with one u32 per node, which holds its two links as u16; a small
+    /// placeholder if there are no links.
     pub fn links(&self) -> &wgpu::Buffer {
         &self.links
     }
 
-    /// What pass `trace_slices` writes.
+    /// The buffers that pass `trace_slices` writes.
     pub(super) fn slices_entries(&self) -> [BindGroupEntry<'_>; 4] {
         [
             entry(at::RUNS, self.runs.as_entire_binding()),
@@ -50,23 +51,24 @@ impl GpuFragments {
         ]
     }
 
-    /// Whether it has links between neighbours.
+    /// Whether the map has links between neighbours.
     pub fn linked(&self) -> bool {
         self.linked
     }
 }
 
 impl Renderer {
-    /// Room for the nodes of a tile, `tile.capacity` a texel, as `trace_slices` writes them.
+    /// Allocates buffers for the nodes of a tile, `tile.capacity` per texel, for pass
+    /// `trace_slices` to fill.
     ///
     /// # Errors
-    /// If it is more than the device binds at once.
+    /// If they exceed the device's largest buffer binding.
     pub fn fragments(&self, tile: Tile) -> Result<GpuFragments> {
         let nodes = tile.block_texels() * u64::from(tile.capacity);
         self.fragments_with(tile, nodes)
     }
 
-    /// Room for a number of nodes.
+    /// Allocates buffers for a number of nodes.
     pub(super) fn fragments_with(&self, tile: Tile, nodes: u64) -> Result<GpuFragments> {
         let bytes = nodes * size_of::<Node>() as u64;
         let limit = self.largest_binding();
@@ -86,10 +88,10 @@ impl Renderer {
         })
     }
 
-    /// Puts a map's nodes on the device, without links.
+    /// Uploads a map's nodes to the device, without links.
     ///
     /// # Errors
-    /// If they are more than the device binds at once.
+    /// If they exceed the device's largest buffer binding.
     pub fn upload_fragments(&self, runs: &Runs, size: u32) -> Result<GpuFragments> {
         let tile = Tile::rows(size, 0, size, 0);
         let fragments = self.fragments_with(tile, runs.nodes().len() as u64)?;
@@ -100,17 +102,17 @@ impl Renderer {
         Ok(fragments)
     }
 
-    /// Puts links on the device, one for each node of `fragments` in the buffer's order.
+    /// Uploads links to the device, one entry for each node of `fragments` in the buffer's order.
     pub fn upload_links(&self, fragments: GpuFragments, links: &[[u16; 2]]) -> GpuFragments {
         let links = if links.is_empty() { &[[0_u16; 2]; 4] } else { links };
         let links = self.buffer("links", bytemuck::cast_slice(links), wgpu::BufferUsages::STORAGE);
         GpuFragments { links, linked: true, ..fragments }
     }
 
-    /// Records pass `trace_slices`: fills `fragments` for the light of `frame`.
+    /// Records pass `trace_slices`, which fills `fragments` for the light of `frame`.
     ///
     /// # Errors
-    /// If the device refuses the shader.
+    /// If the device rejects the shader.
     pub fn trace_slices(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -121,10 +123,10 @@ impl Renderer {
         self.prepare_slices(media, frame, fragments).record(encoder)
     }
 
-    /// Records pass `link_neighbors`, and gives the map with its links.
+    /// Records pass `link_neighbors`, and returns the map with its links.
     ///
     /// # Errors
-    /// If the device refuses the shader.
+    /// If the device rejects the shader.
     pub fn link_neighbors(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -143,8 +145,9 @@ impl Renderer {
         Ok(GpuFragments { links, linked: true, ..fragments })
     }
 
-    /// Waits for a map's `trace_slices` and says how many nodes a texel has at most, if more than
-    /// there was room for: then the map is cut short, and the pass has to run again with as many.
+    /// Waits for a map's pass `trace_slices` and checks its capacity. If some texel needed more
+    /// nodes than there was room for, the map is truncated, and the result is the largest number
+    /// needed: the pass must run again with that capacity. Else `None`.
     ///
     /// # Errors
     /// If the device fails.

@@ -1,7 +1,7 @@
-//! Joins shader files: a line `#import kernel/NAME` stands for that file, each file once;
-//! `#import map` for the kind of shadow map that lookups read, `#import media` for the kind of
-//! media that rays cross, `#import density` for how a plain volume's voxels are stored,
-//! `#import fields` for how many grids a mixture has.
+//! Joins shader files. A line `#import kernel/NAME` includes that file; each file is included once.
+//! `#import map` includes the file for the kind of shadow map, `#import media` that for the kind of
+//! media, `#import density` that for the storage of a plain volume's voxels, and `#import fields`
+//! that for the number of grids in a mixture.
 
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -41,37 +41,38 @@ const FILES: [(&str, &str); 25] = files![
     "media/plain",
 ];
 
-/// What rays cross, for shaders.
+/// The kind of media, which selects shader files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MediaKind {
-    /// One volume whose extinction is its density times a number.
+    /// One volume whose extinction is its density times a constant.
     Plain,
     /// The same, stored in blocks.
     Blocks,
-    /// One volume and nothing but its numbers: a function of them, or light that it makes.
+    /// A mixture of a single grid: one volume with a transfer function, or with emission over its
+    /// own values.
     OneField,
     /// Everything else.
     Mixed,
 }
 
-/// Shader files joined, and where each line comes from.
+/// Joined shader files, with the origin of each line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Linked {
-    /// All of them, imports first.
+    /// The joined text, imports first.
     pub text: String,
-    /// Of each line its file's name, empty for the root's, and its number there, from 1.
+    /// For each line, the name of its file (empty for the root) and its line number there, from 1.
     lines: Vec<(&'static str, usize)>,
 }
 
 impl Linked {
-    /// Where line `number` of the text, from 1, stands: its file below `shaders`, without ending
-    /// and empty for the root, and its number there.
+    /// The origin of line `number` of the text, counted from 1: its file below `shaders` without
+    /// ending (empty for the root), and its line number there.
     pub fn place(&self, number: usize) -> Option<(&'static str, usize)> {
         self.lines.get(number.checked_sub(1)?).copied()
     }
 
-    /// What a compiler says of the text, with the places that a person can open behind the lines
-    /// that it names; `root` is the root's name.
+    /// A compiler's message on the text, with the original file and line added behind each line
+    /// number that it mentions; `root` is the root's name.
     pub fn explained(&self, root: &str, message: &str) -> String {
         let number = message.split("wgsl:").nth(1).and_then(|rest| rest.split(':').next());
         match number.and_then(|number| number.parse().ok()).and_then(|number| self.place(number)) {
@@ -82,7 +83,7 @@ impl Linked {
     }
 }
 
-/// `root` with all that it imports in front of it, imports first.
+/// `root` with everything that it imports in front of it.
 ///
 /// # Errors
 /// If it imports a file that does not exist.
@@ -91,7 +92,7 @@ pub fn linked(root: &str, map: MapKind, media: MediaKind) -> Result<Linked> {
     joined(root, Kinds { map, media })
 }
 
-/// What the names that stand for several files mean.
+/// What the names that stand for several files refer to.
 #[derive(Clone, Copy)]
 struct Kinds {
     map: &'static str,
@@ -99,7 +100,7 @@ struct Kinds {
 }
 
 impl Kinds {
-    /// The file that an imported name stands for.
+    /// The file that an imported name refers to.
     fn file<'a>(&self, name: &'a str) -> &'a str {
         match (name, self.media) {
             ("map", _) => self.map,
@@ -121,16 +122,16 @@ fn joined(root: &str, kinds: Kinds) -> Result<Linked> {
 }
 
 /// The WGSL that another wgpu program puts in front of its own shaders to shade its objects with a
-/// shadow map: `shadow_at(world: vec3<f32>) -> f32` is the transmittance from the light. Its
-/// bindings are in bind group `group`: 0 the uniform buffer ([`super::GpuFrame::buffer`]); for a
-/// threshold map 3, the map ([`super::GpuMap::view`], a `texture_2d<f32>` that need not be
-/// filterable); for a fragment map 5, 6 and 7, read-only storage buffers ([`super::GpuFragments`]:
-/// runs, nodes, links).
+/// shadow map: `shadow_at(world: vec3<f32>) -> f32` returns the transmittance from the light. Its
+/// bindings are in bind group `group`. Binding 0 is the uniform buffer
+/// ([`super::GpuFrame::buffer`]). A threshold map has binding 3, the map ([`super::GpuMap::view`],
+/// a `texture_2d<f32>` that need not be filterable). A fragment map has bindings 5, 6 and 7,
+/// read-only storage buffers ([`super::GpuFragments`]: runs, nodes, links).
 ///
 /// # Errors
-/// Never with the shaders that the crate is built with.
+/// Never with the shaders that are part of the crate.
 pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
-    // Other programs need not bind what passes work out for each other.
+    // Other programs need not bind the curves that passes compute for each other.
     let map = if map == MapKind::Threshold { "map/threshold" } else { "map/fragments" };
     let linked = joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain })?;
     Ok(linked.text.replace("@group(0)", &format!("@group({group})")))

@@ -1,4 +1,5 @@
-//! Passes `raster_slices` and `sort_fragments`: planes drawn into linked lists, which become nodes.
+//! Passes `raster_slices` and `sort_fragments`: planes are drawn into linked lists, which become
+//! nodes.
 
 use super::bindings::{at, entry};
 use super::fragments::GpuFragments;
@@ -10,10 +11,10 @@ use super::renderer::{GpuFrame, Renderer};
 use super::tile::Tile;
 use crate::error::{Error, Result};
 
-/// Bytes of an element: front, back, optical depth, next.
+/// Bytes of an element: front, back, optical depth, next; four bytes each.
 pub(super) const ELEMENT_BYTES: u64 = 16;
 
-/// Linked lists of a tile on a device.
+/// The linked lists of a tile on a device.
 #[derive(Clone, Debug)]
 pub struct GpuLists {
     tile: Tile,
@@ -25,7 +26,7 @@ pub struct GpuLists {
 }
 
 impl Renderer {
-    /// Room for `tile.capacity` fragments of a tile.
+    /// Allocates lists with room for `tile.capacity` fragments in all.
     pub fn lists(&self, tile: Tile) -> GpuLists {
         let target = self.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("no target"),
@@ -51,10 +52,11 @@ impl Renderer {
         }
     }
 
-    /// Records pass `raster_slices`: draws `planes` planes through the volume onto empty lists.
+    /// Records pass `raster_slices`, which draws `planes` planes through the volume into empty
+    /// lists.
     ///
     /// # Errors
-    /// If the device refuses the shader.
+    /// If the device rejects the shader.
     pub fn raster_slices(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -98,8 +100,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Waits for the lists' pass and says how many fragments were drawn; those beyond
-    /// `tile.capacity` are missing, and the pass has to run again with room for as many.
+    /// Waits for the lists' pass and returns how many fragments were drawn. If they exceed
+    /// `tile.capacity`, the rest is missing, and the pass must run again with room for all.
     ///
     /// # Errors
     /// If the device fails.
@@ -108,10 +110,11 @@ impl Renderer {
         counters.first().copied().ok_or_else(|| Error::gpu("no counter was read back"))
     }
 
-    /// Records pass `sort_fragments`: the nodes of `drawn` fragments, which change their order.
+    /// Records pass `sort_fragments`, which turns the `drawn` fragments of `lists` into nodes. It
+    /// reorders the lists.
     ///
     /// # Errors
-    /// If the nodes are more than the device binds at once, or if it refuses the shader.
+    /// If the nodes exceed the device's largest buffer binding, or if it rejects the shader.
     pub fn sort_fragments(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -119,7 +122,7 @@ impl Renderer {
         lists: &GpuLists,
         drawn: u32,
     ) -> Result<GpuFragments> {
-        // A fragment is two nodes at most.
+        // A fragment gives two nodes at most.
         let fragments = self.fragments_with(lists.tile, 2 * u64::from(drawn))?;
         let entries = vec![
             entry(at::RUNS, fragments.runs().as_entire_binding()),

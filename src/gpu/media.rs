@@ -1,5 +1,5 @@
-//! Media on a device: one volume's texture or blocks, or the textures, parameters and tables of a
-//! mixture.
+//! Media on a device: the texture or the blocks of one volume, or the textures, parameters and
+//! tables of a mixture.
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroupEntry, BindingResource};
@@ -18,11 +18,11 @@ use crate::volume::{Volume, Voxels};
 #[derive(Clone, Debug)]
 pub struct GpuMedia {
     content: Content,
-    /// The codes of bricks.
+    /// The bricks' codes.
     occupancy: wgpu::TextureView,
 }
 
-/// What passes bind.
+/// The resources that passes bind.
 #[derive(Clone, Debug)]
 enum Content {
     Plain(GpuField),
@@ -30,7 +30,7 @@ enum Content {
     Mixed { fields: Vec<GpuField>, one_field: bool, mixture: wgpu::Buffer, tables: wgpu::Buffer },
 }
 
-/// `Mixture` of `shaders/media/mixture.wgsl`.
+/// The uniform `Mixture` of `shaders/media/mixture.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 struct MixtureUniform {
@@ -40,7 +40,7 @@ struct MixtureUniform {
 }
 
 impl GpuMedia {
-    /// Which shaders they need.
+    /// The kind of media, which selects shader files.
     pub fn kind(&self) -> MediaKind {
         match self.content {
             Content::Plain(_) => MediaKind::Plain,
@@ -50,7 +50,7 @@ impl GpuMedia {
         }
     }
 
-    /// Which shaders media will need on a device.
+    /// The kind that media will have on a device.
     pub(super) fn kind_of(device: &wgpu::Device, media: &Media) -> MediaKind {
         let limit = device.limits().max_texture_dimension_3d;
         match media.plain() {
@@ -63,8 +63,8 @@ impl GpuMedia {
         }
     }
 
-    /// The density that a texture value of 1 stands for; 1 for mixtures, whose fields say it
-    /// themselves.
+    /// The density for which a texture value of 1 stands; 1 for mixtures, whose fields hold their
+    /// own.
     pub(super) fn scale(&self) -> f32 {
         match &self.content {
             Content::Plain(field) => field.scale,
@@ -73,7 +73,7 @@ impl GpuMedia {
         }
     }
 
-    /// What passes bind of them.
+    /// The bind group entries for passes.
     pub(super) fn entries<'a>(&'a self, sampler: &'a wgpu::Sampler) -> Vec<BindGroupEntry<'a>> {
         let mut entries = vec![
             entry(at::TRILINEAR, BindingResource::Sampler(sampler)),
@@ -90,7 +90,7 @@ impl GpuMedia {
             Content::Mixed { fields, one_field, mixture, tables } => {
                 entries.push(entry(at::MIXTURE, mixture.as_entire_binding()));
                 entries.push(entry(at::TABLES, tables.as_entire_binding()));
-                // What no body speaks of is never read: the first stands there.
+                // Fields that no body uses are never read; the first field fills their bindings.
                 let spare = &fields[0];
                 for i in 0..if *one_field { 1 } else { MOST_FIELDS } {
                     let view = &fields.get(i).unwrap_or(spare).view;
@@ -115,7 +115,7 @@ impl GpuMedia {
     }
 }
 
-/// Whether nothing of media but the numbers of one volume is sampled; also where there is none.
+/// Whether a single volume is the only grid that is sampled; true also if there is none.
 fn of_one_field(media: &Media) -> bool {
     let alone = |Body { medium, .. }: &Body| {
         let glows = medium.emission.as_ref().is_some_and(|emission| emission.field.is_some());
@@ -124,7 +124,7 @@ fn of_one_field(media: &Media) -> bool {
     media.bodies().len() < 2 && media.bodies().iter().all(alone)
 }
 
-/// The codes of bricks as a texture of integers.
+/// The bricks' codes as a texture of integers.
 fn codes(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -157,7 +157,7 @@ fn mixed(gpu: &Renderer, media: &Media) -> Result<Content> {
             return Err(ErrorKind::Limit { what, needed, limit }.into());
         }
     }
-    // A grid that is named twice is there once.
+    // A grid that is used twice is uploaded once.
     let mut held: Vec<(*const Volume, GpuField)> = Vec::new();
     let mut uploaded = Vec::new();
     for (field, volume) in fields.iter_mut().zip(volumes) {

@@ -9,9 +9,10 @@
 //! ```
 //!
 //! A program that draws many frames prepares its passes once ([`Renderer::prepare_threshold`],
-//! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]), then for each frame updates the
-//! parameters ([`Renderer::update`]) and records ([`Prepared::record`]) the map's pass if the light
-//! has moved and the view's. [`crate::backend::Backend::stage`] does so for whole scenes.
+//! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]). For each frame it updates the
+//! parameters ([`Renderer::update`]) and records ([`Prepared::record`]) the view's pass and, if the
+//! light has moved, the map's pass before it. [`crate::backend::Backend::stage`] does so for whole
+//! scenes.
 
 mod adapter;
 mod bindings;
@@ -54,10 +55,10 @@ pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 pub use shadow::GpuShadow;
 pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 
-/// Renders on a graphics adapter.
+/// A renderer on a graphics adapter.
 ///
-/// The media of the last pass stay on the device, and their volumes alive, for the passes that
-/// follow.
+/// The media of the last pass stay on the device for the next passes, which keeps their volumes
+/// alive.
 #[derive(Debug)]
 pub struct GpuBackend {
     renderer: Renderer,
@@ -67,42 +68,42 @@ pub struct GpuBackend {
 }
 
 impl GpuBackend {
-    /// Opens a device of its own.
+    /// Opens a device of its own on an adapter that `choice` allows.
     ///
     /// # Errors
-    /// If there is no such adapter or it refuses.
+    /// If there is no such adapter, or if it does not open a device.
     pub fn open(choice: AdapterChoice) -> Result<Self> {
         let (device, queue, description, watch) = adapter::open(choice)?;
         let renderer = watch.over(|| Ok(Renderer::new(&device, &queue)))?;
         Ok(Self { renderer, description, watch, uploaded: Mutex::new(None) })
     }
 
-    /// Media on the device: those of the last pass, if they are the same.
+    /// Uploads media, or returns those of the last pass if they are the same.
     fn upload(&self, media: &Media) -> Result<GpuMedia> {
-        // What a thread that panicked left is whole, or not there. Nothing is uploaded while it is
-        // locked, since uploading lets a thread of a pool take up other work, which may come here
-        // too.
+        // A thread that panicked left the value complete or empty. The lock is not held while
+        // uploading: a thread of the pool may take up other work then, which may call this
+        // function.
         let known = || self.uploaded.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((held, uploaded)) = &*known()
             && same_on_the_device(held, media)
         {
             return Ok(uploaded.clone());
         }
-        // Rather not two at once.
+        // Avoids holding both on the device at once.
         *known() = None;
         let held = self.renderer.upload(media)?;
         *known() = Some((media.clone(), held.clone()));
         Ok(held)
     }
 
-    /// The picture that pass `march_view` makes.
+    /// The picture of pass `march_view`.
     fn marched(&self, media: &Media, frame: &Frame, map: &Map) -> Result<Image> {
         let gpu = &self.renderer;
         let mut frame = *frame;
         frame.map.follows_links =
             u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
         let [width, height] = [frame.view.width, frame.view.height];
-        // Before anything that takes long: a picture may be too large.
+        // Allocated first: a picture that is too large should fail before anything slow happens.
         let image = gpu.image(width, height)?;
         let gpu_media = self.upload(media)?;
         let frame_buffer = gpu.frame(&frame, &gpu_media)?;
@@ -128,7 +129,7 @@ impl GpuBackend {
         Ok(Image { width, height, pixels: gpu.read(image.texture())? })
     }
 
-    /// The renderer behind it, which works on textures of the device.
+    /// The renderer behind the backend, which works on textures of the device.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }
@@ -143,14 +144,14 @@ impl Backend for GpuBackend {
         MapKind::Fragments
     }
 
-    /// Compiles the passes.
+    /// Compiles the passes in advance.
     fn expect(&self, kind: Option<MapKind>, expected: Expected) {
         let media = match expected {
             Expected::Plain => MediaKind::Plain,
             Expected::Function => MediaKind::OneField,
         };
         let passes = stage::passes(kind.unwrap_or(self.default_map()));
-        // What goes wrong goes wrong again where it is needed, and is told there.
+        // An error occurs again, and is reported, when the pass is needed.
         let _ = self.renderer.programs.compile(&passes, media, true);
     }
 
@@ -161,7 +162,7 @@ impl Backend for GpuBackend {
             self.renderer.image(width, height)?;
             match settings.map.kind.unwrap_or(self.default_map()) {
                 MapKind::Threshold => self.renderer.map(settings.map.size).map(drop),
-                // Lists are made in tiles.
+                // Lists are built in tiles.
                 _ => self.renderer.check_size("map", [settings.map.size; 2]),
             }
         })
@@ -260,7 +261,7 @@ fn uploaded(gpu: &Renderer, map: &FragmentMap) -> Result<GpuFragments> {
     })
 }
 
-/// Whether media are held on the device as others are: of plain ones their volume alone is.
+/// Whether two media are the same on the device, where plain media consist of their volume only.
 fn same_on_the_device(held: &Media, media: &Media) -> bool {
     match (held.plain(), media.plain()) {
         (Some(held), Some(volume)) => std::ptr::eq(held, volume),

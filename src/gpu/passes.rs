@@ -1,11 +1,11 @@
-//! The passes: what each is called, where its shader is and what it binds.
+//! Declares the passes: name, shader and bindings of each.
 
 use wgpu::BindGroupLayoutEntry;
 
 use super::bindings::{self, at, read, read_write};
 use crate::settings::MapKind;
 
-/// What the GPU does.
+/// The passes of the GPU backend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Pass {
     TraceThreshold,
@@ -21,21 +21,21 @@ pub(super) enum Pass {
     AddBeam,
 }
 
-/// A pass as it is compiled and recorded.
+/// Everything needed to compile and record a pass.
 #[derive(Debug)]
 pub(super) struct Declaration {
-    /// The shader's and its entry point's.
+    /// Name of the shader and of its entry point.
     pub(super) name: &'static str,
     pub(super) source: &'static str,
-    /// The kind of map that it reads or makes.
+    /// The kind of map that the pass reads or makes.
     pub(super) map: MapKind,
     /// Whether it samples media.
     pub(super) media: bool,
-    /// What it binds beside them.
+    /// Its bindings besides the media.
     pub(super) bindings: Vec<BindGroupLayoutEntry>,
-    /// Threads of a workgroup along x and y, as in the shader.
+    /// Workgroup size along x and y, as in the shader.
     pub(super) workgroup: [u32; 2],
-    /// Whether the shader has a shorter form for the usual settings.
+    /// Whether the shader has a shorter variant for the usual settings.
     pub(super) usual: bool,
 }
 
@@ -46,7 +46,7 @@ macro_rules! source {
 }
 
 impl Pass {
-    /// All of them.
+    /// All passes.
     pub(super) const ALL: [Self; 9] = [
         Self::TraceThreshold,
         Self::FitCurves,
@@ -122,7 +122,7 @@ impl Pass {
                 source!("add_beam"),
             ),
         };
-        // The threads of `trace_slices` differ most in how long they take.
+        // In `trace_slices` the threads' run times differ most.
         let workgroup = if self == Self::TraceSlices { [8, 4] } else { [8, 8] };
         let usual = name == "march_view";
         Declaration { name, source, map, media, bindings, workgroup, usual }
@@ -132,11 +132,11 @@ impl Pass {
 /// The root of a pass's shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PassSource {
-    /// The pass's and its entry point's.
+    /// Name of the pass and of its entry point.
     pub name: &'static str,
-    /// With imports.
+    /// The source, with its `#import` lines.
     pub source: &'static str,
-    /// Threads of a workgroup along x and y.
+    /// Workgroup size along x and y.
     pub workgroup: [u32; 2],
 }
 

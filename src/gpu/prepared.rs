@@ -1,6 +1,6 @@
-//! Passes with all that they bind: made once, recorded frame after frame. The parameters of a frame
-//! may change in between ([`Renderer::update`]), so that a light or a camera moves without anything
-//! being made anew.
+//! Passes with all their bindings, made once and recorded frame after frame. The parameters of a
+//! frame may change in between ([`Renderer::update`]), so a light or a camera moves without
+//! creating anything anew.
 
 use std::sync::Arc;
 
@@ -16,24 +16,25 @@ use super::renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 use super::shadow::GpuShadow;
 use crate::error::Result;
 
-/// A pass and all that it binds, the parameters of its frame among it.
+/// A pass with all its bindings, including the parameters of its frame.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     program: Arc<Program>,
-    /// Whose parameters it reads, if any.
+    /// The frame whose parameters it reads, if any.
     frame: Option<GpuFrame>,
     bindings: wgpu::BindGroup,
     workgroups: [u32; 2],
-    /// What has to be 0 before it.
+    /// A buffer that must be cleared before the pass.
     cleared: Option<wgpu::Buffer>,
 }
 
 impl Prepared {
-    /// Records the pass, for the parameters that its frame holds when it is submitted. The first
-    /// time that the usual settings, or others, are met, drivers compile the pass for them.
+    /// Records the pass with the parameters that its frame holds when the commands are submitted.
+    /// When the usual settings, or others, occur for the first time, the driver compiles the pass
+    /// for them.
     ///
     /// # Errors
-    /// If the device refuses the shader.
+    /// If the device rejects the shader.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
         let pipeline = self.program.pipeline(self.frame.as_ref().is_some_and(GpuFrame::usual))?;
         if let Some(buffer) = &self.cleared {
@@ -49,7 +50,7 @@ impl Prepared {
 }
 
 impl Renderer {
-    /// Pass `trace_threshold`, which fills `map` for the light of `frame`.
+    /// Prepares pass `trace_threshold`, which fills `map` for the light of `frame`.
     pub fn prepare_threshold(&self, media: &GpuMedia, frame: &GpuFrame, map: &GpuMap) -> Prepared {
         let mut entries = self.media_entries(media);
         entries.push(entry(at::OUTPUT, BindingResource::TextureView(map.view())));
@@ -58,7 +59,7 @@ impl Renderer {
         self.prepare(Pass::TraceThreshold, media.kind(), Some(frame), entries, [size, size])
     }
 
-    /// Pass `trace_slices`, which fills `fragments` for the light of `frame`.
+    /// Prepares pass `trace_slices`, which fills `fragments` for the light of `frame`.
     pub fn prepare_slices(
         &self,
         media: &GpuMedia,
@@ -72,7 +73,8 @@ impl Renderer {
         Prepared { cleared: Some(fragments.counters.clone()), ..prepared }
     }
 
-    /// Pass `march_view`, which fills `image` for the camera of `frame`, lit through `shadow`.
+    /// Prepares pass `march_view`, which fills `image` for the camera of `frame`, lit through
+    /// `shadow`.
     pub fn prepare_view(
         &self,
         media: &GpuMedia,
@@ -96,8 +98,7 @@ impl Renderer {
         self.prepare(shadow.march(), media.kind(), Some(frame), entries, image.size())
     }
 
-    /// Pass `add_beam`, which puts `beam`, a share of it for each channel, on top of `sum` and both
-    /// into `output`.
+    /// Prepares pass `add_beam`, which writes the sum of `sum` and the weighted `beam` to `output`.
     pub(super) fn prepare_sum(
         &self,
         [sum, beam, output]: [&GpuImage; 3],
@@ -114,7 +115,7 @@ impl Renderer {
         self.prepare(Pass::AddBeam, MediaKind::Plain, None, entries, output.size())
     }
 
-    /// A pass over so many texels or pixels.
+    /// A pass over the given number of texels or pixels.
     pub(super) fn prepare<'a>(
         &self,
         pass: Pass,

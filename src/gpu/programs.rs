@@ -1,5 +1,5 @@
-//! The passes' pipelines, compiled when they are first recorded, since drivers take up to seconds
-//! for one.
+//! The passes' pipelines. Each is compiled when it is first recorded, because drivers take up to
+//! seconds for one.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, Builder};
@@ -9,7 +9,7 @@ use super::link::{self, MediaKind};
 use super::passes::{Declaration, Pass};
 use crate::error::{Error, ErrorKind, Result};
 
-/// The shaders' constant that leaves all but the usual settings out.
+/// The shaders' constant that removes all code but that for the usual settings.
 const USUAL: &str = "USUAL";
 
 /// A compute pass for one kind of media.
@@ -20,7 +20,7 @@ pub(super) struct Program {
     declaration: Declaration,
     media: MediaKind,
     pub(super) layout: wgpu::BindGroupLayout,
-    /// For all settings, and for the usual ones.
+    /// Pipelines for all settings, and for the usual ones.
     compiled: [Mutex<Option<wgpu::ComputePipeline>>; 2],
 }
 
@@ -35,11 +35,11 @@ impl Program {
         self.declaration.workgroup
     }
 
-    /// The pipeline for the usual settings or for all, compiled if it is the first time.
+    /// The pipeline for the usual settings or for all; compiled at the first call.
     pub(super) fn pipeline(&self, usual: bool) -> Result<wgpu::ComputePipeline> {
         let declaration = &self.declaration;
         let usual = usual && declaration.usual;
-        // A thread that panicked left it empty or whole.
+        // A thread that panicked left it empty or complete.
         let mut compiled =
             self.compiled[usize::from(usual)].lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(pipeline) = &*compiled {
@@ -64,8 +64,7 @@ impl Program {
     }
 }
 
-/// Pass `raster_slices`, which draws; and what nothing is drawn to, since a render pass wants a
-/// target.
+/// Pass `raster_slices`, which draws, and the format of the target that a render pass requires.
 #[derive(Clone, Debug)]
 pub(super) struct RasterProgram {
     pub(super) layout: wgpu::BindGroupLayout,
@@ -73,7 +72,7 @@ pub(super) struct RasterProgram {
 }
 
 impl RasterProgram {
-    /// A target of its pictures, none of which is ever written.
+    /// Format of the target, to which nothing is ever written.
     pub(super) const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
     pub(super) fn new(device: &wgpu::Device, media: MediaKind) -> Result<Self> {
@@ -116,7 +115,7 @@ impl RasterProgram {
     }
 }
 
-/// What a pass binds.
+/// The layout of a pass's bind group.
 fn layout(
     device: &wgpu::Device,
     declaration: &Declaration,
@@ -164,7 +163,7 @@ fn module(
     })
 }
 
-/// All programs of a device that were asked for, by pass and kind of media.
+/// All programs of a device that were requested so far, by pass and kind of media.
 #[derive(Debug)]
 pub(super) struct Programs {
     device: wgpu::Device,
@@ -177,7 +176,7 @@ impl Programs {
         Self { device: device.clone(), compute: Mutex::default(), raster: Mutex::default() }
     }
 
-    /// A compute pass, not compiled yet if nobody has recorded it.
+    /// A compute pass, which may not be compiled yet.
     pub(super) fn compute(&self, pass: Pass, media: MediaKind) -> Arc<Program> {
         let mut known = self.compute.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(found) = known.iter().find(|p| (p.pass, p.media) == (pass, media)) {
@@ -191,7 +190,7 @@ impl Programs {
     /// Pass `raster_slices`.
     ///
     /// # Errors
-    /// If the device refuses the shader.
+    /// If the device rejects the shader.
     pub(super) fn raster(&self, media: MediaKind) -> Result<RasterProgram> {
         let mut known = self.raster.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, found)) = known.iter().find(|(kind, _)| *kind == media) {
@@ -202,16 +201,16 @@ impl Programs {
         Ok(made)
     }
 
-    /// Compiles passes side by side, before they are needed.
+    /// Compiles passes in parallel, before they are needed.
     ///
     /// # Errors
-    /// If the device refuses a shader.
+    /// If the device rejects a shader.
     pub(super) fn compile(&self, passes: &[Pass], media: MediaKind, usual: bool) -> Result<()> {
         let compile = |pass: Pass| self.compute(pass, media).pipeline(usual).map(drop);
         let [first, others @ ..] = passes else { return Ok(()) };
         thread::scope(|scope| {
             let spawn = |&pass: &Pass| Builder::new().spawn_scoped(scope, move || compile(pass));
-            // Where there is no thread to be had, a pass is compiled when it is recorded.
+            // If no thread can be started, a pass is compiled when it is recorded.
             let others: Vec<_> = others.iter().filter_map(|pass| spawn(pass).ok()).collect();
             let first = compile(*first);
             let joined = others.into_iter().map(|other| other.join().unwrap_or(Ok(())));

@@ -1,4 +1,4 @@
-//! Work handed to a device and waited for, and results brought to the host.
+//! Submits work to a device, waits for it, and reads results back to the host.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -8,17 +8,17 @@ use super::renderer::{Renderer, TEXEL_BYTES};
 use crate::error::memory;
 use crate::error::{Error, Result};
 
-/// Bytes that are brought to the host at once, so that no buffer is larger than devices allow; a
+/// Number of bytes that are read back at a time, so that no buffer exceeds the device's limits; a
 /// multiple of every item's size.
 const BYTES_AT_ONCE: u64 = 64 << 20;
-/// Bytes of a counter of a pass.
+/// Size in bytes of a pass's counter.
 const COUNTER_BYTES: u64 = 8;
 
 impl Renderer {
-    /// Records with `record`, submits, and waits for the device to finish.
+    /// Records commands with `record`, submits them, and waits for the device to finish.
     ///
     /// # Errors
-    /// Those of `record`, what the device finds wrong with the work, or that it was lost.
+    /// Those of `record`. If the device finds the commands invalid or is lost.
     pub fn submit(
         &self,
         record: impl FnOnce(&mut wgpu::CommandEncoder) -> Result<()>,
@@ -33,9 +33,9 @@ impl Renderer {
         done.map_err(Error::gpu)?
     }
 
-    /// Waits for all that was submitted.
+    /// Waits for everything that was submitted.
     fn wait(&self) -> Result<()> {
-        // wgpu 30 panics here where a driver has lost its device.
+        // wgpu 30 panics here if a driver has lost its device.
         let poll = || self.device().poll(wgpu::PollType::wait_indefinitely());
         match catch_unwind(AssertUnwindSafe(poll)) {
             Ok(waited) => waited.map(|_| ()).map_err(|error| Error::gpu(error.to_string())),
@@ -43,15 +43,15 @@ impl Renderer {
         }
     }
 
-    /// Copies a map or a picture to the host, row by row.
+    /// Reads a map or a picture back to the host, row by row, row 0 on top.
     ///
     /// # Errors
-    /// If the device fails, or if there is no memory for it.
+    /// If the device fails, or if there is not enough memory.
     pub fn read(&self, texture: &wgpu::Texture) -> Result<Vec<[f32; 4]>> {
         Ok(self.read_with(texture, &[])?.0)
     }
 
-    /// The same, and with it, at one go, the first number of each counter.
+    /// Like [`Renderer::read`]; also reads, in the same transfer, the first number of each counter.
     ///
     /// # Errors
     /// As [`Renderer::read`].
@@ -68,7 +68,7 @@ impl Renderer {
         let texels = size.width as usize * size.height as usize;
         let mut all = memory::room(texels, "what the GPU made")?;
         let mut counts = Vec::new();
-        // Counters lie behind the rows.
+        // Counters are stored behind the rows.
         let behind = u64::from(padded) * u64::from(rows);
         let buffer = self.readback(behind + counters.len() as u64 * COUNTER_BYTES);
         for first in (0..size.height).step_by(rows as usize) {
@@ -105,10 +105,10 @@ impl Renderer {
         Ok((all, counts))
     }
 
-    /// Copies the first `bytes` of a storage buffer to the host.
+    /// Reads the first `bytes` bytes of a storage buffer back to the host.
     ///
     /// # Errors
-    /// If the device fails, or if there is no memory for them.
+    /// If the device fails, or if there is not enough memory.
     pub(super) fn read_buffer<T: Pod>(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<T>> {
         self.count_readback();
         let mut all = memory::room(bytes as usize / size_of::<T>(), "what the GPU made")?;
@@ -141,7 +141,7 @@ impl Renderer {
     fn mapped(&self, buffer: &wgpu::Buffer) -> Result<wgpu::BufferView> {
         let (sender, receiver) = std::sync::mpsc::channel();
         buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            // Nobody listens only if the caller is gone.
+            // Sending fails only if the caller is gone.
             let _ = sender.send(result);
         });
         let failed = |why: String| Error::gpu(format!("readback: {why}"));

@@ -1,5 +1,5 @@
-//! The passes on a device: pipelines, textures, submission and readback. Works on any device and
-//! queue, the caller's own included; nothing is submitted or waited for unless asked.
+//! The passes on a device: pipelines, textures, submission and readback. It works on any device and
+//! queue, including the caller's own. Nothing is submitted or waited for unless requested.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -17,19 +17,19 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::scene::Media;
 
-/// Bytes of a map's texel or a picture's pixel.
+/// Bytes of a map's texel or of a picture's pixel.
 pub(super) const TEXEL_BYTES: u32 = 16;
 
 /// A frame's parameters on a device.
 #[derive(Clone, Debug)]
 pub struct GpuFrame {
     buffer: wgpu::Buffer,
-    /// Whether the camera march needs nothing but the usual settings.
+    /// Whether the camera march needs the usual settings only.
     usual: Arc<AtomicBool>,
 }
 
 impl GpuFrame {
-    /// The uniform buffer, laid out as [`Frame`].
+    /// The uniform buffer with the layout of [`Frame`].
     pub fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer
     }
@@ -39,7 +39,7 @@ impl GpuFrame {
     }
 }
 
-/// Declares how a texture of four f32 a texel is reached.
+/// Declares access to a texture of four f32 per texel.
 macro_rules! texture {
     ($name:ident) => {
         impl $name {
@@ -48,7 +48,7 @@ macro_rules! texture {
                 &self.texture
             }
 
-            /// A view of all of it, for shaders.
+            /// A view of the whole texture, for shaders.
             pub fn view(&self) -> &wgpu::TextureView {
                 &self.view
             }
@@ -56,13 +56,13 @@ macro_rules! texture {
     };
 }
 
-/// A threshold map on a device: R, G, B = depths at three opacities, A = largest opacity; and what
-/// lookups read, worked out from it.
+/// A threshold map on a device: R, G, B = depths at three opacities, A = largest opacity. It
+/// includes the curves that lookups read, which are computed from the texels.
 #[derive(Clone, Debug)]
 pub struct GpuMap {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    /// Ends and cubics of each texel's curve, `shaders/kernel/curves`.
+    /// Ends and cubics of each texel's curve (`shaders/kernel/curves`).
     curves: [wgpu::Buffer; 2],
 }
 
@@ -84,7 +84,7 @@ impl GpuMap {
 }
 
 impl GpuImage {
-    /// Pixels along x and y.
+    /// Width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
         [self.texture.width(), self.texture.height()]
     }
@@ -93,7 +93,7 @@ impl GpuImage {
 texture!(GpuMap);
 texture!(GpuImage);
 
-/// The passes on a device, each compiled when it is first recorded.
+/// The passes on a device. Each is compiled when it is first recorded.
 #[derive(Debug)]
 pub struct Renderer {
     device: wgpu::Device,
@@ -120,7 +120,7 @@ impl Renderer {
         }
     }
 
-    /// How often something was brought to the host so far.
+    /// How many times results have been read back to the host so far.
     pub fn readbacks(&self) -> u64 {
         self.readbacks.load(Ordering::Relaxed)
     }
@@ -129,7 +129,7 @@ impl Renderer {
         self.readbacks.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The device that it works on.
+    /// The device on which it works.
     pub fn device(&self) -> &wgpu::Device {
         &self.device
     }
@@ -138,13 +138,13 @@ impl Renderer {
         &self.queue
     }
 
-    /// Bytes that a shader can see in one buffer.
+    /// The largest number of bytes of a buffer that a shader can bind.
     pub(super) fn largest_binding(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
-    /// Does `work`, and what the device found wrong with it, in its words.
+    /// Does `work`; the error is the device's message if it found the commands invalid.
     pub(super) fn scoped<T>(&self, work: impl FnOnce() -> T) -> Result<T, String> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -156,7 +156,7 @@ impl Renderer {
         }
     }
 
-    /// A buffer that holds `contents`. (wgpu's own function for it panics where there is no
+    /// A buffer that holds `contents`. (wgpu's own function for this panics if there is not enough
     /// memory.)
     pub(super) fn buffer(
         &self,
@@ -174,7 +174,7 @@ impl Renderer {
         buffer
     }
 
-    /// A storage buffer of at least `bytes`, never less than one element of any kind.
+    /// A storage buffer of at least `bytes` bytes, and at least one element of any kind.
     pub(super) fn storage(&self, label: &str, bytes: u64) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
@@ -186,36 +186,36 @@ impl Renderer {
         })
     }
 
-    /// What passes bind of media.
+    /// The bind group entries of media.
     pub(super) fn media_entries<'a>(&'a self, media: &'a GpuMedia) -> Vec<BindGroupEntry<'a>> {
         media.entries(&self.sampler)
     }
 
-    /// Puts media on the device. A volume that is sparse, or larger than one texture can be, is
-    /// stored in blocks.
+    /// Uploads media to the device. A volume that is sparse, or that exceeds the size of a texture,
+    /// is stored in blocks.
     ///
     /// # Errors
-    /// If the blocks of a volume are more than a texture holds or along an axis more than textures
-    /// are long, if a grid of a mixture is larger than textures can be or a sparse one takes more
-    /// than 4 GiB as one, if there are more volumes or grids than shaders know, or if the device
-    /// has no memory left.
+    /// If the blocks of a volume do not fit one texture, or their table exceeds the size of a
+    /// texture. If a grid of a mixture exceeds the size of a texture, or a sparse one takes more
+    /// than 4 GiB as a single texture. If there are more bodies or grids than shaders support. If
+    /// the device has not enough memory.
     pub fn upload(&self, media: &Media) -> Result<GpuMedia> {
         self.scoped(|| GpuMedia::upload(self, media)).map_err(Error::gpu)?
     }
 
-    /// Puts the parameters of a frame of `media` on the device.
+    /// Uploads the parameters of a frame of `media` to the device.
     ///
     /// # Errors
-    /// If the map or the picture is larger than the device's textures can be.
+    /// If the map or the picture exceeds the size of the device's textures.
     pub fn frame(&self, frame: &Frame, media: &GpuMedia) -> Result<GpuFrame> {
         let held = self.held(frame, media)?;
         let buffer = self.buffer("frame", bytes_of(&held), wgpu::BufferUsages::UNIFORM);
         Ok(GpuFrame { buffer, usual: Arc::new(AtomicBool::new(frame.is_usual())) })
     }
 
-    /// Puts other parameters of a frame of `media` in the place of those that `known` holds: for
-    /// what is submitted from now on. Passes prepared with it go on as they are, if sizes of map
-    /// and picture have not changed.
+    /// Replaces the parameters that `known` holds by those of another frame of `media`, for
+    /// everything that is submitted from now on. Passes prepared with it remain valid, as long as
+    /// the sizes of map and picture do not change.
     ///
     /// # Errors
     /// As [`Renderer::frame`]; then nothing has changed.
@@ -226,7 +226,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// A frame as shaders read it for media on the device.
+    /// A frame as shaders read it, for media on the device.
     fn held(&self, frame: &Frame, media: &GpuMedia) -> Result<Frame> {
         let (width, height, map) = (frame.view.width, frame.view.height, frame.map.size);
         self.check_size("picture", [width, height])?;
@@ -236,10 +236,10 @@ impl Renderer {
         Ok(held)
     }
 
-    /// An empty map of `size` squared texels.
+    /// Allocates a map of `size` squared texels.
     ///
     /// # Errors
-    /// If the device's textures or buffers cannot be as large.
+    /// If it exceeds the size of the device's textures or buffers.
     pub fn map(&self, size: u32) -> Result<GpuMap> {
         let (texture, view) = self.texture("threshold map", [size; 2])?;
         let bytes = u64::from(size) * u64::from(size) * u64::from(TEXEL_BYTES);
@@ -252,17 +252,17 @@ impl Renderer {
         Ok(GpuMap { texture, view, curves })
     }
 
-    /// An empty picture.
+    /// Allocates a picture of `width` x `height` pixels.
     ///
     /// # Errors
-    /// If the device's textures cannot be as large, or it has no memory for so many pixels.
+    /// If it exceeds the size of the device's textures, or if the device has not enough memory.
     pub fn image(&self, width: u32, height: u32) -> Result<GpuImage> {
         let (texture, view) = self.texture("picture", [width, height])?;
         Ok(GpuImage { texture, view })
     }
 
-    /// Fills a map from the host: texels row by row, as many as it has. Before it is looked up, it
-    /// needs pass [`Renderer::fit_curves`].
+    /// Uploads a map's texels, row by row; there must be as many as the map has. Lookups require
+    /// pass [`Renderer::fit_curves`] after this.
     pub fn write(&self, map: &GpuMap, texels: &[[f32; 4]]) {
         let size = map.texture.size();
         self.queue.write_texture(
@@ -277,10 +277,10 @@ impl Renderer {
         );
     }
 
-    /// Records pass `trace_threshold`: fills `map` for the light of `frame`.
+    /// Records pass `trace_threshold`, which fills `map` for the light of `frame`.
     ///
     /// # Errors
-    /// If the device refuses the shader.
+    /// If the device rejects the shader.
     pub fn trace_threshold(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -291,10 +291,10 @@ impl Renderer {
         self.prepare_threshold(media, frame, map).record(encoder)
     }
 
-    /// Records pass `fit_curves`: makes a map that was filled from the host ready to be looked up.
+    /// Records pass `fit_curves`, which prepares a map that was uploaded from the host for lookups.
     ///
     /// # Errors
-    /// If the device refuses the shader.
+    /// If the device rejects the shader.
     pub fn fit_curves(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -308,10 +308,11 @@ impl Renderer {
             .record(encoder)
     }
 
-    /// Records pass `march_view`: fills `image` for the camera of `frame`, lit through `shadow`.
+    /// Records pass `march_view`, which fills `image` for the camera of `frame`, lit through
+    /// `shadow`.
     ///
     /// # Errors
-    /// If the device refuses the shader.
+    /// If the device rejects the shader.
     pub fn march_view(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -323,9 +324,9 @@ impl Renderer {
         self.prepare_view(media, frame, shadow, image).record(encoder)
     }
 
-    /// Holds a picture or a map against what the device's textures can be. No device that has
-    /// textures as large has fewer workgroups than they take: WebGPU demands 65535 along an axis,
-    /// of eight texels each.
+    /// Checks a picture or a map against the size of the device's textures. A device with textures
+    /// of that size also supports enough workgroups: WebGPU guarantees 65535 along an axis, of
+    /// eight texels each.
     pub(super) fn check_size(&self, what: &str, [width, height]: [u32; 2]) -> Result<()> {
         let limit = self.device.limits().max_texture_dimension_2d;
         if width.max(height) <= limit {
@@ -356,7 +357,7 @@ impl Renderer {
                 view_formats: &[],
             })
         };
-        // How many bytes a texture may have is known to drivers alone.
+        // Only drivers know how many bytes a texture may have.
         let texture = self.scoped(make).map_err(|why| {
             let bytes = u64::from(width) * u64::from(height) * u64::from(TEXEL_BYTES);
             let needed = format!("{width}x{height} ({bytes} bytes)");

@@ -1,5 +1,5 @@
-//! Pictures one after another on a device, where media, maps and pictures of beams stay: one
-//! readback a picture.
+//! Pictures one after another on a device, where media, maps and the beams' pictures stay: there is
+//! one readback per picture.
 
 use super::fragments::GpuFragments;
 use super::media::GpuMedia;
@@ -18,28 +18,27 @@ use crate::scene::{Beam, Scene};
 use crate::settings::{MapKind, Settings, Slices};
 use crate::shadow::Map;
 
-/// Pictures of a backend.
+/// The GPU's [`Stage`].
 pub(super) struct GpuStage<'a> {
     backend: &'a GpuBackend,
-    /// What is kept of the last picture's beams, where there is room for it.
+    /// The maps of the last picture's beams, as far as there is room for them.
     lit: Vec<Option<Lit>>,
     image: Option<GpuImage>,
-    /// Nodes a texel that raw lists get room for at least, and fitted ones.
+    /// The capacity, in nodes per texel, of raw lists (at least) and of fitted lists.
     room: [u32; 2],
-    /// Of the lists made for this picture, how many nodes a texel asked for at most, and had room
-    /// for.
+    /// The lists made for this picture, with their capacity and their counter of nodes.
     counted: Vec<Counted>,
 }
 
-/// Lists that may have been cut short.
+/// Lists that may have been truncated.
 struct Counted {
     fitted: bool,
-    /// Nodes a texel that they had room for.
+    /// Their capacity in nodes per texel.
     room: u32,
     counters: wgpu::Buffer,
 }
 
-/// A beam on the device.
+/// A beam's map on the device, and what it depends on.
 struct Lit {
     cause: Cause,
     shadow: Shadow,
@@ -70,7 +69,7 @@ impl Shadow {
     /// Bytes on the device.
     fn bytes(&self) -> u64 {
         match self {
-            // Four numbers, and the curve that they say.
+            // Four numbers, and the curve that they define.
             Self::Threshold(map) => 96 * u64::from(map.texture().width()).pow(2),
             Self::Fragments(map) => map.nodes().size() + map.runs().size() + map.links().size(),
         }
@@ -87,7 +86,7 @@ impl<'a> GpuStage<'a> {
         Self { backend, lit, image: None, room: [0, FITTED_NODES], counted }
     }
 
-    /// Makes the media, the programs and the map of a beam ready, the `index`th of its scene.
+    /// Prepares media, programs and map of a beam, which is the `index`th of its scene.
     fn light(
         &mut self,
         index: usize,
@@ -104,12 +103,12 @@ impl<'a> GpuStage<'a> {
         {
             return Ok(());
         }
-        // Rather not two at once.
+        // Avoids holding both on the device at once.
         self.lit.truncate(index);
         let frame = Frame::new(beam, settings)?;
         let media_kind = GpuMedia::kind_of(gpu.device(), &beam.media);
         let passes = passes(kind);
-        // Drivers take as long to compile as it takes to bring a volume over.
+        // Drivers take as long to compile as the upload of a volume takes.
         let (compiled, media) = rayon::join(
             || gpu.programs.compile(&passes, media_kind, frame.is_usual()),
             || backend.upload(&beam.media),
@@ -144,8 +143,8 @@ impl<'a> GpuStage<'a> {
         Ok(Shadow::Threshold(map))
     }
 
-    /// The lists, if they fit the memory allowed and what the device binds, all at once, and are
-    /// marched.
+    /// The beam's lists, if all of them together fit the allowed memory and the device's largest
+    /// binding, and if they are made by marching.
     fn fragments(
         &mut self,
         beam: &Beam,
@@ -183,7 +182,7 @@ impl<'a> GpuStage<'a> {
         Ok(made.map(Shadow::Fragments))
     }
 
-    /// Maps that are too large to be made at one go are put together by the host.
+    /// Maps that are too large to be made in one pass are assembled by the host.
     fn by_way_of_the_host(
         &self,
         beam: &Beam,
@@ -196,7 +195,7 @@ impl<'a> GpuStage<'a> {
         }
     }
 
-    /// The picture of a beam, the `index`th of its scene.
+    /// The picture of a beam, which is the `index`th of its scene.
     fn view(
         &mut self,
         index: usize,
@@ -216,7 +215,7 @@ impl<'a> GpuStage<'a> {
         let frame = gpu.frame(&frame, media)?;
         let [width, height] = settings.image.size;
         let image = match &self.image {
-            // Of the first beam only: others are added to it.
+            // Only for the first beam: others are added to it.
             Some(image) if index == 0 && image.size() == [width, height] => image.clone(),
             _ => gpu.image(width, height)?,
         };
@@ -229,7 +228,7 @@ impl<'a> GpuStage<'a> {
         Ok(image)
     }
 
-    /// What beams' pictures come to.
+    /// The sum of the beams' pictures.
     fn pictures(
         &mut self,
         beams: &[Beam],
@@ -280,7 +279,7 @@ impl Stage for GpuStage<'_> {
                     self.counted.iter().map(|lists| lists.counters.clone()).collect();
                 self.backend.renderer.read_with(picture.texture(), &counters)
             });
-            // Nothing is kept that may be cut short or was never made.
+            // Nothing is kept that may be truncated or was never made.
             let (pixels, counts) = made.inspect_err(|_| self.lit.clear())?;
             let mut whole = true;
             for (lists, count) in self.counted.iter().zip(counts) {
@@ -296,7 +295,7 @@ impl Stage for GpuStage<'_> {
                 scene.check_radiance(&image)?;
                 return Ok(image);
             }
-            // All over again with room for the longest.
+            // Repeat everything with room for the longest list.
             self.lit.clear();
         }
     }

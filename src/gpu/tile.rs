@@ -4,31 +4,34 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::shadow::Node;
 
-/// Texels of a block whose nodes lie side by side, which is how far apart a texel's are.
+/// Number of texels in a block whose nodes are interleaved, which is the stride between the nodes
+/// of a texel.
 pub const INTERLEAVED_STRIDE: u32 = 64;
-/// In the count of a run: its nodes are interleaved with those of a block.
+/// A flag in the count of a run: its nodes are interleaved with those of the other texels of a
+/// block.
 pub const INTERLEAVED: u32 = 0x8000_0000;
 
-/// The part of a map that a pass works on (`shaders/kernel/tile.wgsl`).
+/// The uniform that tells a pass which part of a map it works on (`shaders/kernel/tile.wgsl`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Tile {
-    /// Its first texel in the map.
+    /// The tile's first texel in the map.
     pub origin: [u32; 2],
-    /// Its texels.
+    /// The tile's size in texels.
     pub extent: [u32; 2],
-    /// What its buffers hold: nodes a texel (`trace_slices`), elements (`raster_slices`).
+    /// Capacity of its buffers: nodes per texel (`trace_slices`), or elements of the whole tile
+    /// (`raster_slices`).
     pub capacity: u32,
     unused: [u32; 3],
 }
 
 impl Tile {
-    /// Rows `first` to `first + rows` of a map.
+    /// The tile with the rows `first` to `first + rows` of a map of `size` squared texels.
     pub fn rows(size: u32, first: u32, rows: u32, capacity: u32) -> Self {
         Self { origin: [0, first], extent: [size, rows], capacity, unused: [0; 3] }
     }
 
-    /// Texels.
+    /// Number of texels.
     pub fn texels(&self) -> u64 {
         u64::from(self.extent[0]) * u64::from(self.extent[1])
     }
@@ -38,7 +41,7 @@ impl Tile {
         self.block_texels() * u64::from(self.capacity) * size_of::<Node>() as u64
     }
 
-    /// Texels of the blocks that cover it.
+    /// Number of texels in the blocks that cover the tile.
     pub(super) fn block_texels(&self) -> u64 {
         let blocks = self.extent.map(|n| u64::from(n.div_ceil(8)));
         blocks[0] * blocks[1] * u64::from(INTERLEAVED_STRIDE)

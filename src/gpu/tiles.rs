@@ -1,6 +1,6 @@
-//! Fragment maps of any size: built in tiles of whole rows that fit the memory allowed and what the
-//! device binds at once, again with more room where a tile had too little. No fragment is ever
-//! lost.
+//! Fragment maps of any size: built in tiles of whole rows that fit the allowed memory and the
+//! device's largest binding. If a tile's buffers were too small, it is built again with larger
+//! ones, so no fragment is ever lost.
 
 use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;
@@ -12,14 +12,15 @@ use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::{Node, Runs};
 
-/// Nodes a texel that fits first get room for: no preset's fit at the default tolerance takes more.
+/// Initial capacity of fitted lists, in nodes per texel: no preset's fit at the default tolerance
+/// needs more.
 pub(super) const FITTED_NODES: u32 = 32;
-/// Fragments a texel that drawn lists first get room for.
+/// Initial capacity of drawn lists, in fragments per texel.
 const DRAWN_FRAGMENTS: u64 = 64;
 /// Rows of texels in a block.
 const BLOCK_ROWS: u32 = 8;
 
-/// Pass `trace_slices` over all tiles.
+/// Runs pass `trace_slices` over all tiles.
 pub(super) fn trace_slices(
     gpu: &Renderer,
     (media, gpu_media): (&Media, &GpuMedia),
@@ -53,19 +54,19 @@ pub(super) fn trace_slices(
     Ok(all)
 }
 
-/// Nodes of a texel's raw list at most: one more than its slabs (each gap between two stretches of
-/// slabs, which costs a node, is a slab without).
+/// An upper bound for the number of nodes of a texel's raw list: one more than its slabs. (A gap
+/// between two stretches of slabs costs a node, but it also leaves out a slab.)
 pub(super) fn most_nodes(media: &Media, frame: &Frame) -> u32 {
     if frame.map.planes > 0 {
         return frame.map.planes + 1;
     }
     let voxels = media.domain().size().length() as f32;
     let slabs = (voxels * frame.map.slabs.per_voxel.max(SLABS_PER_VOXEL)).ceil() as u32 + 1;
-    // The last batch of four may hold shorter ones.
+    // The last batch of four may have shorter slabs.
     slabs.clamp(frame.map.slabs.least, frame.map.slabs.most) + 5
 }
 
-/// Passes `raster_slices` and `sort_fragments` over all tiles.
+/// Runs passes `raster_slices` and `sort_fragments` over all tiles.
 pub(super) fn raster_slices(
     gpu: &Renderer,
     gpu_media: &GpuMedia,
@@ -76,7 +77,7 @@ pub(super) fn raster_slices(
     let size = frame.map.size;
     let planes = frame.map.planes;
     progress.begin("shadow map", u64::from(size));
-    // Nodes take as much again as elements.
+    // Nodes take as many bytes as elements.
     let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
     let most = most.min(u64::from(u32::MAX - 1));
     let frame_buffer = gpu.frame(frame, gpu_media)?;

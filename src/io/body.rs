@@ -1,5 +1,5 @@
-//! From what a user wrote of a volume to all that a medium is made of: the densities, their
-//! transfer function, and further grids of the same file.
+//! Loads everything that a `[volume]` table names: the densities, their transfer function, and
+//! further grids of the same file.
 
 use std::fs;
 use std::path::Path;
@@ -13,19 +13,20 @@ use crate::scene::file::VolumeTable;
 use crate::scene::transfer::{self, Choice, Resolved, TransferFunction};
 use crate::volume::{Levels, Volume};
 
-/// Bins of the histogram that a transfer function is chosen from.
+/// Number of bins of the histogram from which a transfer function is chosen.
 const BINS: usize = 256;
-/// The values that Hounsfield units have in a body, with metal cut.
+/// The range of Hounsfield units in a body; metal beyond it is clamped.
 const HOUNSFIELD: [f32; 2] = [-1024.0, 3071.0];
-/// A function over 0..1 speaks of no stored values where those spread over more than this.
+/// A function over 0..1 does not refer to stored values if those spread over more than this.
 const NORMALISED: f64 = 50.0;
 
-/// Loads everything that `table` names. Where it leaves the window open and `scan` says that values
-/// need no absolute meaning, or no density scale is given that speaks of them, one is chosen that
-/// hides what surrounds a scanned object. With them: what was done, in words.
+/// Loads everything that `table` names. If the table gives no window, one may be chosen that hides
+/// the surroundings of a scanned object: when `scan` says that values need no absolute meaning, or
+/// when no density scale is given that refers to them. The strings in the result say what was
+/// chosen.
 ///
 /// # Errors
-/// As [`load_volume`], if a transfer function is wrong, or if a further grid cannot be read.
+/// As [`load_volume`], and if a transfer function is invalid or a further grid cannot be read.
 pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients, Vec<String>)> {
     let mut facts = Facts::default();
     let choice = choice(table)?;
@@ -74,7 +75,7 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
         Some(function) => Some(densities.held(&function)?),
         None if densities.cut.is_none() => None,
         None if densities.cuts_nothing(&volume) => {
-            // Nothing is beyond the window: densities may as well be held as what they are.
+            // The window cuts nothing, so the volume can hold the densities themselves.
             volume = volume.mapped(|held| densities.density(held.into()) as f32);
             densities = Densities::default();
             None
@@ -104,23 +105,23 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
     Ok((ingredients, notes))
 }
 
-/// A volume, and what its densities are.
+/// A volume, and the map between its numbers and densities.
 struct Loaded {
     volume: Volume,
     densities: Densities,
-    /// The transfer function over densities, where that does not depend on a choice to come.
+    /// The transfer function over densities, unless it depends on a later choice.
     function: Option<TransferFunction>,
 }
 
 impl Loaded {
-    /// With stored values as they are, or moved ones, for densities.
+    /// For densities that are the stored values, moved by an offset or not.
     fn stored(volume: Volume, function: Option<TransferFunction>) -> Self {
         let densities = Densities::of_stored(&volume);
         Self { volume, densities, function }
     }
 }
 
-/// Loads the densities so that the function that is chosen for them can be applied between voxels.
+/// Loads the densities in such a way that the chosen function can be applied between voxels.
 fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Result<Loaded> {
     let mut load = |levels: Levels| {
         facts.notes.clear();
@@ -133,7 +134,7 @@ fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Re
     if let Some(window) = table.window {
         let volume = load(Levels::Moved(window))?;
         let densities = Densities::of_window(window, volume.moved_by());
-        // Beside a window a function speaks of 0..1.
+        // With a window, a function is over 0..1.
         let function = resolved.filter(|one| !one.normalised && !one.over_data);
         return Ok(Loaded {
             volume,
@@ -187,7 +188,7 @@ fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Re
     }
 }
 
-/// The function that `table` asks for, its file read.
+/// The function that `table` specifies, after reading its file.
 fn choice(table: &VolumeTable) -> Result<Option<Choice>> {
     let Some(table) = &table.transfer else { return Ok(None) };
     let text = table.file.as_deref().map(read).transpose()?;
@@ -198,28 +199,28 @@ fn read(path: &Path) -> Result<String> {
     fs::read_to_string(path).map_err(|error| Error::file(path, error))
 }
 
-/// The stored values that a function speaks of; `None` if that is one value only.
+/// The range of stored values that a function covers; `None` if it is a single value.
 fn own_range(function: &TransferFunction) -> Option<[f32; 2]> {
     let [low, high] = function.range().map(|value| value as f32);
     (low < high).then_some([low, high])
 }
 
-/// The stored values of a volume but for a few that stand apart, not all the same.
+/// The range of a volume's stored values without a few outliers; never empty.
 fn data_range(volume: &Volume) -> [f32; 2] {
     let [low, high] = volume.stored_range().unwrap_or_default();
     if low < high { [low, high] } else { [low.min(0.0), low.max(0.0).max(low.min(0.0) + 1.0)] }
 }
 
-/// Whether a function's range has to do with stored values `data`: whether they overlap, and it is
-/// not a function over 0..1 for values that spread far.
+/// Whether a function refers to stored values in the range `data`: whether the ranges overlap, and
+/// the function is not one over 0..1 for values that spread widely.
 fn meets([low, high]: [f64; 2], data: [f32; 2]) -> bool {
     let [least, most] = data.map(f64::from);
     let normalised = low == 0.0 && high == 1.0 && most - least > NORMALISED;
     low <= most && least <= high && !normalised
 }
 
-/// Whether stored values are Hounsfield units: by a file's word (`of_ct`), or as they have air at
-/// -1000, what pads a scan below that, and soft tissue around 0.
+/// Whether stored values are Hounsfield units. Either the file says so (`of_ct`), or the values
+/// have air at -1000, padding below that, and soft tissue around 0.
 fn is_hounsfield(volume: &Volume, of_ct: Option<bool>) -> bool {
     let by = volume.moved_by();
     let least = volume.smallest() - by;
@@ -234,13 +235,13 @@ fn is_hounsfield(volume: &Volume, of_ct: Option<bool>) -> bool {
     }
 }
 
-/// The densities that a volume has, but for a few that stand apart.
+/// The range from 0 to the largest density without a few outliers.
 fn over(volume: &Volume, densities: &Densities) -> [f64; 2] {
     let largest = densities.density(volume.typical_largest().into());
     [0.0, if largest > 0.0 { largest } else { 1.0 }]
 }
 
-/// The densities of a volume that lie in a range, counted.
+/// The histogram of a volume's densities within a range.
 fn histogram(volume: &Volume, densities: &Densities, range: [f64; 2]) -> Histogram {
     let mut histogram = Histogram::new(range, BINS);
     let [low, high] = range;
@@ -261,8 +262,8 @@ fn histogram(volume: &Volume, densities: &Densities, range: [f64; 2]) -> Histogr
     histogram
 }
 
-/// A factor on extinction from a function of how steep densities are, between those that are told
-/// apart.
+/// A factor on extinction: the function `steep` of the length of the gradient of densities, which
+/// are first clamped to the range in which the transfer function distinguishes them.
 fn modulation(
     volume: &Volume,
     densities: &Densities,

@@ -1,4 +1,4 @@
-//! Coded maps as OpenEXR: the bytes of each texel.
+//! Writes coded maps as OpenEXR: the bytes of each texel.
 
 use exr::prelude::AttributeValue;
 use glam::DMat4;
@@ -8,9 +8,9 @@ use crate::error::Result;
 use crate::math::Aabb;
 use crate::shadow::{CodedMap, TexelMap};
 
-/// A coded map as OpenEXR: a pixel a texel, row 0 (v = 0) on top. Byte `i` of a texel is channel
-/// `byteI` (three digits), f32, 0 to 255. Its attributes are a threshold map's where they apply
-/// ([`super::exr::encode_threshold_map`]), with `kind` = the name of the code.
+/// Encodes a coded map as OpenEXR: one pixel per texel, row 0 (v = 0) on top. Byte `i` of a texel
+/// is the channel `byteI` (three digits), f32, 0 to 255. The attributes are those of a threshold
+/// map where they apply ([`super::exr::encode_threshold_map`]), with `kind` = the name of the code.
 ///
 /// # Errors
 /// If the encoder fails.

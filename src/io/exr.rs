@@ -1,5 +1,6 @@
-//! Flat OpenEXR through the `exr` crate: pictures in linear radiance, shadow maps with what a
-//! reader needs to look things up in them. (The crate has no deep data: that is `deep_exr`.)
+//! Writes flat OpenEXR through the `exr` crate: pictures in linear radiance, and shadow maps with
+//! everything that a reader needs for lookups. (The crate does not support deep data; `deep_exr`
+//! does.)
 
 use std::io::Cursor;
 
@@ -19,8 +20,9 @@ use crate::scene::LightView;
 use crate::settings::Lookup;
 use crate::shadow::{TexelMap, ThresholdMap};
 
-/// A picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32, with what
-/// was measured of its shadows as the attribute `certificate` (string), if anything was.
+/// Encodes a picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32.
+/// `certificate`, a text on the measured errors of its shadows, becomes an attribute (string) of
+/// that name.
 ///
 /// # Errors
 /// If the encoder fails.
@@ -29,11 +31,11 @@ pub fn encode_image(image: &Image, certificate: Option<&str>) -> Result<Vec<u8>>
     encode_layers(vec![rgba_layer([image.width, image.height], &image.pixels, attributes)])
 }
 
-/// The attribute that holds a certificate.
+/// The attribute of a certificate, if there is one.
 pub(super) fn certified(
     certificate: Option<&str>,
 ) -> impl Iterator<Item = (&'static str, AttributeValue)> {
-    // What the format's strings cannot hold is no part of a certificate.
+    // A certificate that the format's strings cannot hold is left out.
     let value = certificate.and_then(Text::new_or_none);
     value.into_iter().map(|value| ("certificate", AttributeValue::Text(value)))
 }
@@ -53,7 +55,7 @@ pub(super) fn certified(
 /// | `lookup` | string | the lookup that it is made for: `default` or `paper` |
 /// | `index_from_world` | m44f | row-major, for column vectors: world to voxel index |
 /// | `certificate` | string | what was measured of the map's error, if anything was |
-/// | `domain_min`, `domain_max` | v3f | the box of voxel indices that holds medium: where it ends along a texel's ray is part of the default lookup |
+/// | `domain_min`, `domain_max` | v3f | box of voxel indices with medium; default lookups use it |
 ///
 /// # Errors
 /// If the encoder fails.
@@ -66,8 +68,8 @@ pub fn encode_threshold_map(
     encode_layers(vec![threshold_layer(map, index_from_world, domain, certificate)])
 }
 
-/// Threshold maps that belong together (a light's channels, several lights) as one OpenEXR file, a
-/// layer each with its name and the attributes of [`encode_threshold_map`].
+/// Encodes threshold maps that belong together (a light's channels, several lights) as one OpenEXR
+/// file, with one named layer per map and the attributes of [`encode_threshold_map`].
 ///
 /// # Errors
 /// If the encoder fails.
@@ -113,7 +115,7 @@ fn threshold_layer(
     rgba_layer([map.size(); 2], &texels, attributes)
 }
 
-/// How a map lies in the world, as attributes.
+/// Attributes for a map's light view and its placement in the world.
 pub(super) fn placement(
     view: &LightView,
     index_from_world: &DMat4,
@@ -145,7 +147,7 @@ fn vector(v: DVec3) -> AttributeValue {
     AttributeValue::FloatVec3(v.as_vec3().to_array().into())
 }
 
-/// A layer of named channels of f32.
+/// A layer of named f32 channels.
 type Channels = Layer<AnyChannels<FlatSamples>>;
 
 fn rgba_layer(
@@ -158,7 +160,7 @@ fn rgba_layer(
     channel_layer(size, names.map(|(c, name)| (name, channel(c))).collect(), attributes)
 }
 
-/// Named channels of f32, each a number a pixel, row 0 on top.
+/// Encodes named f32 channels with one number per pixel each, row 0 on top.
 pub(super) fn encode_channels(
     size: [u32; 2],
     channels: Vec<(&str, Vec<f32>)>,
@@ -187,13 +189,13 @@ fn channel_layer(
     layer
 }
 
-/// A file of layers of the same size.
+/// Encodes layers of equal size as one file.
 fn encode_layers(layers: Vec<Channels>) -> Result<Vec<u8>> {
     let size = layers.first().map_or(Vec2(0, 0), |layer| layer.size);
     let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
     let pixels = (size.0 as u64).saturating_mul(size.1 as u64);
     let channels: usize = layers.iter().map(|layer| layer.channel_data.list.len()).sum();
-    // Bytes of a picture that cannot be packed, and some for headers.
+    // Room for incompressible pixels, and some for headers.
     memory::check(pixels.saturating_mul(4 * channels as u64 + 1), "an OpenEXR file")?;
     let mut bytes = Cursor::new(Vec::new());
     ExrImage::from_layers(attributes, layers)

@@ -1,22 +1,21 @@
-//! Attributes of OpenEXR headers in the order of their names: the `exr` crate keeps them in a table
-//! that has another order in each run, and the same input shall give the same bytes. Attributes
-//! only change places, so that no offset does. Knows nothing of what they say.
+//! Sorts the attributes in OpenEXR headers by name. The `exr` crate keeps them in a hash table,
+//! whose order differs from run to run, but the same input shall give the same bytes. Attributes
+//! only change places, so no offset changes. Knows nothing of their meaning.
 
 /// Bytes before the first header: the magic number and the version with its flags.
 const START: usize = 8;
 
-/// The version's flag of files of several parts, whose headers end with an empty one.
+/// The flag in the version field of multi-part files, whose headers end with an empty one.
 const SEVERAL_PARTS: u8 = 0x10;
 
-/// Sorts the attributes of every header of the file `bytes`; what is no whole header stays as it
-/// is.
+/// Sorts the attributes of every header in the file `bytes`; incomplete headers stay as they are.
 pub(super) fn sort_attributes(bytes: &mut [u8]) {
     let several = bytes.get(5).is_some_and(|flags| flags & SEVERAL_PARTS != 0);
     let mut at = START;
     while let Some(spans) = header(bytes, at).filter(|spans| !spans.is_empty()) {
         let end = spans.last().map_or(at, |span| span.end);
         let mut attributes: Vec<&[u8]> = spans.into_iter().map(|span| &bytes[span]).collect();
-        // They begin with their names, which end with a zero.
+        // Attributes begin with their names, which end with a zero.
         attributes.sort_unstable();
         let sorted = attributes.concat();
         bytes[at..end].copy_from_slice(&sorted);
@@ -27,8 +26,8 @@ pub(super) fn sort_attributes(bytes: &mut [u8]) {
     }
 }
 
-/// Where the attributes of the header at `at` lie: each a name, a type (both end with a zero), a
-/// length of four bytes and as many bytes. A zero stands behind the last one.
+/// The ranges of the attributes of the header at `at`. Each attribute is a name, a type (both end
+/// with a zero), a length of four bytes and as many bytes. A zero follows the last one.
 fn header(bytes: &[u8], mut at: usize) -> Option<Vec<std::ops::Range<usize>>> {
     let mut spans = Vec::new();
     while *bytes.get(at)? != 0 {
@@ -59,7 +58,7 @@ mod tests {
         let mut bytes = file([b, ab, ab, b]);
         sort_attributes(&mut bytes);
         assert_eq!(bytes, file([ab, b, ab, b]));
-        // What ends early stays.
+        // Truncated headers stay as they are.
         for end in 0..bytes.len() - 5 {
             let mut part = file([b, ab, b, ab])[..end].to_vec();
             sort_attributes(&mut part);

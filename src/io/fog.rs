@@ -1,4 +1,4 @@
-//! OpenVDB grids as volumes to render: which grid, where its medium is, level sets as fog.
+//! Renders OpenVDB grids as volumes: which grid of a file, where its medium is, level sets as fog.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::volume::{Levels, Volume, Voxels};
 
-/// What a grid's numbers are, where the user overrules the file.
+/// What a grid's numbers mean, where the user overrides the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// Distances to a surface, negative inside.
@@ -21,7 +21,7 @@ pub enum Class {
 }
 
 impl Class {
-    /// OpenVDB's name of it.
+    /// OpenVDB's name of the class.
     pub fn name(self) -> &'static str {
         match self {
             Self::LevelSet => "level set",
@@ -42,7 +42,7 @@ impl std::str::FromStr for Class {
     }
 }
 
-/// What is said of numbers that look like distances and are taken for densities.
+/// The note on numbers that look like distances but are treated as densities.
 pub(super) const DISTANCES: &str = "looks like signed distances and is drawn as densities, inside out (`volume.class = level-set`)";
 
 /// The density of a level set: 1 inside, 0 outside, a linear edge of one voxel across the surface.
@@ -50,8 +50,8 @@ pub(super) fn fog(distance: f32, voxel: f32) -> f32 {
     (0.5 - distance / voxel).clamp(0.0, 1.0)
 }
 
-/// The grid that is meant of a file: `name` (`density`, `density[1]`, empty for an unnamed
-/// one) or, without one, `density`, else the first grid of numbers, else the first that loads.
+/// The index of the wanted grid: `name` (`density`, `density[1]`, empty for an unnamed one) or,
+/// without a name, `density`, else the first grid of numbers, else the first that loads.
 ///
 /// # Errors
 /// If there is no such grid.
@@ -86,23 +86,22 @@ pub fn chosen(file: &VdbFile, name: Option<&str>) -> Result<usize> {
 
 /// Which grid of a file is wanted, and how its values become densities.
 pub(super) struct Wanted<'a> {
-    /// Its name; `None` for the one that [`chosen`] takes.
+    /// The grid's name; `None` for the one that [`chosen`] takes.
     pub grid: Option<&'a str>,
-    /// What its numbers are, if not what the file says.
+    /// What its numbers mean, if it differs from what the file says.
     pub class: Option<Class>,
-    /// Bytes that its voxels may take.
+    /// The largest number of bytes for its voxels.
     pub max_bytes: u64,
-    /// From numbers to densities.
+    /// How stored numbers become densities.
     pub levels: Levels,
 }
 
-/// The volume of a grid. Its medium reaches one voxel beyond the active bounding box, where it
-/// interpolates against the background. A level set becomes fog: density 1 inside, 0 outside, a
-/// linear edge of one voxel across the surface. A grid that holds nothing is one voxel without
-/// medium.
+/// The volume of a grid. Its medium extends one voxel beyond the active bounding box, where it is
+/// interpolated to the background. A level set becomes fog: density 1 inside, 0 outside, with a
+/// linear edge of one voxel across the surface. An empty grid becomes one voxel without medium.
 ///
 /// # Errors
-/// If the file cannot be read, has no such grid, or takes more memory.
+/// If the file cannot be read, has no such grid, or its voxels take more memory than allowed.
 pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) -> Result<Volume> {
     let chosen = Chosen::open(path, wanted.grid)?;
     let Chosen { name, world_from_index, level_set, grid, bounds, others } = chosen;
@@ -134,7 +133,7 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
     drop(grid);
     if !level_set && wanted.class.is_none() && around > 0.0 {
         let [least, most] = voxels.range();
-        // A narrow band of distances ends in the background on both sides.
+        // In a narrow band, distances end at the background value on both sides.
         if least < 0.0 && least >= -1.5 * around && most <= 1.001 * around {
             notes.push(format!("grid '{name}' {DISTANCES}"));
         }
@@ -142,11 +141,11 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
     placed(&name, voxels, bounds.min, &world_from_index, wanted.levels)
 }
 
-/// The three components of a grid of vectors, as `load` places volumes; at most `max_bytes` of
-/// voxels together.
+/// Loads the three components of a grid of vectors as volumes that are placed as by `load`.
+/// Together their voxels take at most `max_bytes`.
 ///
 /// # Errors
-/// As `load`, and if its values are no vectors.
+/// As `load`, and if the grid has no active voxels or its values are not vectors.
 pub fn load_vectors(path: &Path, grid_name: &str, max_bytes: u64) -> Result<[Volume; 3]> {
     let chosen = Chosen::open(path, Some(grid_name))?;
     if chosen.grid.components() != 3 {
@@ -166,15 +165,15 @@ pub fn load_vectors(path: &Path, grid_name: &str, max_bytes: u64) -> Result<[Vol
     Ok([one(0)?, one(1)?, one(2)?])
 }
 
-/// A grid of a file and what is needed to render it.
+/// A chosen grid, with what is needed to render it.
 struct Chosen {
     name: String,
     world_from_index: DMat4,
     level_set: bool,
     grid: Grid,
-    /// One voxel beyond what is active; `None` if nothing is.
+    /// The box of active voxels, enlarged by one voxel on every side; `None` if there are none.
     bounds: Option<IndexBox>,
-    /// Other grids that hold something and can be rendered.
+    /// The file's other grids that are not empty and can be rendered.
     others: Vec<String>,
 }
 
@@ -213,7 +212,7 @@ impl Chosen {
     }
 }
 
-/// Values as a volume whose medium ends at the outermost voxels' centres.
+/// Makes a volume of voxels, whose medium ends at the outermost voxels' centres.
 fn placed(
     name: &str,
     voxels: Voxels,
@@ -225,7 +224,7 @@ fn placed(
     let placed = *world_from_index * DMat4::from_translation(origin.as_dvec3());
     let volume = Volume::with_levels(name, voxels, placed, levels)?;
     if last.min_element() < 1.0 {
-        // A voxel of nothing has no centres to end at.
+        // A single empty voxel has no extent between its centres.
         return Ok(volume);
     }
     Ok(volume.with_domain(Aabb { min: DVec3::ZERO, max: last }))

@@ -1,5 +1,5 @@
-//! The formats of volumes and deep images, told apart by what a file begins with. Knows nothing of
-//! their contents beyond that.
+//! The formats of volumes and deep images, recognised by the first bytes of a file. Knows nothing
+//! else of their contents.
 
 use std::fs::File;
 use std::io::Read;
@@ -11,7 +11,7 @@ use super::deep_exr::DeepFile;
 use super::vdb::VdbFile;
 use crate::error::{Error, Result};
 
-/// A format that is read: of volumes, but for deep images.
+/// A format that can be read; all are formats of volumes except deep images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
@@ -35,9 +35,9 @@ pub enum Format {
     MitsubaVol,
     /// VolPack's densities, `.den`.
     Den,
-    /// Deep OpenEXR, `.exr`: no volume, but what a map or a camera saw of one.
+    /// Deep OpenEXR, `.exr`: not a volume, but a map or a camera's deep image of one.
     DeepExr,
-    /// Numbers and nothing else.
+    /// Numbers without a header.
     Raw,
 }
 
@@ -56,19 +56,20 @@ const NAMES: [(&str, Format); 12] = [
     ("raw", Format::Raw),
 ];
 
-/// Bytes to look at: NIfTI's mark is the last one, and XML may begin with comments.
+/// Number of bytes examined: NIfTI's magic number comes last, and XML may begin with comments.
 const START: u64 = 2048;
 
 impl Format {
-    /// Its name, as `--from` takes it.
+    /// The format's name, as `--from` takes it.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, format)| *format == self).map_or("", |(name, _)| name)
     }
 
-    /// The format of the file `path`, by how it begins; what begins with no known mark is raw.
+    /// The format of the file `path`, by its first bytes. A file without a known magic number is
+    /// raw.
     ///
     /// # Errors
-    /// If the file cannot be read, or if it has the mark of something that is not read.
+    /// If the file cannot be read, or if it is recognised as something that is not supported.
     pub fn of_file(path: &Path) -> Result<Self> {
         let failed = |error| Error::file(path, error);
         let file = File::open(path).map_err(failed)?;
@@ -78,8 +79,8 @@ impl Format {
         Self::detect(&start, size).map_err(|why| Error::contents(path, why))
     }
 
-    /// The format of a file of `size` bytes that begins with `start`; what it is instead, where it
-    /// is known and not read.
+    /// The format of a file of `size` bytes that begins with `start`. The error says what it is
+    /// instead, if that is known and not supported.
     fn detect(start: &[u8], size: u64) -> Result<Self, &'static str> {
         let begins = |mark: &[u8]| start.starts_with(mark);
         if let Some(deep) = DeepFile::recognizes(start) {
@@ -100,7 +101,7 @@ impl Format {
             Self::MitsubaVol
         } else if begins(b"\x1f\x8b") {
             let mut inner = Vec::new();
-            // What cannot be unpacked is no NIfTI.
+            // A file that cannot be decompressed is not NIfTI.
             let _ = GzDecoder::new(start).take(352).read_to_end(&mut inner);
             return if is_nifti(&inner) {
                 Ok(Self::Nifti)
@@ -144,7 +145,8 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
     bytes.windows(part.len()).any(|window| window == part)
 }
 
-/// The header's own size at its beginning, in either byte order, and the mark at its end.
+/// NIfTI: the header's own size at its beginning, in either byte order, and the magic number at its
+/// end.
 fn is_nifti(start: &[u8]) -> bool {
     let size =
         [start.starts_with(&348_u32.to_le_bytes()), start.starts_with(&348_u32.to_be_bytes())];
@@ -153,9 +155,9 @@ fn is_nifti(start: &[u8]) -> bool {
     nifti1 || start.get(4..8) == Some(b"n+2\0")
 }
 
-/// MetaImage has no mark: the first line is one of few keys.
+/// MetaImage has no magic number; its first line has one of few keys.
 fn is_metaimage(start: &[u8]) -> bool {
-    // Some editors put a byte order mark in front.
+    // Some editors write a byte order mark first.
     let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
     let line = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let Some(equals) = line.iter().position(|&byte| byte == b'=') else { return false };
@@ -163,7 +165,8 @@ fn is_metaimage(start: &[u8]) -> bool {
     [&b"ObjectType"[..], b"NDims", b"Comment", b"ObjectSubType"].contains(&key)
 }
 
-/// VolPack has no mark: version 1, and lengths that agree with each other and with the file's.
+/// VolPack has no magic number; the version is 1, and lengths agree with each other and with the
+/// file's size.
 fn is_den(start: &[u8], size: u64) -> bool {
     let short =
         |at: usize| start.get(at..at + 2).map(|b| u64::from(u16::from_le_bytes([b[0], b[1]])));

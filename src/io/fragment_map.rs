@@ -1,4 +1,4 @@
-//! Fragment maps as OpenEXR: the lists as a deep image, or what they come to as a flat one.
+//! Writes fragment maps as OpenEXR: the lists as a deep image, or statistics of them as a flat one.
 
 use glam::DMat4;
 
@@ -8,11 +8,11 @@ use crate::error::Result;
 use crate::math::Aabb;
 use crate::shadow::{FragmentMap, TexelMap};
 
-/// A fragment map as deep OpenEXR: a pixel a texel, row 0 (v = 0) on top, a sample a fragment: Z
-/// and ZBack (depths in world lengths along the texel's ray), A (opacity), f32, ZIPS. Its
-/// attributes are a threshold map's where they apply ([`super::exr::encode_threshold_map`]), with
-/// `kind` = `fragments`, and `tolerance` (float): the largest error of transmittance that fitting
-/// may have made, 0 for none.
+/// Encodes a fragment map as deep OpenEXR (ZIPS, f32): one pixel per texel, row 0 (v = 0) on top,
+/// one sample per fragment, with the channels Z and ZBack (depths in world lengths along the
+/// texel's ray) and A (opacity). The attributes are those of a threshold map where they apply
+/// ([`super::exr::encode_threshold_map`]), with `kind` = `fragments`, and `tolerance` (float): the
+/// largest error of transmittance that fitting may have caused, 0 for none.
 ///
 /// # Errors
 /// If the encoder fails.
@@ -49,9 +49,9 @@ pub fn encode_fragment_map(
     })
 }
 
-/// What a fragment map's lists come to as flat OpenEXR, f32: `count` of fragments, `front` of the
-/// first and `back` of the last (world lengths along the texel's ray; 0 without fragments), A: the
-/// opacity of the whole list.
+/// Encodes statistics of a fragment map's lists as flat OpenEXR, f32: `count` of fragments, `front`
+/// of the first and `back` of the last one (world lengths along the texel's ray; 0 without
+/// fragments), and A, the opacity of the whole list.
 ///
 /// # Errors
 /// If the encoder fails.

@@ -1,4 +1,5 @@
-//! From what a user wrote of a volume to the volume: presets and files, their place in the world.
+//! Loads the volume that a `[volume]` table names, from a preset or a file, and places it in the
+//! world.
 
 use std::path::{Path, PathBuf};
 
@@ -14,26 +15,26 @@ use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
 use crate::volume::{Axis, Levels, Volume, world_from_index_in_bounds};
 
-/// Loads the volume that `table` names and puts it where `table` says.
+/// Loads the volume that `table` names and places it as `table` says.
 ///
 /// # Errors
-/// If there is no such preset or file, if the file is not what it is said to be, or if a value of
-/// `table` cannot be used.
+/// If there is no such preset or file, if the file is not of the expected format, or if a value of
+/// `table` is invalid.
 pub fn load_volume(table: &VolumeTable) -> Result<Volume> {
     load_noted(table, table.window.into(), &mut Facts::default())
 }
 
-/// What a file says beside its voxels.
+/// What a file tells besides its voxels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facts {
-    /// What was taken for granted where the file leaves it open.
+    /// Assumptions that were made where the file is ambiguous, as text.
     pub notes: Vec<String>,
-    /// Whether it says that a CT scanner made it.
+    /// Whether the file says that it comes from a CT scanner; `None` if it does not say.
     pub of_ct: Option<bool>,
 }
 
-/// [`load_volume`] with densities as `levels` says, whatever `table` says of a window, and what
-/// else there is to know.
+/// Like [`load_volume`], but with densities by `levels` in place of the table's window, and with
+/// what else the file tells.
 pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts) -> Result<Volume> {
     let up = table.up.as_deref().map(str::parse::<Axis>).transpose()?;
     let volume = match (&table.preset, &table.path) {
@@ -63,11 +64,11 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
     moved(volume?, table)
 }
 
-/// All files that the volume of `table` is read from: its own, others that hold its voxels or
-/// describe them, a transfer function's.
+/// All files from which the volume of `table` is read: its own, others that hold or describe its
+/// voxels, and a transfer function's.
 ///
 /// # Errors
-/// If its header cannot be read.
+/// If the volume's header cannot be read.
 pub fn source_files(table: &VolumeTable) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     if let Some(path) = &table.path {
@@ -88,8 +89,8 @@ pub fn source_files(table: &VolumeTable) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// A volume scaled about the world's origin, turned about the world's x, y and z axes in this
-/// order, then moved, as `table` says.
+/// Scales a volume about the world's origin, rotates it about the world's x, y and z axes in this
+/// order, then translates it, as `table` says.
 fn moved(volume: Volume, table: &VolumeTable) -> Result<Volume> {
     if table.translate.is_none() && table.rotate_degrees.is_none() && table.scale.is_none() {
         return Ok(volume);
@@ -114,11 +115,11 @@ fn moved(volume: Volume, table: &VolumeTable) -> Result<Volume> {
     volume.placed(placement)
 }
 
-/// The red, green and blue of a grid of vectors in the file of `table`, placed as its densities
-/// are.
+/// The red, green and blue components of a grid of vectors in the file of `table`, placed like its
+/// densities.
 ///
 /// # Errors
-/// As [`load_volume`], and if the file is not OpenVDB's or the grid's values are no vectors.
+/// As [`load_volume`], and if the file is not OpenVDB or the grid's values are not vectors.
 pub fn load_color(table: &VolumeTable, grid: &str) -> Result<[Volume; 3]> {
     let Some(path) = &table.path else {
         return Err(Error::value("volume.color", "means nothing for a preset"));
@@ -136,12 +137,12 @@ pub fn load_color(table: &VolumeTable, grid: &str) -> Result<[Volume; 3]> {
     Ok([turned(red)?, turned(green)?, turned(blue)?])
 }
 
-/// Whether the medium ends where the voxels' outermost centres are, as sparse grids' does.
+/// Whether the medium ends at the outermost voxels' centres, as that of sparse grids does.
 fn sparse(volume: &Volume) -> bool {
     volume.domain().min == DVec3::ZERO
 }
 
-/// Opens a file by what it begins with, or as `options` say.
+/// Opens a file in the format that its first bytes tell, or in that of `options`.
 fn load_file(
     path: &Path,
     options: &ReadOptions,
@@ -165,10 +166,10 @@ fn load_file(
     volume.placed(placement)
 }
 
-/// Whether a file's words say that it comes from a CT scanner; `None` if they do not say from what.
+/// Whether a file's metadata says that it comes from a CT scanner; `None` if it names no scanner.
 fn of_ct(metadata: &[(String, String)]) -> Option<bool> {
     let is = |key: &str, word: &str| key.to_ascii_lowercase().contains(word);
-    // DICOM's tag of the modality, as converters write it.
+    // DICOM's modality tag, as converters write it.
     let modality = metadata.iter().find(|(key, _)| is(key, "modality") || is(key, "0008_0060"));
     let units = metadata.iter().find(|(key, _)| is(key, "units"));
     let of_units = units.filter(|(_, value)| is(value, "hounsfield") || value.trim() == "HU");

@@ -1,4 +1,5 @@
-//! Files in and out: one module a format, chosen by content and not by name. Knows no backend.
+//! Reads and writes files: one module per format. Formats are recognised by content and not by
+//! name. Knows no backend.
 
 mod body;
 pub mod coded_map;

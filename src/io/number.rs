@@ -1,4 +1,4 @@
-//! Numbers as files store them: their types, byte orders and texts. Knows no format.
+//! Numbers as files store them: types, byte orders, and numbers as text. Knows no format.
 
 use half::f16;
 
@@ -6,12 +6,12 @@ use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::parallel;
 
-/// Whether a number is finite and above what f32 holds, in which volumes are held.
+/// Whether a number is finite but too large for f32, in which volumes are stored.
 pub fn is_beyond_f32(number: f64) -> bool {
     number.is_finite() && number as f32 == f32::INFINITY
 }
 
-/// What is wrong with one that [`is_beyond_f32`].
+/// The error message for a number that [`is_beyond_f32`].
 pub fn too_large(number: f64) -> String {
     format!(
         "a voxel holds {number:e}, above what f32 does ({:.1e}): store it in a larger unit",
@@ -19,7 +19,7 @@ pub fn too_large(number: f64) -> String {
     )
 }
 
-/// Runs the expression with `$type` standing for the numbers' type.
+/// Runs the expression with `$type` as an alias of the number type.
 macro_rules! for_type {
     ($value_type:expr, $type:ident => $result:expr) => {
         for_type!(@ $value_type, $type => $result;
@@ -36,7 +36,7 @@ macro_rules! for_type {
     };
 }
 
-/// The number types of voxels.
+/// Number types of voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum ValueType {
@@ -73,7 +73,7 @@ impl ValueType {
         VALUE_TYPES.iter().find(|(_, one, _)| *one == self).map_or(1, |(_, _, size)| *size)
     }
 
-    /// Its name, as `u8` or `f32`.
+    /// The type's name, such as `u8` or `f32`.
     pub fn name(self) -> &'static str {
         VALUE_TYPES.iter().find(|(_, one, _)| *one == self).map_or("", |(name, ..)| name)
     }
@@ -95,8 +95,8 @@ impl ValueType {
         })
     }
 
-    /// Appends the numbers of this type that are nearest to `values`, little endian; NaN is 0 where
-    /// the type has none.
+    /// Appends to `bytes` the numbers of this type that are nearest to `values`, little endian. NaN
+    /// becomes 0 in integer types.
     pub fn encode(self, values: &[f64], bytes: &mut Vec<u8>) {
         for_type!(self, N => {
             bytes.extend(values.iter().flat_map(|&value| N::of_f64(value).to_le_bytes()));
@@ -126,7 +126,7 @@ impl std::str::FromStr for ValueType {
     }
 }
 
-/// Which byte of a number comes first.
+/// Byte orders of numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Endian {
@@ -153,13 +153,13 @@ pub(super) const CHUNK: usize = 1 << 13;
 /// What the types have in common; wide enough for all but the last digits of 64-bit integers.
 trait Number: Copy + std::str::FromStr {
     fn to_f64(self) -> f64;
-    /// The nearest number; integers are cut at their limits.
+    /// The nearest number; integers saturate at their limits.
     fn of_f64(value: f64) -> Self;
-    /// The number itself, where it is an integer.
+    /// The number itself if it is an integer, else `None`.
     fn to_i128(self) -> Option<i128>;
     /// The nearest number.
     fn of_i128(value: i128) -> Self;
-    /// The number in as many bytes as it has.
+    /// The number from its little-endian bytes, of which there are as many as it has.
     fn of_le_bytes(bytes: &[u8]) -> Self;
 }
 
@@ -250,11 +250,11 @@ pub fn decode(
     numbers
 }
 
-/// The little-endian numbers in `bytes` as little-endian numbers of another type, each the nearest
-/// one; integers keep all their digits.
+/// Converts little-endian numbers from one type to another, each to the nearest number; integers
+/// keep all their digits.
 ///
 /// # Errors
-/// If there is no memory for them.
+/// If there is not enough memory.
 pub fn cast(bytes: &[u8], from: ValueType, to: ValueType) -> Result<Vec<u8>> {
     transformed(bytes, [from.size(), to.size()], |chunk| {
         let mut bytes = Vec::new();
@@ -271,12 +271,12 @@ pub fn cast(bytes: &[u8], from: ValueType, to: ValueType) -> Result<Vec<u8>> {
     })
 }
 
-/// Items of so many bytes, each made into one of as many others: `change` does so with some of
-/// them. All threads work on a part of them at a time, so that hardly more memory is taken than the
-/// result.
+/// Converts items of `from` bytes into items of `to` bytes with `change`, which is called with
+/// several items at a time. All threads work on one part at a time, so little more memory is used
+/// than for the result.
 ///
 /// # Errors
-/// If there is no memory for the result.
+/// If there is not enough memory for the result.
 pub(super) fn transformed(
     bytes: &[u8],
     [from, to]: [usize; 2],
@@ -292,16 +292,18 @@ pub(super) fn transformed(
     Ok(all)
 }
 
-/// The little-endian numbers in `bytes`.
+/// Iterates over the little-endian numbers in `bytes`.
 fn numbers<N: Number>(bytes: &[u8]) -> impl Iterator<Item = N> {
     bytes.chunks_exact(size_of::<N>()).map(N::of_le_bytes)
 }
 
-/// Turns at most `count` numbers of a text, with white space between them, into little-endian
-/// bytes; the error is the first word that is no such number.
+/// Parses at most `count` numbers, separated by white space, from a text into little-endian bytes.
+///
+/// # Errors
+/// If a word is not a number of this type; the error names the first such word.
 pub fn encode_text(text: &[u8], value_type: ValueType, count: usize) -> Result<Vec<u8>, String> {
     let text = std::str::from_utf8(text).map_err(|error| format!("no text: {error}"))?;
-    // As many as there can be: each has a digit, and a blank behind it.
+    // An upper bound: each number has a digit at least, and a blank behind it.
     let most = count.min(text.len() / 2 + 1).saturating_mul(value_type.size());
     let mut bytes = memory::room(most, "voxels").map_err(|error| error.to_string())?;
     for word in text.split_ascii_whitespace().take(count) {

@@ -1,4 +1,4 @@
-//! How files are read, where they leave it open.
+//! Options for reading files, for what a file itself leaves open.
 
 use std::path::Path;
 
@@ -9,25 +9,26 @@ use super::number::{Endian, ValueType};
 use crate::error::{Error, Result};
 use crate::scene::file::VolumeTable;
 
-/// What a reader is told beside the file.
+/// Options for reading a volume file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadOptions {
-    /// The format; `None` for what the file begins with, and raw where there are `dims`.
+    /// The format; `None` recognises it by the file's first bytes, or takes raw if `dims` are
+    /// given.
     pub format: Option<Format>,
     /// The grid of an OpenVDB file, or the array of a VTK file; `None` for the one that looks most
     /// like densities.
     pub grid: Option<String>,
-    /// What the numbers are; `None` for what the file says.
+    /// What the numbers mean; `None` for what the file says.
     pub class: Option<Class>,
-    /// Bytes that voxels may take in memory.
+    /// The largest number of bytes for voxels in memory.
     pub max_bytes: u64,
-    /// Voxels of a raw file along x, y and z.
+    /// Voxel counts of a raw file along x, y and z.
     pub dims: Option<[usize; 3]>,
     /// Type of a raw file's numbers.
     pub value_type: Option<ValueType>,
-    /// Order of their bytes.
+    /// Byte order of a raw file's numbers.
     pub endian: Option<Endian>,
-    /// World lengths of a voxel's edges in place of the file's, above 0.
+    /// World lengths of a voxel's edges along x, y and z, above 0, instead of the file's.
     pub spacing: Option<[f64; 3]>,
 }
 
@@ -47,10 +48,10 @@ impl Default for ReadOptions {
 }
 
 impl ReadOptions {
-    /// What a scene file's table says of how its file is read.
+    /// The options in the `[volume]` table of a scene file.
     ///
     /// # Errors
-    /// If a name in it is none.
+    /// If a name in it is unknown.
     pub fn of(table: &VolumeTable) -> Result<Self> {
         Ok(Self {
             format: table.from.as_deref().map(str::parse).transpose()?,
@@ -64,10 +65,10 @@ impl ReadOptions {
         })
     }
 
-    /// The format of `path`.
+    /// The format in which `path` is read.
     ///
     /// # Errors
-    /// If there is no such file.
+    /// If the file cannot be read, or its format is recognised and not supported.
     pub fn format_of(&self, path: &Path) -> Result<Format> {
         match (self.format, self.dims) {
             (Some(format), _) => Ok(format),
@@ -76,10 +77,10 @@ impl ReadOptions {
         }
     }
 
-    /// Holds the options against what a file of this format takes.
+    /// Checks that every given option applies to a file of this format.
     ///
     /// # Errors
-    /// With the name of the first that it does not take.
+    /// With the name of the first option that does not apply.
     pub fn check(&self, path: &Path, format: Format) -> Result<()> {
         let what = format!("{}, of format {}", path.display(), format.name());
         match format {
@@ -90,7 +91,8 @@ impl ReadOptions {
         }
     }
 
-    /// An error that names a key of `keys` that was given and means nothing for `what`.
+    /// Fails if one of `keys` was given, because it means nothing for `what`; the error names the
+    /// key.
     pub(super) fn refuse(&self, what: &str, keys: &[&str]) -> Result<()> {
         let given = [
             ("dims", self.dims.is_some()),

@@ -1,4 +1,4 @@
-//! Pictures as files, by the ending of their name.
+//! Writes pictures to files in the format that the ending of the name tells.
 
 use std::path::Path;
 
@@ -8,8 +8,9 @@ use crate::error::{Error, Result};
 use crate::image::Image;
 
 impl Image {
-    /// Writes the picture to `path`: `.png` (8 bits a channel, sRGB after `exposure`, a factor
-    /// above 0) or `.exr` (f32, linear radiance as it is). The file appears whole, or not at all.
+    /// Writes the picture to `path`: `.png` (8 bits per channel, sRGB, after multiplication by
+    /// `exposure`, which is above 0) or `.exr` (f32, linear radiance, without exposure). The file
+    /// appears completely or not at all.
     ///
     /// # Errors
     /// If the name has another ending, or the file cannot be written.

@@ -1,10 +1,10 @@
-//! Pictures for screens. Knows nothing of how they were made.
+//! Writes pictures for screens as PNG. Knows nothing of how they were made.
 
 use crate::error::{Error, Result};
 use crate::image::Image;
 
-/// A PNG of `image`: sRGB, 8 bits a channel, after `exposure`; with alpha only where some pixel is
-/// not opaque.
+/// Encodes `image` as PNG: sRGB, 8 bits per channel, after multiplication by `exposure`; with an
+/// alpha channel only if some pixel is not opaque.
 ///
 /// # Errors
 /// If the encoder fails.
@@ -18,7 +18,7 @@ pub fn encode(image: &Image, exposure: f32) -> Result<Vec<u8>> {
     }
 }
 
-/// A PNG of 8-bit sRGB pixels, row by row.
+/// Encodes 8-bit sRGB pixels, row by row, as PNG.
 ///
 /// # Errors
 /// If `rgb` does not hold `3 * width * height` values or the encoder fails.
@@ -32,8 +32,8 @@ fn encoded(width: u32, height: u32, colour: png::ColorType, pixels: &[u8]) -> Re
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(colour);
     encoder.set_depth(png::BitDepth::Eight);
-    // A quarter to two fifths larger than by default, whose packing takes some percent of a small
-    // volume's picture.
+    // Files get a quarter to two fifths larger than with the default level, which would take some
+    // percent of the time of a small volume's picture.
     encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header().map_err(failed)?;
     writer.write_image_data(pixels).map_err(failed)?;

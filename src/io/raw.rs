@@ -1,4 +1,4 @@
-//! Raw voxels: numbers and nothing else, x fastest, described by options or by a sidecar.
+//! Raw voxels: numbers without a header, x fastest, described by options or by a sidecar.
 
 use std::path::Path;
 
@@ -11,10 +11,11 @@ pub use super::sidecar::Sidecar;
 use crate::error::{Error, ErrorKind, Result};
 use crate::volume::MAX_DIM;
 
-/// What `options`, or else the sidecar, say of the raw file `path` of `size` bytes.
+/// Describes the raw file `path` of `size` bytes from `options` or else from its sidecar.
 ///
 /// # Errors
-/// If neither says what is needed, or if the file does not have exactly the size that follows.
+/// If neither says what is needed, or if the file does not have exactly the size that follows from
+/// them.
 pub fn describe(path: &Path, size: u64, options: &ReadOptions) -> Result<DenseHeader> {
     let sidecar = Sidecar::beside(path)?;
     let sidecar_path = sidecar.as_ref().map_or(path, |(path, _)| path).to_owned();
@@ -56,7 +57,7 @@ pub fn describe(path: &Path, size: u64, options: &ReadOptions) -> Result<DenseHe
     Ok(header)
 }
 
-/// An error for a raw file that nothing describes.
+/// The error for a raw file without a description; `missing` names what is lacking.
 pub fn undescribed(path: &Path, missing: &str) -> Error {
     ErrorKind::Contents {
         path: path.to_owned(),

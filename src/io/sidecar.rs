@@ -1,5 +1,5 @@
-//! Sidecars: `NAME.raw.toml` beside `NAME.raw`, `NAME.npy.toml` beside `NAME.npy`, which say what
-//! the voxels' own file cannot. Older ones are called `NAME.toml`. Knows no voxels.
+//! Sidecars: `NAME.raw.toml` beside `NAME.raw`, `NAME.npy.toml` beside `NAME.npy`, which describe
+//! what the voxels' own file cannot. Older sidecars are called `NAME.toml`. Knows no voxels.
 
 use std::fmt::Write;
 use std::fs;
@@ -14,45 +14,45 @@ use super::dense::{DenseHeader, Lattice, Space};
 use super::number::ValueType;
 use crate::error::{Error, Result};
 
-/// What a sidecar says; every key is optional.
+/// The contents of a sidecar; every key is optional.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct Sidecar {
-    /// Voxels along x, y, z.
+    /// Voxel counts along x, y, z.
     pub dims: Option<[usize; 3]>,
-    /// Number type, as `u8` or `f32`.
+    /// Number type, such as `u8` or `f32`.
     #[serde(rename = "type")]
     pub value_type: Option<String>,
-    /// Numbers in a voxel, beside each other.
+    /// Numbers per voxel, stored next to each other.
     pub components: Option<usize>,
-    /// `little` or `big`.
+    /// Byte order: `little` or `big`.
     pub endian: Option<String>,
     pub spacing: Option<[f64; 3]>,
-    /// From indices to the world; rows, for column vectors.
+    /// Transform from indices to the world: rows of a matrix for column vectors.
     pub world_from_index: Option<[[f64; 4]; 4]>,
     /// Index of the first voxel.
     pub index_origin: Option<[f64; 3]>,
-    /// The value around the voxels, where they are part of something larger.
+    /// The value outside of the voxels, if they are part of something larger.
     pub background: Option<Background>,
     /// Slope and intercept: a value is the stored number times the first plus the second.
     pub value_scale: Option<[f64; 2]>,
-    /// What the world is: a name of NRRD's, as `left-posterior-superior`.
+    /// The coordinate system of the world, by NRRD's name, such as `left-posterior-superior`.
     pub space: Option<String>,
-    /// The axis that points up.
+    /// The axis that points up, such as `z` or `-y`.
     pub up: Option<String>,
-    /// What the grid is called.
+    /// The grid's name.
     pub name: Option<String>,
-    /// OpenVDB's class: `level set`, `fog volume`, `staggered`, `unknown`.
+    /// OpenVDB's class: `level set`, `fog volume`, `staggered` or `unknown`.
     pub class: Option<String>,
-    /// CRC-32 of the voxels' bytes, in hexadecimal: a sidecar of other voxels is refused.
+    /// CRC-32 of the voxels' bytes, in hexadecimal. A sidecar of other voxels is refused.
     pub crc32: Option<String>,
-    /// That of the voxels which are being replaced: what an ended run leaves speaks of them, or of
-    /// the new ones.
+    /// The sidecar of voxels that are being replaced. If a run is interrupted, the voxels match
+    /// either this or the new sidecar.
     pub older: Option<Box<Self>>,
 }
 
-/// A number, or one for each component.
+/// A single number, or one per component.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 #[allow(missing_docs)]
@@ -62,19 +62,19 @@ pub enum Background {
 }
 
 impl Sidecar {
-    /// Where the sidecar of the file `path` is written.
+    /// The path at which the sidecar of the file `path` is written.
     pub fn path_beside(path: &Path) -> PathBuf {
         let mut name = path.as_os_str().to_owned();
         name.push(".toml");
         PathBuf::from(name)
     }
 
-    /// The sidecar of the file `path`, if there is one, and its own path.
+    /// The sidecar of the file `path` with its own path, if there is one.
     ///
     /// # Errors
-    /// If there is one that cannot be read, or that may as well be another file's.
+    /// If there is one that cannot be read, or that may belong to another file.
     pub fn beside(path: &Path) -> Result<Option<(PathBuf, Self)>> {
-        // Beside a link, or else beside what it leads to.
+        // It lies beside a link, or else beside the link's target.
         let places = [Some(path.to_owned()), path.canonicalize().ok()];
         for place in places.into_iter().flatten() {
             let own = Self::path_beside(&place);
@@ -90,7 +90,7 @@ impl Sidecar {
         Ok(None)
     }
 
-    /// Of this one and the older one in it, that of the file `path`.
+    /// This sidecar or the older one in it, whichever describes the file `path`.
     fn of(mut self, path: &Path) -> Self {
         match self.older.take() {
             Some(older) if !self.has_voxels(path) => *older,
@@ -98,7 +98,8 @@ impl Sidecar {
         }
     }
 
-    /// Whether the file `path` ends with the voxels that this is of; unknown is no.
+    /// Whether the file `path` ends with the voxels that this sidecar describes; false if that is
+    /// not known.
     fn has_voxels(&self, path: &Path) -> bool {
         let has = || {
             let number = self.value_type.as_deref()?.parse::<ValueType>().ok()?.size();
@@ -113,7 +114,7 @@ impl Sidecar {
         has().unwrap_or(false)
     }
 
-    /// A sidecar `NAME.toml` of the file `path`, as they were called before.
+    /// A sidecar `NAME.toml` of the file `path`, the name that sidecars had before.
     fn older_beside(path: &Path) -> Result<Option<(PathBuf, Self)>> {
         let older = path.with_extension("toml");
         if older == path || !older.is_file() {
@@ -129,7 +130,7 @@ impl Sidecar {
             other.is_file() && !Self::path_beside(&other).is_file()
         });
         match other {
-            // NumPy's files say what they hold; what else lies there needs the sidecar.
+            // NumPy's files describe themselves, so the sidecar belongs to the other file.
             Some(_) if own_ending == "npy" => return Ok(None),
             Some(&"npy") | None => {}
             Some(ending) => {
@@ -147,12 +148,12 @@ impl Sidecar {
         Ok(Some((older, sidecar)))
     }
 
-    /// What the text of a sidecar says; else why it is none.
+    /// Parses the text of a sidecar; the error says why it is not one.
     fn parse(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.message().replace('\n', " "))
     }
 
-    /// Makes sure that the sidecar of the file `path` would replace nothing but a sidecar.
+    /// Checks that writing the sidecar of the file `path` would replace nothing but a sidecar.
     ///
     /// # Errors
     /// If there is something else in its place.
@@ -168,13 +169,13 @@ impl Sidecar {
         Ok(())
     }
 
-    /// From voxel index to the file's own world; `None` if the sidecar does not say.
+    /// Transform from voxel index to the file's own world; `None` if the sidecar has none.
     pub fn world_from_index(&self) -> Option<DMat4> {
         let origin = DVec3::from(self.index_origin.unwrap_or_default());
         Some(self.world_from_lattice()? * DMat4::from_translation(origin))
     }
 
-    /// From the indices that `index_origin` is one of.
+    /// Transform from the indices in which `index_origin` is given.
     fn world_from_lattice(&self) -> Option<DMat4> {
         match (self.world_from_index, self.spacing) {
             (Some(rows), _) => Some(DMat4::from_cols_array_2d(&rows).transpose()),
@@ -183,10 +184,10 @@ impl Sidecar {
         }
     }
 
-    /// Puts into `header` what does not depend on how the voxels are stored.
+    /// Copies into `header` what does not depend on how the voxels are stored.
     ///
     /// # Errors
-    /// If `up` is no axis, `space` no space or `crc32` no number.
+    /// If `up` is not an axis, `space` is unknown or `crc32` is not a number.
     pub(super) fn describe(&self, header: &mut DenseHeader) -> Result<()> {
         header.crc32 = match &self.crc32 {
             Some(text) => Some(u32::from_str_radix(text, 16).map_err(|_| {
@@ -226,14 +227,14 @@ impl Sidecar {
         Ok(())
     }
 
-    /// Whether it can be a sidecar of voxels with this `header`, as far as it says.
+    /// Whether it can be a sidecar of voxels with this `header`, as far as its keys tell.
     pub(super) fn fits(&self, header: &DenseHeader) -> bool {
         self.dims.is_none_or(|dims| dims == header.dims)
             && self.value_type.as_deref().is_none_or(|name| name == header.value_type.name())
             && self.components.is_none_or(|count| count == header.components)
     }
 
-    /// The sidecar's text.
+    /// The sidecar as TOML text.
     pub fn text(&self) -> String {
         let mut text = String::new();
         let mut line = |key: &str, value: Option<String>| {
@@ -279,7 +280,7 @@ fn read(path: &Path) -> Result<String> {
     fs::read_to_string(path).map_err(|error| Error::file(path, error))
 }
 
-/// Whether the text is a scene file, which is no sidecar though it may have its name.
+/// Whether the text is a scene file, which is not a sidecar although it may have the same name.
 fn is_scene(text: &str) -> bool {
     text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("volume"))
 }

@@ -1,4 +1,4 @@
-//! Density between voxels: trilinear, clamped at the border.
+//! Density between voxels: trilinear interpolation, clamped at the border.
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
@@ -10,16 +10,16 @@ use crate::volume::{BLOCK_EDGE, SparseVoxels, Volume, Voxels};
 #[derive(Clone, Copy, Debug)]
 pub struct Density<'a> {
     values: &'a [f32],
-    /// Where they stand, if they are sparse.
+    /// The table of blocks, if the voxels are sparse.
     sparse: Option<&'a SparseVoxels>,
     dims: [usize; 3],
     last: Vec3,
-    /// From a voxel to its neighbours along x, y, z; to itself along axes of one voxel.
+    /// Distances in memory from a voxel to its neighbours along x, y, z; 0 along axes of one voxel.
     next: [usize; 3],
 }
 
 impl<'a> Density<'a> {
-    /// The voxels of `volume`.
+    /// Refers to the voxels of `volume`.
     pub fn of(volume: &'a Volume) -> Self {
         let dims = volume.dims();
         let (values, sparse, rows) = match volume.voxels() {
@@ -50,9 +50,9 @@ impl<'a> Density<'a> {
     }
 }
 
-/// 1.5 times 2^23: an f32 of this size has no fraction, so that what is added to it is rounded to
-/// the nearest integer and stands in its lowest bits. (Conversions of floats to integers saturate,
-/// which takes longer than all else here.)
+/// 1.5 times 2^23. An f32 of this size has no fraction, so a number added to it is rounded to the
+/// nearest integer, which then stands in its lowest bits. (Conversions of floats to integers
+/// saturate in Rust, which would take longer than all the rest here.)
 const INTEGERS: f32 = 12_582_912.0;
 
 /// The integer that was added to [`INTEGERS`].
@@ -61,7 +61,8 @@ fn integer(shifted: f32) -> usize {
     shifted.to_bits().wrapping_sub(INTEGERS.to_bits()) as usize
 }
 
-/// Density at a voxel index (x, y, z); what lies beyond the outermost voxel centres is clamped.
+/// Density at the voxel index `index` (x, y, z), trilinear; beyond the outermost voxel centres the
+/// index is clamped.
 #[inline]
 pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
     #[cfg(test)]
@@ -81,7 +82,8 @@ pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
     planes.x + (planes.y - planes.x) * f.z
 }
 
-/// Densities at four distances along a ray in index space, as [`sample_density`].
+/// Densities at four distances `at` along a ray in index space; the same as four calls of
+/// [`sample_density`].
 #[inline]
 pub fn four_densities(density: &Density<'_>, ray: &Ray, at: Vec4) -> Vec4 {
     #[cfg(test)]
@@ -106,8 +108,8 @@ pub fn four_densities(density: &Density<'_>, ray: &Ray, at: Vec4) -> Vec4 {
     plane + (far_plane - plane) * fz
 }
 
-/// The cells along an axis that hold four places of a ray, and where in them; `last` is the last
-/// voxel.
+/// For four positions of a ray along one axis: the cell that holds each of them, and the position
+/// within the cell, 0..1. `last` is the index of the last voxel.
 #[inline]
 fn cells_along(origin: f32, direction: f32, last: f32, at: Vec4) -> ([usize; 4], Vec4) {
     let place = (origin + at * direction).clamp(Vec4::ZERO, Vec4::splat(last));
@@ -116,7 +118,7 @@ fn cells_along(origin: f32, direction: f32, last: f32, at: Vec4) -> ([usize; 4],
     (shifted.to_array().each(integer), place - (shifted - INTEGERS))
 }
 
-/// How many samples this thread has taken.
+/// Counts the samples that this thread has taken, for tests.
 #[cfg(test)]
 pub(crate) mod counted {
     use std::cell::Cell;

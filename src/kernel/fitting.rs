@@ -1,37 +1,40 @@
-//! How fragments become nodes: all of them, or as few as a tolerance on transmittance allows.
+//! Turns fragments into nodes: keeps all of them, or as few as a tolerance on transmittance allows.
 //!
-//! Greedy, as in Lokovic and Veach 2000, section 3.3: from the last node kept, the range of slopes
-//! that pass within the tolerance of every point so far; where it gets empty, a node. Three
-//! changes. The lines are lines of optical depth. A line starts where the one before ends, on a
-//! value within the tolerance of the truth. And the bound holds between points too: they stand no
-//! further apart than [`POINT_SPACING`] in optical depth. At an extremum inside a piece the second
-//! derivative of the difference of the two exponentials is at most `POINT_SPACING` squared times
-//! the difference times the ratio of the two transmittances, which is kept below 4, so the
-//! difference exceeds its ends by some percent at most: [`FIT_SHARE`] takes that off the tolerance,
-//! and as much again for the samples in slabs.
+//! The fit is greedy, as in Lokovic and Veach 2000, section 3.3: it keeps the range of slopes of
+//! lines from the last kept node that pass within the tolerance of every point since, and keeps a
+//! new node where that range becomes empty. Three things differ. The lines are lines of optical
+//! depth. A line starts where the one before ends, at a value within the tolerance of the exact
+//! one. And the bound also holds between points, because they stand no further apart than
+//! [`POINT_SPACING`] in optical depth: at an extremum inside a piece the second derivative of the
+//! difference of the two exponentials is at most `POINT_SPACING` squared times the difference times
+//! the ratio of the two transmittances. That ratio is kept below 4, so the difference exceeds that
+//! at the ends by some percent at most. [`FIT_SHARE`] takes those percent off the tolerance, and as
+//! much again for the samples in slabs.
 //!
-//! And slabs err themselves: in one, optical depth is taken to be linear. Where extinction changes
-//! from the slab before, by that change times an eighth of the slab's length at most if it changes
-//! evenly. The fit leaves room for as much, down to [`LEAST_ROOM`], so that the tolerance holds
-//! against the medium and not only against its slabs.
+//! Slabs have an error of their own, since optical depth is taken to be linear within each. Where
+//! extinction changes evenly from the slab before, that error is at most the change times an eighth
+//! of the slab's length. The fit leaves room for it, but keeps at least [`LEAST_ROOM`] of the
+//! tolerance for itself, so that the tolerance holds against the medium and not only against its
+//! slabs.
 
 use super::fragments::Node;
 
-/// Optical depth between points that a fit is held to, at most.
+/// Largest difference of optical depth between the points that a fit must pass.
 pub const POINT_SPACING: f32 = 0.25;
-/// Share of the tolerance that holds at the points.
+/// Share of the tolerance that is allowed at the points.
 pub const FIT_SHARE: f32 = 0.82;
-/// Share of the tolerance that is left to the fit however much slabs err.
+/// Share of the tolerance that is always left to the fit, however large the slabs' own error is.
 pub const LEAST_ROOM: f32 = 0.25;
-/// Error of a line through a parabola, as a share of how much its slope changes times its length.
+/// Error of a chord of a parabola, as a share of the change of slope times the length.
 pub const BEND: f32 = 0.125;
-/// Lowest transmittance of a fit, as a share of the true one.
+/// Lowest transmittance that a fit may have, as a share of the exact one.
 pub const LOWEST_SHARE: f32 = 0.25;
-/// Share of the tolerance below which transmittance counts as zero: what follows is left out.
+/// Transmittance below this share of the tolerance counts as zero, and later fragments are left
+/// out.
 pub const DARK_SHARE: f32 = 0.1;
-/// No slope is steeper.
+/// The steepest slope of optical depth over depth.
 pub const STEEPEST: f32 = f32::MAX;
-/// Lengths and transmittances below this count as this where they divide.
+/// Lengths and transmittances are raised to this before a division.
 pub const SMALLEST: f32 = 1e-30;
 
 /// Turns fragments in order of depth into nodes, exactly or within a tolerance.
@@ -39,24 +42,26 @@ pub const SMALLEST: f32 = 1e-30;
 pub struct Fitter {
     /// Largest error of transmittance at the points; 0 keeps every fragment.
     tolerance: f32,
-    /// Optical depth behind which nothing matters.
+    /// Optical depth beyond which nothing matters.
     dark: f32,
     /// The last node kept.
     anchor: Node,
-    /// Slopes of optical depth over depth from there that pass all points since.
+    /// The range of slopes, optical depth over depth, of lines from the anchor that pass within the
+    /// tolerance of all points since.
     slopes: [f32; 2],
-    /// The last point, on the true function.
+    /// The last point, on the exact function.
     last: Node,
     /// Extinction of the last fragment.
     extinction: f32,
-    /// Optical depth by which the last fragment may err itself.
+    /// The error in optical depth that the last fragment may have itself.
     bend: f32,
-    /// Whether there was a fragment.
+    /// Whether a fragment was added yet.
     begun: bool,
 }
 
 impl Fitter {
-    /// For an error of at most `tolerance` in transmittance; 0 keeps every fragment.
+    /// A fitter whose result differs from the fragments' transmittance by at most `tolerance`; 0
+    /// keeps every fragment.
     pub fn new(tolerance: f32) -> Self {
         let tolerance = tolerance * FIT_SHARE;
         let dark = -(tolerance * DARK_SHARE).max(SMALLEST).ln();
@@ -65,8 +70,8 @@ impl Fitter {
         Self { tolerance, dark, anchor, slopes, last: anchor, extinction, bend, begun: false }
     }
 
-    /// Adds a fragment from depth `front` to `back` (equal for a surface), not in front of the one
-    /// before, and gives the nodes that this settles to `keep`.
+    /// Adds a fragment from depth `front` to `back` (equal for a surface) in world lengths. It must
+    /// not begin in front of the one before. Passes each node that becomes final to `keep`.
     #[inline]
     pub fn add(
         &mut self,
@@ -81,7 +86,7 @@ impl Fitter {
             self.last = self.anchor;
             keep(self.anchor);
         } else if front > self.last.depth {
-            // Nothing between two fragments: optical depth stays.
+            // There is nothing between two fragments, so optical depth stays the same.
             self.point(start, keep);
             self.extinction = 0.0;
         }
@@ -96,7 +101,7 @@ impl Fitter {
             optical_depth: start.optical_depth + optical_depth * share,
         };
         if self.tolerance > 0.0 && back > start.depth {
-            // Behind the dark none is needed, however thick the slab.
+            // Where nothing gets through no points are needed, however thick the slab.
             let pieces = (optical_depth / POINT_SPACING).ceil();
             let mut i = 1.0;
             while i < pieces && end(i / pieces).optical_depth < self.dark {
@@ -107,26 +112,26 @@ impl Fitter {
         self.point(Node { depth: back, ..end(1.0) }, keep);
     }
 
-    /// Gives the last node to `keep`.
+    /// Passes the last node to `keep`.
     pub fn finish(&mut self, keep: &mut impl FnMut(Node)) {
         if self.begun && self.last != self.anchor {
             self.close(keep);
         }
     }
 
-    /// Optical depth of all that was added.
+    /// Optical depth of all fragments together.
     #[inline]
     pub fn optical_depth(&self) -> f32 {
         self.last.optical_depth
     }
 
-    /// Whether what follows is too dark to matter to a fit.
+    /// Whether so little light is left that later fragments do not matter to a fit.
     #[inline]
     pub fn is_dark(&self) -> bool {
         self.tolerance > 0.0 && self.last.optical_depth > self.dark
     }
 
-    /// The line from the last node has to pass near `point`.
+    /// Requires the line from the last kept node to pass near `point`.
     #[inline]
     fn point(&mut self, point: Node, keep: &mut impl FnMut(Node)) {
         if self.tolerance == 0.0 {
@@ -156,7 +161,7 @@ impl Fitter {
         if point.depth > self.anchor.depth {
             self.slopes = narrowed(self.anchor, [0.0, STEEPEST]);
         } else {
-            // A surface too opaque to be part of a line.
+            // The surface is too opaque to be part of a line.
             keep(point);
             self.anchor = point;
             self.slopes = [0.0, STEEPEST];
@@ -164,7 +169,8 @@ impl Fitter {
         self.last = point;
     }
 
-    /// Ends the line at the last point: through it if that is allowed, else as near as it may.
+    /// Ends the line at the last point: through it if the tolerance allows, else as near to it as
+    /// possible.
     #[inline]
     fn close(&mut self, keep: &mut impl FnMut(Node)) {
         if self.tolerance == 0.0 {
@@ -181,9 +187,9 @@ impl Fitter {
     }
 }
 
-/// How many nodes of a raw list to keep so that the rest, replaced by one line to the last node,
-/// changes transmittance by less than `truncation`: what is left out lies where transmittance minus
-/// its final value is below it. (The hair paper prints an inequality that holds everywhere.)
+/// How many of a raw list's `nodes` to keep so that one line to the last node can replace the rest
+/// and changes transmittance by less than `truncation`: the nodes left out lie where transmittance
+/// minus its final value is below it. (The hair paper prints an inequality that always holds.)
 pub fn truncated(nodes: &[Node], truncation: f32) -> usize {
     let Some(last) = nodes.last() else { return 0 };
     let end = (-last.optical_depth).exp();

@@ -1,4 +1,4 @@
-//! The light's rays, where a point lies in its map, and how bright it shines there.
+//! The light's rays, the position of a point in the light's map, and the irradiance there.
 
 use glam::{Vec3, Vec4};
 
@@ -6,7 +6,8 @@ use super::ray::{Ray, intersect_box};
 use crate::frame::Frame;
 use crate::math::Each;
 
-/// The light ray through map position `(u, v)`, 0..1. Distances along it are the map's depths.
+/// The light ray through map position `(u, v)`, each 0..1, in frame space. Distances along it are
+/// the map's depths.
 pub fn light_ray(frame: &Frame, u: f32, v: f32) -> Ray {
     let at = |base: Vec4, du: Vec4, dv: Vec4| (base + u * du + v * dv).truncate();
     Ray {
@@ -16,14 +17,15 @@ pub fn light_ray(frame: &Frame, u: f32, v: f32) -> Ray {
     }
 }
 
-/// Depths where the light ray through `(u, v)` enters and leaves the volume; it misses if the
-/// second is not greater.
+/// Depths where the light ray through `(u, v)` enters and leaves the volume; it misses if exit <=
+/// enter.
 pub fn light_extent(frame: &Frame, u: f32, v: f32) -> (f32, f32) {
     let ray = light_ray(frame, u, v).transformed(&frame.media.index_from_frame);
     intersect_box(&ray, frame.media.domain_min, frame.media.domain_max)
 }
 
-/// (u, v, depth) of a point; u = -1 (outside of every map) behind a point or spot light.
+/// (u, v, depth) of a point in frame space. A point behind a point or spot light has u = -1, which
+/// is outside of every map.
 #[inline]
 pub fn light_coordinates(frame: &Frame, point: Vec3) -> Vec3 {
     let p = point.extend(1.0);
@@ -37,7 +39,7 @@ pub fn light_coordinates(frame: &Frame, point: Vec3) -> Vec3 {
     Vec3::new(u / w, v / w, (point - frame.light.position).length())
 }
 
-/// The way light travels at a point, unit length.
+/// The direction in which light travels at a point, of unit length.
 #[inline]
 pub fn light_direction_at(frame: &Frame, point: Vec3) -> Vec3 {
     if frame.light.spread == 0 {
@@ -46,7 +48,7 @@ pub fn light_direction_at(frame: &Frame, point: Vec3) -> Vec3 {
     (point - frame.light.position).normalize_or_zero()
 }
 
-/// Unshadowed irradiance at a point on a plane that faces the light, per channel.
+/// Unshadowed irradiance at a point, on a plane that faces the light, per channel.
 #[inline]
 pub fn irradiance_at(frame: &Frame, point: Vec3) -> Vec3 {
     if frame.light.spread == 0 {
@@ -60,7 +62,7 @@ pub fn irradiance_at(frame: &Frame, point: Vec3) -> Vec3 {
     frame.light.irradiance * (cone_share(frame, light_direction_at(frame, point)) / squared)
 }
 
-/// Share of a spot's light that goes in a direction; 1 for a point light.
+/// The share of a spot light's intensity in a direction; 1 for a point light.
 #[inline]
 fn cone_share(frame: &Frame, direction: Vec3) -> f32 {
     let (inner, outer) = (frame.light.cone_inner, frame.light.cone_outer);
@@ -69,10 +71,10 @@ fn cone_share(frame: &Frame, direction: Vec3) -> f32 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Unshadowed irradiance on the average over a piece of a ray, from its begin over its middle to
-/// its end, of a light among the media, close to which it changes by much. The integral of one over
-/// the squared distance is the angle that the piece takes up as the light sees it, over the light's
-/// distance from the ray; a cone's share is a mean over that angle.
+/// Mean unshadowed irradiance over a piece of a ray, given its begin, middle and end, per channel,
+/// for a light among the media: close to such a light irradiance changes much over the piece. The
+/// integral of one over the squared distance is the angle that the piece subtends at the light,
+/// divided by the light's distance from the ray. The cone's share is averaged over that angle.
 pub fn irradiance_over(frame: &Frame, [begin, middle, end]: [Vec3; 3]) -> Vec3 {
     let [a, m, b] = [begin, middle, end].each(|point| point - frame.light.position);
     if face_of(m) != frame.light.spread - 2 {
@@ -94,14 +96,13 @@ pub fn irradiance_over(frame: &Frame, [begin, middle, end]: [Vec3; 3]) -> Vec3 {
     frame.light.irradiance * (share / parts as f32 * angle / area)
 }
 
-/// Angle over which a cone's share is taken at one place, in radians, and how many such places a
-/// piece has at most.
+/// Angle in radians over which one sample of a cone's share stands.
 pub const ANGLE: f32 = 0.05;
-/// See [`ANGLE`].
+/// The largest number of samples of a cone's share over a piece of a ray.
 pub const MOST_ANGLES: u32 = 64;
 
-/// The face of a cube that a direction from its middle goes through, whose edges belong to one face
-/// each: +x, -x, +y, -y, +z, -z are 0 to 5.
+/// The face of a cube that a direction from its centre passes through: +x, -x, +y, -y, +z, -z are 0
+/// to 5. Each edge belongs to exactly one face.
 pub fn face_of(direction: Vec3) -> u32 {
     let far = direction.abs();
     if far.x >= far.y && far.x >= far.z {

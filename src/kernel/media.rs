@@ -1,5 +1,5 @@
-//! What a ray meets, sampled along it: a plain volume, or a mixture. On the GPU each has a file of
-//! its own in `shaders/media/` with functions of these names.
+//! Samples what a ray meets: a plain volume or a mixture. On the GPU each of the two has a file of
+//! its own in `shaders/media/` with functions of the same names.
 
 use std::cell::Cell;
 
@@ -20,23 +20,23 @@ use crate::scene::{Media, Occupancy};
 #[derive(Clone, Debug)]
 pub struct Sampler<'a> {
     content: Content<'a>,
-    /// Where there is anything to sample.
+    /// Which parts of the media are empty, and how long steps may be elsewhere.
     pub occupancy: &'a Occupancy,
 }
 
 #[derive(Clone, Debug)]
 enum Content<'a> {
-    /// One volume whose extinction is its density times a number.
+    /// One volume whose extinction is its density times a constant, which the frame holds.
     Plain(Density<'a>),
-    /// For light rays, which meet nothing but extinction: one volume whose extinction is its
-    /// density times this number.
+    /// For light rays, which need extinction only: one volume whose extinction is its density times
+    /// this number.
     Scaled(Density<'a>, f32),
     /// For light rays: one volume whose extinction is a function of its density.
     Classified(Box<MixedMedia<'a>>),
     /// Everything else.
     Mixed(Box<MixedMedia<'a>>),
-    /// For light rays: one of the two above in a part of the media's box, and as a mixture where
-    /// pieces reach beyond that part.
+    /// For light rays: `content`, one of the two above, within a part of the media's box, and
+    /// `mixed` where pieces reach beyond that part.
     Within(Box<Within<'a>>),
 }
 
@@ -44,7 +44,7 @@ enum Content<'a> {
 struct Within<'a> {
     content: Content<'a>,
     mixed: MixedMedia<'a>,
-    /// In the media's index space.
+    /// That part, in the media's index space.
     bounds: [Vec3; 2],
 }
 
@@ -60,7 +60,7 @@ pub struct Piece<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    /// A sampler of `media`.
+    /// A sampler of extinction, scattering and emission of `media`.
     pub fn of(media: &'a Media) -> Self {
         let content = match media.plain() {
             Some(volume) => Content::Plain(Density::of(volume)),
@@ -69,8 +69,8 @@ impl<'a> Sampler<'a> {
         Self { content, occupancy: media.occupancy() }
     }
 
-    /// A sampler of `media` for light rays: of extinction alone, which is what [`Sampler::of`]
-    /// says, faster. It knows no source and no emission.
+    /// A sampler for light rays, which need the extinction of `media` only: the same extinction as
+    /// [`Sampler::of`] has, but faster. Scattering and emission are not available.
     pub fn of_extinction(media: &'a Media) -> Self {
         let Some(body) = media.graded().filter(|_| media.plain().is_none()) else {
             return Self::of(media);
@@ -93,7 +93,8 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// Mean density over a piece of a ray; times the frame's extinction per density it is extinction.
+/// Mean density over the piece of `ray` that extends by `half` before and behind distance `at`;
+/// times the frame's extinction per density it is extinction.
 #[inline]
 pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f32 {
     match &sampler.content {
@@ -106,7 +107,8 @@ pub fn density_along(sampler: &Sampler<'_>, ray: &Ray, at: f32, half: f32) -> f3
     }
 }
 
-/// The same over four pieces of a ray, one behind the other. `met` is the ray's own.
+/// [`density_along`] over four pieces of a ray, one behind the other. `met` is the cache of this
+/// ray.
 #[inline]
 pub fn four_along(sampler: &Sampler<'_>, ray: &Ray, at: Vec4, half: Vec4, met: &Cell<Met>) -> Vec4 {
     let content = match &sampler.content {
@@ -138,18 +140,19 @@ fn four_mixed(media: &MixedMedia<'_>, ray: &Ray, at: Vec4, half: Vec4) -> Vec4 {
     Vec4::from_array([0, 1, 2, 3].each(|i| mixture_density(media, &piece(i))))
 }
 
-/// Light that arrives at a point of a camera ray where nothing shadows it.
+/// Unshadowed light that arrives at a point of a camera ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Arriving {
-    /// On a plane that faces the light.
+    /// Irradiance on a plane that faces the light.
     irradiance: Vec3,
-    /// Between the ways of light before and after it is scattered to the camera.
+    /// Cosine of the angle between the directions of light before and after it scatters towards the
+    /// camera.
     cosine: f32,
-    /// Scattered to the camera by a plain medium, per unit of optical depth and albedo.
+    /// Light that a plain medium scatters to the camera, per unit of optical depth and albedo.
     scattered: Vec3,
 }
 
-/// Light that arrives at a point of a camera ray.
+/// Unshadowed light that arrives at `point`, in frame space, on the camera ray `ray`.
 #[inline]
 pub fn arriving(frame: &Frame, ray: &Ray, point: Vec3) -> Arriving {
     let cosine = -ray.direction.dot(light_direction_at(frame, point));
@@ -157,9 +160,9 @@ pub fn arriving(frame: &Frame, ray: &Ray, point: Vec3) -> Arriving {
     Arriving { irradiance, cosine, scattered: irradiance * phase(frame.media.phase_g, cosine) }
 }
 
-/// Light that arrives over a piece of a camera ray, around a place and of half a length: that of
-/// its middle, but of a light that stands among the media, whose square of the distance may change
-/// by much over a piece.
+/// Unshadowed light that arrives over the piece of a camera ray within `half` of distance `at`. It
+/// is that at the piece's middle, except for a light among the media: its squared distance may
+/// change much over the piece, so its irradiance is a mean.
 #[inline]
 pub fn arriving_over(frame: &Frame, ray: &Ray, [at, half]: [f32; 2]) -> Arriving {
     if frame.light.spread < 2 {
@@ -170,8 +173,8 @@ pub fn arriving_over(frame: &Frame, ray: &Ray, [at, half]: [f32; 2]) -> Arriving
     Arriving { irradiance, cosine, scattered: irradiance * phase(frame.media.phase_g, cosine) }
 }
 
-/// Light that a piece of a ray sends towards the camera per unit of opacity, behind a transmittance
-/// from the light.
+/// Radiance that a piece of a ray scatters towards the camera per unit of opacity, where
+/// `transmittance` of the light arrives.
 #[inline]
 pub fn source_along(
     sampler: &Sampler<'_>,
@@ -196,12 +199,12 @@ pub fn source_along(
                 mixture_source(media, piece, |g| octaves(more, g, light.cosine, transmittance));
             light.irradiance * scattered + ambient * albedo
         }
-        // Light rays meet no source.
+        // This content is made for light rays, which need no scattering.
         Content::Within(_) => Vec3::ZERO,
     }
 }
 
-/// Radiance per world length that a piece of a ray emits.
+/// Radiance that a piece of a ray emits per world length.
 #[inline]
 pub fn emission_along(sampler: &Sampler<'_>, piece: &Piece<'_>) -> Vec3 {
     match &sampler.content {

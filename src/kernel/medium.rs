@@ -1,10 +1,11 @@
-//! What steps through the medium do to light.
+//! How steps through the medium change light.
 
 use glam::Vec4;
 
-/// The whole sphere's solid angle.
+/// Solid angle of the whole sphere.
 pub const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
-/// Keeps 0 / 0 out where nothing is scattered.
+/// Weights are raised to this before a division, so that steps that scatter nothing do not give 0 /
+/// 0.
 pub const SMALLEST_WEIGHT: f32 = 1e-30;
 
 /// Opacity of a step of optical depth `tau`: 1 - exp(-tau).
@@ -13,26 +14,28 @@ pub fn step_opacity(tau: f32) -> f32 {
     1.0 - (-tau).exp()
 }
 
-/// Mean transmittance over a step of optical depth `tau` to its front: (1 - exp(-tau)) / tau, by
-/// its series where the difference has no digits.
+/// Mean over a step of optical depth `tau` of the transmittance from each point to the step's
+/// front: (1 - exp(-tau)) / tau. For small `tau`, where the difference loses its digits, by its
+/// series.
 #[inline]
 pub fn mean_transmittance(tau: f32) -> f32 {
     if tau < 0.01 { 1.0 - tau * (0.5 - tau / 6.0) } else { step_opacity(tau) / tau }
 }
 
-/// Share of light scattered per steradian into an angle of the given cosine between the ways that
-/// light travels before and after (Henyey and Greenstein 1941); 1 / (4 pi) for g = 0.
+/// The phase function of Henyey and Greenstein (1941): share of light scattered per steradian,
+/// where `cosine` is that of the angle between the directions of light before and after; 1 / (4 pi)
+/// for g = 0.
 #[inline]
 pub fn phase(g: f32, cosine: f32) -> f32 {
     let spread = 1.0 + g * g - 2.0 * g * cosine;
     (1.0 - g * g) / (FOUR_PI * spread * spread.sqrt())
 }
 
-/// Light scattered into an angle of the given cosine behind `transmittance`, per steradian, with
-/// `count` octaves more (Wrenninge, Kulla and Lundqvist 2013): each carries half of the light of
-/// the one before, through the square root of its transmittance, with half of its mean cosine. Here
-/// their shares add up to 1, so that what lies in the light keeps its brightness. It looks like
-/// light that was scattered more than once; no energy is accounted for.
+/// Light scattered per steradian behind `transmittance`, with `count` octaves beside single
+/// scattering (Wrenninge, Kulla and Lundqvist 2013); `g` and `cosine` as for [`phase`]. Each octave
+/// carries half of the light of the one before, uses the square root of its transmittance and half
+/// of its mean cosine. Here the shares add up to 1, so that fully lit parts keep their brightness.
+/// The result looks like multiple scattering, but no energy balance is kept.
 pub fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     let (mut share, mut g, mut through) = (1.0, g, transmittance);
     let (mut sum, mut shares) = (phase(g, cosine) * through, 1.0);
@@ -46,22 +49,24 @@ pub fn octaves(count: u32, g: f32, cosine: f32, transmittance: f32) -> f32 {
     sum / shares
 }
 
-/// What four steps of a ray add to a picture: where to sample the light for each of them, or for
-/// several at once, which then stand in the first one's place and leave the others without weight.
+/// What four steps of a ray add to a picture, and where to sample the light for them. Steps that
+/// share a light sample have their weight in the first of them; the others have weight 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Scattered {
-    /// Share of the ray's light.
+    /// Share of the camera ray's light that each step contributes, 0..1.
     pub weights: Vec4,
-    /// Distances along the ray: what the samples hold, on average.
+    /// Distances along the ray: the weighted mean positions of the density samples that they stand
+    /// for.
     pub places: Vec4,
     /// Transmittance from the camera to the end of the four steps.
     pub through: f32,
 }
 
-/// Four steps with two samples each: optical depths in order, the distance of the first sample and
-/// the distance between samples, and the transmittance from the camera in front of them. Steps
-/// share a place if they add at most `weight` together: all four if they are no longer than
-/// `length`, else the first or the last two.
+/// Combines four steps with two density samples each. `through` is the transmittance from the
+/// camera to their front, `early` and `late` are the samples' optical depths in order, `first` is
+/// the distance of the first sample and `spacing` that between samples. Steps share a light sample
+/// if they add at most `weight` together: all four if together they are no longer than `length`,
+/// else the first two and the last two.
 #[inline]
 pub fn scattered(
     through: f32,
@@ -96,7 +101,7 @@ pub fn scattered(
 }
 
 impl Scattered {
-    /// How many steps the place of step `k` stands for.
+    /// How many steps share the light sample of step `k`, 0 to 3.
     #[inline]
     pub fn shared_steps(&self, k: usize) -> u32 {
         let weights = self.weights;
@@ -108,7 +113,7 @@ impl Scattered {
     }
 }
 
-/// What four samples take of the light, and what is left behind them.
+/// The share of light that each of four samples takes, and the transmittance behind them.
 #[inline]
 fn taken(through: f32, taus: Vec4) -> (Vec4, f32) {
     let kept = (-taus).exp();

@@ -1,4 +1,5 @@
-//! Several bodies at once: extinctions add up, and what is scattered is their mean by extinction.
+//! Several bodies at once: extinctions add up, and the scattered light is the mean of the bodies'
+//! weighted by extinction.
 
 use std::cell::Cell;
 
@@ -12,12 +13,12 @@ use crate::frame::{Field, Mixture, Part};
 use crate::math::Each;
 use crate::scene::Media;
 
-/// A mixture ready to be sampled.
+/// A mixture, prepared for sampling.
 #[derive(Clone, Debug)]
 pub struct MixedMedia<'a> {
     mixture: Mixture<'a>,
     grids: Vec<Density<'a>>,
-    /// Those of the first body's transfer function, if it has one.
+    /// The opacities of the first body's transfer function; empty if it has none.
     opacities: Vec<OpacityCell>,
 }
 
@@ -34,8 +35,8 @@ impl<'a> MixedMedia<'a> {
     }
 }
 
-/// The part of a piece that lies in a field: the field's indices of its two ends, and its share of
-/// the piece's length; 0 if there is none.
+/// The part of a piece that lies in a field: its two ends in the field's indices, and its share of
+/// the piece's length, 0 if there is none.
 #[inline]
 fn inside(field: &Field, piece: &Piece<'_>) -> ([Vec3; 2], f32) {
     let ray = if field.voxel_share.w == 1.0 {
@@ -61,7 +62,7 @@ fn inside(field: &Field, piece: &Piece<'_>) -> ([Vec3; 2], f32) {
     ([ray.at(enter), ray.at(exit)], (exit - enter) / (to - from))
 }
 
-/// A field's number in the middle of a piece, 0 outside of it.
+/// The value of a field in the middle of a piece; 0 outside of the field.
 fn field_value(media: &MixedMedia<'_>, field: usize, piece: &Piece<'_>) -> f32 {
     let (ends, share) = inside(&media.mixture.fields[field], piece);
     if share > 0.0 { middle(&media.grids[field], ends) } else { 0.0 }
@@ -72,9 +73,9 @@ fn middle(grid: &Density<'_>, [a, b]: [Vec3; 2]) -> f32 {
     sample_density(grid, 0.5 * (a + b))
 }
 
-/// How far apart pieces that touch may be by rounding, as a share of their length.
+/// Rounding may leave pieces that touch this far apart, as a share of their length.
 const TOUCHING: f32 = 1e-3;
-/// What a body does over a piece: (albedo times extinction, extinction), means over the piece.
+/// A body's part over a piece: (albedo times extinction, extinction), both means over the piece.
 fn part_along(media: &MixedMedia<'_>, part: &Part, piece: &Piece<'_>) -> Vec4 {
     let [density, color, _, modulation] = part.fields.each(|field| field as usize);
     let (ends, share) = inside(&media.mixture.fields[density], piece);
@@ -102,19 +103,19 @@ fn part_along(media: &MixedMedia<'_>, part: &Part, piece: &Piece<'_>) -> Vec4 {
     extinction * classified * albedo.extend(1.0)
 }
 
-/// Mean extinction over a piece, 1 / world length.
+/// Mean extinction of all bodies over a piece, 1 / world length.
 pub fn mixture_density(media: &MixedMedia<'_>, piece: &Piece<'_>) -> f32 {
     media.mixture.parts.iter().map(|part| part_along(media, part, piece).w).sum()
 }
 
-/// What a light ray keeps of a mixture of one body with a transfer function: what it met where the
-/// last pieces began and where they ended, for those that begin there.
+/// A cache for one light ray through a single body with a transfer function: the table readings
+/// where the last four pieces began and where they ended, for pieces that begin there.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Met([Option<(f32, Readings<f32>)>; 2]);
 
-/// Mean extinctions over four pieces of a ray, one behind the other, through a mixture of one body
-/// with a transfer function and nothing else that varies, as [`mixture_density`]; the pieces lie in
-/// its domain.
+/// Mean extinctions over four pieces of a ray, one behind the other, like [`mixture_density`], but
+/// for a mixture of one body with a transfer function and without modulation. The pieces must lie
+/// in the body's domain.
 #[inline]
 pub fn four_classified(
     media: &MixedMedia<'_>,
@@ -140,7 +141,8 @@ pub fn four_classified(
     part.strength.x * table.means(&begin.1, &readings)
 }
 
-/// What a piece scatters per unit of opacity: with `phase` of each body's g, and without.
+/// The mean of the bodies' albedo over a piece, weighted by extinction: first with each body's
+/// factor `phase` (a function of its g), then without.
 pub fn mixture_source(
     media: &MixedMedia<'_>,
     piece: &Piece<'_>,
@@ -157,7 +159,7 @@ pub fn mixture_source(
     (scattered / all, albedo / all)
 }
 
-/// Radiance per world length that a piece emits.
+/// Radiance that a piece emits per world length.
 pub fn mixture_emission(media: &MixedMedia<'_>, piece: &Piece<'_>) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for part in media.mixture.parts.iter().filter(|part| part.fields[2] > 0) {

@@ -1,6 +1,6 @@
-//! The numerical heart in f32: small functions, each the twin of a WGSL function of the same name
-//! in the file of the same name under `shaders/kernel/` (`media`, `mixture` and `table`: those of
-//! `shaders/media/`). Knows no backend and no threads.
+//! Numerical functions in f32. Each is the twin of a WGSL function of the same name in the file of
+//! the same name under `shaders/kernel/` (for `media`, `mixture` and `table` under
+//! `shaders/media/`). The module knows no backend and no threads.
 
 pub mod density;
 pub mod fitting;

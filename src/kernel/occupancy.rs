@@ -1,5 +1,5 @@
-//! Places of a ray that need not be sampled, because they lie in empty bricks, and how long steps
-//! may be elsewhere, as media change more or less.
+//! Empty-space skipping and adaptive step lengths: a ray jumps over empty bricks, and takes longer
+//! steps where the media change less.
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
@@ -7,25 +7,26 @@ use super::ray::Ray;
 use crate::math::Each;
 use crate::scene::{EMPTY, Occupancy, ROUGHEST};
 
-/// Steps that a pass takes after each look, one after the other and all as long as each other.
+/// Steps of equal length that a pass takes in a row before it looks at the bricks again.
 pub const BATCH: u32 = 4;
-/// How far beyond an empty brick a ray goes on, in shortest steps: rounding must not leave it
-/// inside.
+/// How far a ray continues beyond an empty brick, in shortest steps, so that rounding does not
+/// leave it inside.
 pub const LEAP: f32 = 0.1;
-/// Steps at least, as a share of the ray's end: what rounding still tells apart.
+/// Length of the shortest step as a share of the distance to the ray's end: f32 cannot resolve
+/// shorter ones.
 pub const LEAST_SHARE: f32 = 2e-6;
 
-/// What the samples of cut steps of a camera ray aim at, as a share of the limit: where one is
-/// thick, others are.
+/// The optical depth that samples of shortened steps of a camera ray aim at, as a share of the
+/// limit. It is well below 1 because dense samples have dense neighbours.
 pub const CUT_SHARE: f32 = 0.33;
-/// What the samples of cut steps may hold, as a share of the limit.
+/// The largest optical depth of those samples, as a share of the limit.
 pub const CUT_LIMIT: f32 = 0.5;
-/// How much longer than made for the steepest place steps may be before ends of batches are looked
-/// at.
+/// Steps that are more than this many times as long as those made for the steepest place also
+/// sample the density at the end of their batch.
 pub const HIDING: f32 = 3.0;
-/// What steps that are cut become at least, as a share of themselves.
+/// Shortest result of one shortening, as a share of the step's length.
 pub const SHORTEST_CUT: f32 = 0.125;
-/// The same at most.
+/// Longest result of one shortening, as a share of the step's length.
 pub const LONGEST_CUT: f32 = 0.75;
 
 /// A ray on its way through the bricks.
@@ -36,21 +37,21 @@ pub struct Walk<'a> {
     edge: f32,
     last: Vec3,
     ray: Ray,
-    /// One over its direction, bricks and not voxels.
+    /// One over the ray's direction, in bricks instead of voxels.
     inverse: Vec3,
-    /// Where the ray ends.
+    /// Distance where the ray ends.
     exit: f32,
-    /// World lengths of a step: at least, where the media change most, at most.
+    /// World lengths of steps: the shortest, that where the media change most, and the longest.
     lengths: [f32; 3],
-    /// Up to here along the ray nothing changes.
+    /// Up to this distance along the ray the current brick, or empty block, goes on.
     end: f32,
-    /// Length of a step there.
+    /// Length of a step up to there.
     step: f32,
 }
 
 impl<'a> Walk<'a> {
-    /// A ray in index space that ends at distance `exit`. World lengths of its steps: at least,
-    /// where the media change most, at most.
+    /// A walk along a ray in index space that ends at distance `exit`. The last argument holds
+    /// world lengths of steps: the shortest, that where the media change most, and the longest.
     pub fn new(
         occupancy: &'a Occupancy,
         ray: &Ray,
@@ -76,8 +77,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The first place from distance `start` on that may hold anything; the ray's end or more if
-    /// none before does.
+    /// The first distance from `start` on where the media may not be empty; the distance of the
+    /// ray's end, or more, if there is none.
     #[inline]
     pub fn next_place(&mut self, start: f32) -> f32 {
         let mut t = start;
@@ -91,23 +92,23 @@ impl<'a> Walk<'a> {
         self.exit.max(start)
     }
 
-    /// How long the [`BATCH`] steps from `t` on are, which a pass may take before it asks again.
-    /// The last one ends where the ray does, rounding or not.
+    /// Length of each of the [`BATCH`] steps that a pass may take from `t` on before it asks again.
+    /// The last one ends exactly at the ray's end, whatever rounding does.
     #[inline]
     pub fn step_from(&self, t: f32) -> f32 {
         let left = (self.exit - t) / BATCH as f32;
         if left < 1.001 * self.step { left } else { self.step }
     }
 
-    /// Whether steps are so long, beside those that are made for the steepest place of the media,
-    /// that something dense may begin between the last one's middle and its end.
+    /// Whether steps are so much longer than those made for the steepest place of the media that
+    /// something dense may begin between the last one's middle and its end and be missed.
     #[inline]
     pub fn hides(&self, step: f32) -> bool {
         step > HIDING * self.lengths[1]
     }
 
-    /// What steps of a length become that must be cut to `share` of it: as long as they are if
-    /// `share` is 1 or more, or if rounding tells no shorter ones apart.
+    /// The new length of steps of length `step` that must be shortened to `share` of it. It stays
+    /// as it is if `share` is 1 or more, or if f32 cannot resolve shorter steps.
     #[inline]
     pub fn cut(&self, step: f32, share: f32) -> f32 {
         if share >= 1.0 {
@@ -117,8 +118,8 @@ impl<'a> Walk<'a> {
         shorter.max(LEAST_SHARE * self.exit).min(step)
     }
 
-    /// Whether the brick at distance `t` is empty; `end` becomes where the ray leaves it, or the
-    /// empty block around it.
+    /// Whether the brick at distance `t` is empty. Sets `end` to where the ray leaves the brick, or
+    /// the empty block around it.
     fn look(&mut self, t: f32) -> bool {
         let place = (self.ray.at(t) - self.origin) / self.edge;
         // Rounded down, as it is not below zero; conversion to i32 is the fastest.
@@ -139,11 +140,12 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// How long the four steps of a light ray are, and their optical depths: `depths` tells those of
-/// steps of a length, which begins with `step` and is cut until optical depth bends no more from
-/// step to step than `limit` over the share of light that gets to them, behind the optical depth
-/// `tau`. Where steps are longer than [`Walk::hides`] allows, `end` tells the optical depth of a
-/// step like the place where they end: what begins behind the last one's middle is seen there.
+/// The length of the four steps of a light ray, and their optical depths. The length begins as
+/// `step` and is shortened until optical depth bends from step to step by no more than `limit` over
+/// the share of light that reaches the steps; `tau` is the optical depth in front of them. `depths`
+/// computes the optical depths of steps of a given length. Where steps are so long that
+/// [`Walk::hides`] says so, `end` computes the optical depth of a step with the density found where
+/// the four end, so that a medium that begins behind the last one's middle is seen.
 #[inline]
 pub fn cut_to_bend(
     walk: &Walk<'_>,
@@ -156,13 +158,13 @@ pub fn cut_to_bend(
         let taus = depths(step);
         let mut bend = (taus.yzw() - taus.xyz()).abs().max_element();
         if walk.hides(step) {
-            // Half a step on.
+            // `end` looks only half a step ahead.
             bend = bend.max(2.0 * (end(step) - taus.w).abs());
         }
         if bend <= limit {
             return (step, taus);
         }
-        // Half of a step's length is a quarter of the bend.
+        // Halving a step's length quarters the bend.
         let shorter = walk.cut(step, (limit / (bend * (-tau).exp())).sqrt());
         if shorter >= step {
             return (step, taus);

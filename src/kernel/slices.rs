@@ -10,30 +10,30 @@ use super::mixture::Met;
 use super::ray::{Ray, intersect_box, step_count, voxels_over};
 use crate::frame::Frame;
 
-/// The slabs of a texel's ray: slab `i` lies between depths `start + i step` and `start + (i + 1)
-/// step`, clipped to where the ray is inside the volume.
+/// The slabs of a texel's ray. Slab `i` lies between the depths `start + i step` and
+/// `start + (i + 1) step`, clipped to the part of the ray inside the volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Slabs {
     /// The ray in voxel indices; distances along it are depths in world lengths.
     pub ray: Ray,
     /// Depth where the ray enters the volume.
     pub enter: f32,
-    /// Depth where it leaves; it misses if this is not greater.
+    /// Depth where it leaves; the ray misses if exit <= enter.
     pub exit: f32,
     /// Depth of the front of slab 0, before clipping.
     pub start: f32,
-    /// Depth of a slab.
+    /// Length of a slab.
     pub step: f32,
-    /// The first slab that reaches into the volume.
+    /// Index of the first slab that reaches into the volume.
     pub first: u32,
-    /// One past the last.
+    /// One past the index of the last such slab.
     pub last: u32,
-    /// Samples of density in each.
+    /// Density samples in each slab.
     pub samples: u32,
 }
 
-/// The slabs of the ray through map position `(u, v)`: of the ray's own, equally spaced from entry
-/// to exit, or between planes across the light's axis that all rays share.
+/// The slabs of the ray through map position `(u, v)`: either equal parts of the ray between its
+/// entry and exit, or between planes across the light's axis that all rays share.
 pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
     let ray = light_ray(frame, u, v).transformed(&frame.media.index_from_frame);
     let (min, max) = (frame.media.domain_min, frame.media.domain_max);
@@ -60,7 +60,7 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
             ..none
         };
     }
-    // How much longer a way along this ray is than along the axis.
+    // How much longer a distance along this ray is than along the light's axis.
     let direction =
         frame.light.direction + u * frame.light.direction_u + v * frame.light.direction_v;
     let along = direction.truncate().length();
@@ -72,14 +72,15 @@ pub fn slabs_of(frame: &Frame, u: f32, v: f32) -> Slabs {
     Slabs { start, step, first, last: last.clamp(first + 1, planes), samples, ..none }
 }
 
-/// As many samples as the voxels of a length of a ray, which is `extent` long in the medium, ask
-/// for; rounding asks for none.
+/// The number of samples that a step of a ray, which is `extent` long in the medium, needs by its
+/// voxel lengths. The small subtraction keeps rounding from adding one.
 pub fn samples_over(frame: &Frame, ray: &Ray, step: f32, extent: f32) -> u32 {
     let voxels = voxels_over(frame, ray, step, extent);
     (voxels * frame.map.slabs.samples - 0.01).ceil().clamp(1.0, 65_536.0) as u32
 }
 
-/// Depths of the front and the back of slab `i` in the volume; empty if the second is not greater.
+/// Depths of the front and the back of slab `i`, clipped to the volume; the slab is empty if back
+/// <= front.
 #[inline]
 pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
     let front = slabs.start + i as f32 * slabs.step;
@@ -87,13 +88,14 @@ pub fn slab_bounds(slabs: &Slabs, i: u32) -> [f32; 2] {
     [front.max(slabs.enter), back.min(slabs.exit)]
 }
 
-/// Optical depth of slab `i`, by midpoints.
+/// Optical depth of slab `i`, by the midpoint rule.
 #[inline]
 pub fn slab_optical_depth(sampler: &Sampler<'_>, frame: &Frame, slabs: &Slabs, i: u32) -> f32 {
     ray_optical_depth(sampler, frame, &slabs.ray, slab_bounds(slabs, i), slabs.samples)
 }
 
-/// Optical depth of a ray in voxel indices between two depths, by as many midpoints.
+/// Optical depth of a ray in voxel indices between the depths `front` and `back`, by the midpoint
+/// rule with `samples` samples.
 pub fn ray_optical_depth(
     sampler: &Sampler<'_>,
     frame: &Frame,
@@ -109,25 +111,25 @@ pub fn ray_optical_depth(
     sum * step * frame.media.extinction
 }
 
-/// Depths between which four slabs of a batch lie, clipped to the volume.
+/// The depths where the four slabs of a batch begin and end, clipped to the volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch {
     /// Where each begins.
     pub fronts: Vec4,
-    /// Where each ends; it is empty if not behind its front.
+    /// Where each ends; a slab is empty if this is not behind its front.
     pub backs: Vec4,
     /// Where the last one ends, not clipped.
     pub end: f32,
-    /// With planes, the slab that comes next.
+    /// With planes: index of the slab that follows the batch.
     pub next: f32,
 }
 
-/// Four slabs as long as `step` from depth `t` on; with planes, the four from the one that holds
+/// Four slabs of length `step` from depth `t` on. With planes: the four from the slab that contains
 /// `t` on, but none in front of slab `next`.
 #[inline]
 pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32, next: f32) -> Batch {
     let (start, first, step) = if frame.map.planes > 0 {
-        // Rather one too many, which is empty, than one too few.
+        // Rounding must not skip a slab; one too many is empty.
         let holds = ((t - slabs.start) / slabs.step - 1e-3).floor();
         (slabs.start, holds.max(next), slabs.step)
     } else {
@@ -140,7 +142,7 @@ pub fn batch_of(frame: &Frame, slabs: &Slabs, t: f32, step: f32, next: f32) -> B
     Batch { fronts, backs: backs.min(exit), end, next: first + 4.0 }
 }
 
-/// Optical depths of a batch's slabs. `met` is the ray's own.
+/// Optical depths of a batch's slabs. `met` is the cache of this ray.
 #[inline]
 pub fn four_optical_depths(
     sampler: &Sampler<'_>,
@@ -158,7 +160,7 @@ pub fn four_optical_depths(
     sums * steps * frame.media.extinction
 }
 
-/// Optical depth of a slab as long as a batch's last one with the density at its end.
+/// Optical depth of a slab as long as the last one of a batch, with the density found at its end.
 #[inline]
 pub fn end_optical_depth(
     sampler: &Sampler<'_>,

@@ -1,28 +1,29 @@
-//! Functions of a density, read from tables: lines between values at the edges of cells, and beyond
-//! the ends as they are there. Long pieces and short ones read one function, so that what touches
-//! adds up.
+//! Functions of a density, read from tables: linear between the values at the edges of cells, and
+//! constant beyond the ends. Short pieces and long ones read the same function, so the results of
+//! adjacent pieces add up.
 
 use glam::{Mat4, Vec4, Vec4Swizzles};
 
 use crate::frame::{FARTHEST_CELL, LEAST_CELLS, TABLE_CELLS};
 use crate::math::Each;
 
-/// Cells of a table and entries of one of its halves.
+/// Number of cells of a table. Each half, values and integrals, has one entry more.
 const CELLS: usize = TABLE_CELLS as usize;
 
-/// The cell of a place: -1 in front of the table, [`CELLS`] behind it.
+/// The cell that contains a place: -1 in front of the table, [`CELLS`] behind it.
 #[inline]
 fn cell_of(place: f32) -> f32 {
     place.floor().clamp(-1.0, CELLS as f32)
 }
 
-/// Where a value lies in a table, in cells.
+/// Position of a value in a table, in cells.
 #[inline]
 fn place_of(header: Vec4, value: f32) -> f32 {
     ((value - header.z) * header.w).clamp(-FARTHEST_CELL, FARTHEST_CELL)
 }
 
 /// Mean of a table's function between two values: (red, green, blue) times opacity, and opacity.
+/// `header` is (first entry, flag, value at the first edge, cells per value).
 #[inline]
 pub fn table_mean(tables: &[Vec4], header: Vec4, values: [f32; 2]) -> Vec4 {
     let (entries, integrals) = tables[header.x as usize..][..2 * (CELLS + 1)].split_at(CELLS + 1);
@@ -45,7 +46,7 @@ pub fn table_mean(tables: &[Vec4], header: Vec4, values: [f32; 2]) -> Vec4 {
         if begin == end {
             return 0.5 * (from + to);
         }
-        // The edge between their cells.
+        // The edge between the two cells.
         let edge = begin.max(end);
         let middle = entries[edge as usize];
         return 0.5 * (middle + from + (to - from) * ((b - edge) / across));
@@ -57,11 +58,11 @@ pub fn table_mean(tables: &[Vec4], header: Vec4, values: [f32; 2]) -> Vec4 {
     (integral(end, b) - integral(begin, a)) / across
 }
 
-/// A cell of a table of opacities alone: (integral up to it, opacity at its edge, half of what it
-/// rises by, 0).
+/// A cell of a table of opacities: (integral up to the cell, opacity at its lower edge, half of the
+/// rise over the cell, 0).
 pub type OpacityCell = Vec4;
 
-/// The cells of a table's opacities, the one in front of the table first.
+/// The cells of a table's opacities, beginning with the one in front of the table.
 pub fn opacity_cells(tables: &[Vec4], header: Vec4) -> Vec<OpacityCell> {
     let (entries, integrals) = tables[header.x as usize..][..2 * (CELLS + 1)].split_at(CELLS + 1);
     let inner = entries.windows(2).zip(integrals);
@@ -73,16 +74,16 @@ pub fn opacity_cells(tables: &[Vec4], header: Vec4) -> Vec<OpacityCell> {
     [before].into_iter().chain(inner).chain([behind]).collect()
 }
 
-/// A table of opacities alone.
+/// A table of opacities only.
 #[derive(Clone, Copy, Debug)]
 pub struct OpacityTable<'a> {
-    /// As [`opacity_cells`] makes them.
+    /// The cells, as [`opacity_cells`] makes them.
     pub cells: &'a [OpacityCell],
-    /// The table's.
+    /// The header of the table that they are made from.
     pub header: Vec4,
 }
 
-/// What four densities, or one, are in a table of opacities.
+/// Opacity and its integral at one density, or at four.
 #[derive(Clone, Copy, Debug)]
 pub struct Readings<T> {
     place: T,
@@ -104,7 +105,7 @@ impl Readings<Vec4> {
 }
 
 impl OpacityTable<'_> {
-    /// Reads it at four densities.
+    /// Reads the table at four densities.
     #[inline]
     pub fn four(&self, densities: Vec4) -> Readings<Vec4> {
         let farthest = Vec4::splat(FARTHEST_CELL);
@@ -119,7 +120,7 @@ impl OpacityTable<'_> {
         Readings { place, cell, opacity: columns.y_axis + 2.0 * half_rise, integral }
     }
 
-    /// Reads it at a density.
+    /// Reads the table at one density.
     #[inline]
     pub fn one(&self, density: f32) -> Readings<f32> {
         let place = place_of(self.header, density);
@@ -131,8 +132,8 @@ impl OpacityTable<'_> {
         Readings { place, cell, opacity: opacity + 2.0 * half_rise, integral }
     }
 
-    /// Means of the opacities from a density to the first of four, and on from one to the next, as
-    /// [`table_mean`].
+    /// Mean opacities from a density to the first of four, and from each of the four to the next,
+    /// like [`table_mean`].
     #[inline]
     pub fn means(&self, begin: &Readings<f32>, ends: &Readings<Vec4>) -> Vec4 {
         let from = |begin: f32, ends: Vec4| ends.wxyz().with_x(begin);
@@ -176,8 +177,8 @@ mod tests {
     use crate::scene::{Body, Media, Medium, TransferFunction};
     use crate::volume::Volume;
 
-    /// A function with a jump up, a slope and a jump down, neither at the edge of a cell, and its
-    /// integral.
+    /// A function with a jump up, a slope and a jump down, none of them at the edge of a cell, and
+    /// its integral.
     fn band() -> (Vec<Vec4>, Vec4, f64) {
         let points =
             [(0.0, 0.0), (0.48, 0.0), (0.48, 1.0), (0.4843, 0.5), (0.4843, 0.0), (1.0, 0.0)];
@@ -194,7 +195,7 @@ mod tests {
         (mixture.tables.clone(), mixture.parts[0].transfer, 0.75 * 0.0043)
     }
 
-    /// Values from 0 to 1 in steps of wildly different lengths.
+    /// Values from 0 to 1 with steps of very different lengths.
     fn cuts(mut state: u64) -> Vec<f32> {
         let mut at = 0.0_f32;
         let mut cuts = vec![at];
@@ -221,8 +222,8 @@ mod tests {
                         *sum += f64::from(mean) * f64::from(b - a);
                     }
                 }
-                // Places around the band are held to 2^-15 of a cell, so that a piece that sees it
-                // may be off by as much at either end.
+                // Positions around the band are rounded to 2^-15 of a cell, so each end of a piece
+                // may be off by that much.
                 let seen = cuts.windows(2).filter(|ends| ends[1] > 0.475 && ends[0] < 0.49).count();
                 let bound = seen as f64 * 2.0 * 0.5_f64.powi(15) / 1024.0;
                 for (sum, share) in sum.into_iter().zip([1.0, 0.5, 0.25, 1.0]) {

@@ -7,16 +7,15 @@
 //! channels hold; here it depends on the lookup that the map is made for:
 //! - `paper`: the ray's exit from the volume.
 //! - `default`: the depth where opacity reaches a fixed share of the texel's own A ([`levels`]).
-//!   A says which thresholds were reached, so a reader knows what each channel holds: the map
-//!   stays four numbers, and none is wasted.
+//!   From A a reader knows which thresholds were reached, and so what each channel holds.
 //!
 //! **Reconstruction** (`default`): optical depth as a monotone piecewise cubic through the three
 //! points, with slopes limited as by Fritsch and Carlson 1980, a quadratic onset in front of the
-//! first and a quadratic end behind the last. The onset's length comes from the slope between the
-//! first two points and not from where the ray enters the volume, so empty space stays unshadowed.
-//! The end flattens out, as media do. Where it is dark long before that, all that is seen lies in
-//! the medium's front, which goes on behind the last point as it changed between the three; and a
-//! medium that is as dense between the last two as between the first two goes on straight.
+//! first point and a quadratic end behind the last. The onset's length comes from the slope between
+//! the first two points and not from where the ray enters the volume, so empty space stays
+//! unshadowed. The end flattens out, as media do, with two exceptions. A medium that is dark long
+//! before its end is seen only at its front, so its curve continues as it changed between the
+//! points. A medium whose slopes between the points are equal continues straight.
 
 use glam::{Vec3, Vec4};
 
@@ -24,19 +23,19 @@ use crate::math::Each;
 
 /// Shares of A whose depths unset channels hold.
 pub const UNSET_SHARES: Vec3 = Vec3::new(0.1, 0.5, 0.85);
-/// How far above the last reached threshold the largest share must lie to be worth keeping.
+/// The largest share is kept if it is at least this many times the last reached threshold.
 pub const LAST_SHARE_ABOVE: f32 = 1.26;
-/// How far above the first threshold the middle share must lie to be worth keeping.
+/// The middle share is kept if it is at least this many times the first threshold.
 pub const MIDDLE_SHARE_ABOVE: f32 = 1.65;
-/// Largest optical depth that a reconstruction ends at; in f32, 1 - A is zero soon after.
+/// Largest optical depth at which a reconstruction ends; in f32, 1 - A is zero soon after.
 pub const LARGEST_OPTICAL_DEPTH: f32 = 16.0;
-/// Optical depth of a texel up to which its end flattens out; it is straight at the largest.
+/// The end flattens out up to this optical depth of a texel; at the largest it is straight.
 pub const BENT_OPTICAL_DEPTH: f32 = 8.0;
 /// Opacity below which a texel is empty.
 pub const SMALLEST_OPACITY: f32 = 1e-6;
 
 /// The opacities whose depths the three channels of a texel with largest opacity `a` hold, for the
-/// `default` lookup: the thresholds where reached, else shares of `a`. Not always rising.
+/// `default` lookup: the thresholds where reached, else shares of `a`. They need not rise.
 pub fn levels(a: f32, thresholds: Vec3) -> Vec3 {
     let shares = a * UNSET_SHARES;
     let [t1, t2, t3] = thresholds.to_array();
@@ -58,15 +57,15 @@ pub fn levels(a: f32, thresholds: Vec3) -> Vec3 {
     }
 }
 
-/// Optical depth of an opacity, capped.
+/// Optical depth of an opacity, at most [`LARGEST_OPTICAL_DEPTH`].
 #[inline]
 pub fn optical_depth_of(opacity: f32) -> f32 {
     (-(1.0 - opacity).max(1e-30).ln()).min(LARGEST_OPTICAL_DEPTH)
 }
 
-/// Where within a step from depth `z0` to `z1` a level is crossed; `tau0`, `tau1` and `tau` are the
-/// optical depths at the ends and of the level, `bend` how much more than this step the next one
-/// holds. `crossing`: 0 exact, 1 smoothstep, 2 bucket.
+/// The depth in a step from `z0` to `z1` where optical depth reaches `tau`. `tau0` and `tau1` are
+/// the optical depths at the step's ends, and `bend` is how much more optical depth the next step
+/// holds than this one. `crossing`: 0 exact, 1 smoothstep, 2 the step's front (bucket).
 #[inline]
 pub fn crossing_depth(
     crossing: u32,
@@ -87,11 +86,12 @@ pub fn crossing_depth(
     z0 + (z1 - z0) * share
 }
 
-/// Where a parabola from (0, 0) to (1, 1) has the value `y`; its slope rises by `bend`. A line finds
-/// all levels in a dense medium's front too early, which costs half a percent of its light.
+/// The x at which a parabola from (0, 0) to (1, 1), whose slope rises by `bend`, has the value `y`.
+/// A line would place all levels in a dense medium's front too early, losing half a percent of
+/// light.
 #[inline]
 fn parabola_share(y: f32, bend: f32) -> f32 {
-    // No more than keeps it monotone.
+    // At most as much as keeps the parabola monotone.
     let bend = bend.clamp(-2.0, 2.0);
     let first = 1.0 - 0.5 * bend;
     2.0 * y / (first + (first * first + 2.0 * bend * y).max(0.0).sqrt()).max(1e-30)
@@ -119,17 +119,17 @@ pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curve {
-    /// Depths where the pieces end; the first three are z.
+    /// Depths where the pieces end; the first three are those of the three points.
     pub ends: Vec4,
-    /// Of each piece x + u (y + u (z + u w)) over the share u of its length. The first begins at
-    /// zero, and holds the depth where it does in place of x.
+    /// Coefficients of x + u (y + u (z + u w)) over the share u of each piece's length. The first
+    /// begins at an optical depth of zero, and its x holds the depth where it begins.
     pub cubics: [Vec4; 4],
 }
 
 /// The curve of an empty texel.
 pub const EMPTY: Curve = Curve { ends: Vec4::W, cubics: [Vec4::ZERO; 4] };
 
-/// The curve that a texel's four numbers say; `enter` and `exit` are the depths where its ray
+/// The curve that a texel's four numbers define; `enter` and `exit` are the depths where its ray
 /// enters and leaves the volume.
 pub fn curve(
     texel: Vec4,
@@ -169,10 +169,10 @@ pub fn curve(
     }
 }
 
-/// The slopes wanted at the last point and at the far end; `d` are those between the points, `h`
-/// the lengths, `above` how far `total` lies above the last threshold.
+/// The slopes wanted at the last point and at the far end. `d1`, `d2` are the slopes between the
+/// points, `h1`, `h2` their distances, `above` how far `total` lies above the last threshold.
 fn end_slopes([d1, d2]: [f32; 2], [h1, h2]: [f32; 2], total: f32, above: f32) -> [f32; 2] {
-    // Of the parabola through the three points; where the medium may end soon, the one found best.
+    // The parabola's slope, and, where the medium may end soon, the slope that proved best.
     let [ahead, bent] = [d2 + (d2 - d1) * (h2 / (h1 + h2)), 1.25 * (d1 * d2).sqrt()]
         .each(|slope| slope.max(0.5 * d2).min(3.0 * d2));
     let most = LARGEST_OPTICAL_DEPTH - BENT_OPTICAL_DEPTH;
@@ -183,7 +183,7 @@ fn end_slopes([d1, d2]: [f32; 2], [h1, h2]: [f32; 2], total: f32, above: f32) ->
     [near, near * straight]
 }
 
-/// The cubic from `p` to `q` with slopes `mp` and `mq` per length of its piece.
+/// The cubic from value `p` to value `q` with slopes `mp` and `mq` per piece length.
 #[inline]
 fn cubic([p, q]: [f32; 2], [mp, mq]: [f32; 2]) -> Vec4 {
     let rise = q - p;
@@ -196,26 +196,26 @@ fn sorted(v: Vec3) -> Vec3 {
     Vec3::new(low.min(v.z), low.max(high.min(v.z)), high.max(v.z))
 }
 
-/// Lengths of the two inner pieces; depths closer than f32 can tell are one depth.
+/// Depth differences of the three points, at least as large as f32 can resolve.
 #[inline]
 fn gaps(z: Vec3) -> [f32; 2] {
     let nearest = 1e-6 * z.z.abs() + 1e-30;
     [(z.y - z.x).max(nearest), (z.z - z.y).max(nearest)]
 }
 
-/// A slope between neighbouring secants that keeps a cubic monotone on both sides.
+/// A slope at a point between two secants, limited so that both cubics stay monotone.
 pub(crate) fn slope_between(a: f32, b: f32) -> f32 {
     (0.5 * (a + b)).min(2.5 * a.min(b))
 }
 
-/// How the curve runs out beyond an outermost point: (length, slope at the point, slope at the far
-/// end). `rest` is the optical depth to go, `secant` the slope on the point's other side, `slope`
-/// and `far` the wanted slopes at the point and at the far end, `room` the length to the volume's
-/// border.
+/// How the curve continues beyond an outermost point: (length, slope at the point, slope at the far
+/// end). `rest` is the remaining optical depth, `secant` the slope on the point's other side,
+/// `slope` and `far` the slopes wanted at the point and at the far end, `room` the length to the
+/// volume's border.
 ///
 /// A free end is a parabola, which flattens out where `far` is 0. Where the border comes first, the
-/// curve ends there; the nearer it is, the straighter the curve, up to a straight line where the
-/// medium goes on with the same density: a uniform medium is reproduced exactly.
+/// curve ends there. The nearer the border, the straighter the curve, up to a straight line where
+/// the density stays the same: a uniform medium is reproduced exactly.
 pub(crate) fn run_out(rest: f32, secant: f32, [slope, far]: [f32; 2], room: f32) -> Vec3 {
     let free = 2.0 * rest / (slope + far);
     let room = room.max(1e-6 * free);
@@ -243,7 +243,7 @@ pub fn optical_depth_at(curve: &Curve, depth: f32) -> f32 {
     let [a, b, c, d] = curve.ends.to_array();
     let [onset, first, second, end] = &curve.cubics;
     let (begin, back, cubic) = if depth < a {
-        // It holds where it begins, and begins at zero.
+        // The first cubic's x holds the depth where it begins; its value there is zero.
         (onset.x, a, onset.with_x(0.0))
     } else if depth < b {
         (a, b, *first)
@@ -257,9 +257,9 @@ pub fn optical_depth_at(curve: &Curve, depth: f32) -> f32 {
     cubic.x + u * (cubic.y + u * (cubic.z + u * cubic.w))
 }
 
-/// Transmittance at `depth` by the paper's lookup: opacity 0 in front of the first reached
-/// threshold, smoothsteps between reached ones, A behind the last. Where none is reached the first
-/// channel holds the ray's exit, so A counts behind the volume only.
+/// Transmittance at `depth` by the paper's lookup: opacity is 0 in front of the first reached
+/// threshold, follows smoothsteps between reached ones and is A behind the last. Where none is
+/// reached the first channel holds the ray's exit, so A counts only behind the volume.
 pub fn transmittance_paper(texel: Vec4, thresholds: Vec3, depth: f32) -> f32 {
     let [r, g, b, a] = texel.to_array();
     let [t1, t2, t3] = thresholds.to_array();

@@ -1,4 +1,4 @@
-//! The camera's rays, where in a pixel they go, and the ground that they meet.
+//! The camera's rays, sample positions within pixels, and the ground.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -6,7 +6,8 @@ use super::light::{irradiance_at, light_direction_at};
 use super::ray::Ray;
 use crate::frame::Frame;
 
-/// The camera ray through picture position `(x, y)`, 0..1 from the upper left corner.
+/// The camera ray through picture position `(x, y)`, each 0..1 from the upper left corner, in frame
+/// space.
 #[inline]
 pub fn camera_ray(frame: &Frame, x: f32, y: f32) -> Ray {
     let at = |base: Vec4, dx: Vec4, dy: Vec4| (base + x * dx + y * dy).truncate();
@@ -17,8 +18,8 @@ pub fn camera_ray(frame: &Frame, x: f32, y: f32) -> Ray {
     }
 }
 
-/// Where sample `i` of `samples` lies in its pixel, 0..1: the centre for one, else points of the
-/// golden-ratio lattice, which covers the pixel evenly for any number.
+/// Position of sample `i` of `samples` within its pixel, 0..1 along both axes: the centre for one
+/// sample, else points of the golden-ratio lattice, which cover the pixel evenly for any number.
 pub fn pixel_offset(i: u32, samples: u32) -> Vec2 {
     if samples == 1 {
         return Vec2::splat(0.5);
@@ -27,7 +28,7 @@ pub fn pixel_offset(i: u32, samples: u32) -> Vec2 {
     Vec2::new((i as f32 + 0.5) / samples as f32, golden)
 }
 
-/// Distance to the ground along a ray; a negative number where the ray misses it.
+/// Distance along a ray to the ground; negative if the ray misses it.
 #[inline]
 pub fn ground_distance(frame: &Frame, ray: &Ray) -> f32 {
     let ground = &frame.view.ground;
@@ -40,7 +41,7 @@ pub fn ground_distance(frame: &Frame, ray: &Ray) -> f32 {
     if hit { t } else { -1.0 }
 }
 
-/// Radiance of the ground at a point that `transmittance` of the light reaches, per channel.
+/// Radiance of the ground at a point, per channel, where `transmittance` of the light arrives.
 pub fn ground_radiance(frame: &Frame, point: Vec3, transmittance: f32) -> Vec3 {
     let cosine = (-light_direction_at(frame, point).y).max(0.0);
     let direct =
@@ -48,7 +49,8 @@ pub fn ground_radiance(frame: &Frame, point: Vec3, transmittance: f32) -> Vec3 {
     frame.view.ground.albedo * (direct + frame.view.ambient)
 }
 
-/// The depth at which to look up the shadow of a surface's point, (u, v, depth) in the map.
+/// The depth at which to look up the shadow of a point of a surface, where `light` is the point's
+/// (u, v, depth) in the map.
 #[inline]
 pub fn surface_depth(frame: &Frame, light: Vec3) -> f32 {
     light.z - frame.map.bias

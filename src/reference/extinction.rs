@@ -1,4 +1,4 @@
-//! The optical depth of whole media: every body's own integral, added up.
+//! The optical depth of whole media: the sum of every body's own integral.
 
 use glam::DVec3;
 
@@ -6,14 +6,14 @@ use super::integral::{Cells, Stretch};
 use crate::scene::{Light, Media, TransferFunction};
 use crate::volume::Volume;
 
-/// Halvings of an interval that holds a root: all that f64 can tell apart.
+/// Number of halvings of an interval around a root; f64 cannot resolve more.
 const HALVINGS: u32 = 54;
 /// Gauss-Legendre nodes and weights on 0..1 that integrate cubics exactly.
 const TWO_NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-/// Parts of a cell where two grids are multiplied.
+/// Number of parts of a cell where two grids are multiplied.
 const PRODUCT_PARTS: u32 = 8;
 
-/// Media ready for exact integration, in the extinction that their density scales say.
+/// Media, prepared for exact integration of their extinction.
 #[derive(Clone, Debug)]
 pub struct Extinction<'a> {
     bodies: Vec<Exact<'a>>,
@@ -27,7 +27,7 @@ struct Exact<'a> {
     modulation: Option<Cells<'a>>,
 }
 
-/// A ray from `origin` along `direction` (unit length), world space.
+/// A ray from `origin` along `direction` (unit length), in world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WorldRay {
     pub origin: DVec3,
@@ -35,7 +35,7 @@ pub(super) struct WorldRay {
 }
 
 impl<'a> Extinction<'a> {
-    /// The extinction of `media`.
+    /// Prepares `media` for integration.
     pub fn of(media: &'a Media) -> Self {
         let exact = |volume: &'a Volume| Cells::of(volume);
         let bodies = media.bodies().iter().map(|body| Exact {
@@ -48,8 +48,8 @@ impl<'a> Extinction<'a> {
     }
 
     /// Optical depth along `origin + t direction` (world space, unit length) for `t` between the
-    /// bounds. Exact to rounding, also through transfer functions, whose knots split cells; to
-    /// about 1e-6 where a second grid modulates extinction.
+    /// bounds, in world lengths. It is exact to rounding, also through transfer functions, whose
+    /// knots split cells; where a second grid modulates extinction it is exact to about 1e-6.
     pub fn optical_depth(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
         let ray = WorldRay { origin, direction };
         let mut sum = 0.0;
@@ -61,14 +61,15 @@ impl<'a> Extinction<'a> {
         sum
     }
 
-    /// Transmittance from `light` to `point`.
+    /// Transmittance from `light` to the world position `point`, 0..1.
     pub fn light_transmittance(&self, light: &Light, point: DVec3) -> f64 {
         let farthest = light.position().map_or(f64::INFINITY, |at| (point - at).length());
         (-self.optical_depth(point, -light.direction_at(point), [0.0, farthest])).exp()
     }
 
-    /// Adds the optical depths at rising `depths` along a ray to `taus`, as many; gives that of the
-    /// whole ray, and where it enters the first body and leaves the last.
+    /// Adds the optical depths at the rising `depths` along a ray to the same number of `taus`.
+    /// Returns the optical depth of the whole ray, and the distances where it enters the first body
+    /// and leaves the last.
     pub(super) fn profile(
         &self,
         ray: WorldRay,
@@ -111,7 +112,7 @@ impl Exact<'_> {
         });
     }
 
-    /// Integral of density, or of its opacity, from where a stretch begins to `t` in it.
+    /// Integral of density, or of its opacity, from the begin of a stretch to `t`.
     fn to(&self, ray: WorldRay, stretch: &Stretch, t: f64) -> f64 {
         match (self.transfer, &self.modulation) {
             (None, None) => stretch.integral_to(t),
@@ -134,8 +135,8 @@ impl Exact<'_> {
     }
 }
 
-/// Integral of a function's opacity along a part of a stretch: where density runs through one of
-/// its knots the part is cut, and between cuts opacity is a cubic as density is.
+/// Integral of a function's opacity along a part of a stretch. The part is cut where density passes
+/// one of the function's knots; between cuts opacity is a cubic, because density is one.
 fn opacity_integral(function: &TransferFunction, stretch: &Stretch, [from, to]: [f64; 2]) -> f64 {
     let density = |t: f64| stretch.density(t);
     let mut turns = vec![from];
@@ -162,7 +163,7 @@ fn opacity_integral(function: &TransferFunction, stretch: &Stretch, [from, to]: 
         .sum()
 }
 
-/// Where a monotone function is 0 between two places; `falling` if it falls.
+/// The root of a monotone function between two positions; `falling` if it falls.
 fn root(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], falling: bool) -> f64 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (a + b);

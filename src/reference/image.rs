@@ -1,9 +1,9 @@
-//! A picture by brute force in f64: no shadow map, every point lit through the exact integral. It
-//! knows nothing of the steps that renderers take.
+//! A brute-force picture in f64: there is no shadow map, and every point is lit through the exact
+//! integral. It knows nothing of the renderers' steps.
 //!
-//! What a part of a ray sends to the camera is an integral over optical depth, so parts are halved
+//! What a part of a ray sends to the camera is an integral over optical depth. So parts are halved
 //! until neither the camera's nor the light's optical depth changes by more than [`MOST_DEPTH`]
-//! over one: four points integrate the exponentials that are left to 1e-8.
+//! over one; then four points integrate the remaining exponentials to 1e-8.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -24,24 +24,24 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
 ];
 
-/// Optical depth over a part of a ray at most, towards the camera and the light.
+/// Largest optical depth of a part of a ray, towards the camera and towards the light.
 const MOST_DEPTH: f64 = 0.5;
-/// Light behind as much less is not looked for: a billionth of a pixel's.
+/// Light attenuated to this share is neglected: a billionth of a pixel's.
 const DARK: f64 = 1e-9;
-/// Length of a part at most, as a share of its distance to a light with a place: from a point, and
-/// within the edge of a cone.
+/// Largest length of a part, as a share of its distance to a light with a position: from a point
+/// light, and within the edge of a cone.
 const NEAR_SHARES: [f64; 2] = [0.5, 0.04];
-/// Halvings of a part at most: where a shadow's edge runs through a part, its light never is
+/// Largest number of halvings of a part: where a shadow's edge crosses a part, the light is never
 /// smooth.
 const MOST_HALVINGS: u32 = 24;
 
-/// Single scattering of all lights of `scene` at `width` x `height` pixels, one ray through each
-/// pixel's centre. Each cell that a camera ray crosses is cut into `cuts` equal parts, and those in
-/// halves while they are optically thick, with four Gauss points each; transmittance to the camera
-/// and from the light is exact at every point.
+/// Single scattering of all lights of `scene` at `width` x `height` pixels, with one ray through
+/// each pixel's centre, in linear radiance. Each cell that a camera ray crosses is cut into `cuts`
+/// equal parts, which are halved while they are optically thick; each part has four Gauss points.
+/// Transmittance to the camera and from the light is exact at every point.
 ///
 /// # Errors
-/// If the scene's media are more than one plain volume.
+/// If the scene's media are not a single plain volume.
 pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) -> Result<Image> {
     let volume = scene.media.plain();
     let volume = volume.ok_or_else(|| Error::value("scene", "its media are not plain"))?;
@@ -60,7 +60,7 @@ pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) ->
     Ok(image)
 }
 
-/// A scene ready to be looked at.
+/// A scene, prepared for rays.
 struct Truth<'a> {
     scene: &'a Scene,
     medium: Medium,
@@ -68,16 +68,16 @@ struct Truth<'a> {
     extinction: Extinction<'a>,
 }
 
-/// What light comes from.
+/// A source of light.
 #[derive(Clone, Copy)]
 enum Source<'a> {
     Light(&'a Light),
-    /// Everywhere, unshadowed.
+    /// Ambient light from all directions, without shadow.
     Ambient,
 }
 
 impl Source<'_> {
-    /// Where it is, and how short parts near it are.
+    /// Its position, and the largest length of parts relative to the distance from it.
     fn place(self) -> Option<(DVec3, f64)> {
         let Self::Light(light) = self else { return None };
         match light.kind {
@@ -95,7 +95,7 @@ struct Seen<'a> {
     direction: DVec3,
     /// Extinction per unit of density.
     scale: f64,
-    /// Optical depth in front of the stretch.
+    /// Optical depth from the camera to the stretch.
     tau: f64,
 }
 
@@ -130,12 +130,12 @@ impl Truth<'_> {
         [seen.x as f32, seen.y as f32, seen.z as f32, alpha as f32]
     }
 
-    /// What light comes from: each light, and everywhere.
+    /// All sources of light: each light, and ambient light.
     fn sources(&self) -> impl Iterator<Item = Source<'_>> {
         self.scene.lights.iter().map(Source::Light).chain([Source::Ambient])
     }
 
-    /// Optical depth to the camera and transmittance from the light at a distance.
+    /// At a distance: optical depth to the camera, and transmittance from the light.
     fn end(&self, view: &Seen<'_>, source: Source<'_>, t: f64) -> [f64; 2] {
         let to_camera = view.tau + view.scale * view.stretch.integral_to(t);
         if (-to_camera).exp() < DARK {
@@ -148,7 +148,7 @@ impl Truth<'_> {
         }
     }
 
-    /// What a part of a ray sends to the camera, whose ends are known.
+    /// What a part of a ray, with known values at its ends, sends to the camera.
     fn part(
         &self,
         view: &Seen<'_>,
@@ -163,10 +163,10 @@ impl Truth<'_> {
         }
         let (dim, bright) = (arriving_near.min(arriving_far), arriving_near.max(arriving_far));
         let changes = bright > dim * MOST_DEPTH.exp();
-        // Between dark ends of a thick part there may still be light.
+        // A thick part with dark ends may still contain light.
         let thick = far - near > MOST_DEPTH;
         let most = if thick { 1.0 } else { bright * (far - near) };
-        // Next to a light its square of the distance is what changes.
+        // Close to a light, the squared distance determines how much the light changes.
         let middle = 0.5 * (from + to);
         let close = source.place().is_some_and(|(position, share)| {
             let distance = (view.origin + middle * view.direction - position).length();
@@ -191,7 +191,7 @@ impl Truth<'_> {
         light
     }
 
-    /// Light that the medium at `point` sends towards the camera, per unit of optical depth.
+    /// Radiance that the medium at `point` scatters towards the camera, per unit of optical depth.
     fn scattered(&self, source: Source<'_>, point: DVec3, view: DVec3) -> DVec3 {
         let Source::Light(light) = source else { return self.medium.albedo * self.scene.ambient };
         let g = self.medium.phase_g;

@@ -1,16 +1,16 @@
 //! The line integral of density, cell by cell.
 //!
-//! Between eight voxel centres trilinear density along a straight line is a cubic polynomial of the
-//! distance. Its four coefficients in a cell give the integral up to any point of it in closed
-//! form, so walking a ray through the cells (Amanatides and Woo 1987) gives the optical depth exact
-//! to rounding, without a step size. Within half a voxel of the border the clamped density makes
-//! cells of their own.
+//! Between eight voxel centres, trilinear density along a straight line is a cubic polynomial of
+//! the distance. Its four coefficients in a cell give the integral up to any point of the cell in
+//! closed form. So walking a ray through the cells (Amanatides and Woo 1987) gives the optical
+//! depth exact to rounding, without a step size. Within half a voxel of the border, the clamped
+//! density forms cells of its own.
 
 use glam::{DMat4, DVec3};
 
 use crate::volume::{Volume, Voxels};
 
-/// A volume ready for exact integration.
+/// A volume, prepared for exact integration.
 #[derive(Clone, Debug)]
 pub struct Cells<'a> {
     voxels: &'a Voxels,
@@ -19,20 +19,20 @@ pub struct Cells<'a> {
     index_from_world: DMat4,
 }
 
-/// A stretch of a ray inside one cell; density is a cubic of the distance here.
+/// A stretch of a ray inside one cell, where density is a cubic of the distance.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch {
     /// Distance along the ray where it begins.
     pub enter: f64,
     /// Distance along the ray where it ends.
     pub exit: f64,
-    /// Density as a polynomial of the share of the stretch that lies behind, 0..1, rising powers;
-    /// all zero where no corner of the cell has density.
+    /// Coefficients, by rising powers, of density as a polynomial of the share of the stretch,
+    /// 0..1; all zero if no corner of the cell has density.
     cubic: [f64; 4],
 }
 
 impl<'a> Cells<'a> {
-    /// The cells of `volume`.
+    /// Prepares `volume` for integration.
     pub fn of(volume: &'a Volume) -> Self {
         Self {
             voxels: volume.voxels(),
@@ -42,8 +42,8 @@ impl<'a> Cells<'a> {
         }
     }
 
-    /// Calls `visit` with the stretches of the ray `origin + t direction` (world space) for
-    /// `from <= t <= to`, in order, until it returns false.
+    /// Calls `visit` for the stretches of the ray `origin + t direction` (world space) with `from
+    /// <= t <= to`, in order, until it returns false.
     #[inline]
     pub fn walk(
         &self,
@@ -80,10 +80,10 @@ impl<'a> Cells<'a> {
         }
     }
 
-    /// Density at a world position, 0 outside of the domain.
+    /// Density at a world position; 0 outside of the domain.
     pub fn at(&self, world: DVec3) -> f64 {
         let mut density = 0.0;
-        // A ray of hardly any length knows it.
+        // A ray of nearly zero length evaluates it.
         self.walk(world, DVec3::X, [0.0, f64::MIN_POSITIVE.sqrt()], |stretch| {
             density = stretch.density(stretch.enter);
             false
@@ -91,7 +91,7 @@ impl<'a> Cells<'a> {
         density
     }
 
-    /// The stretch between two distances in the cell that `axes` have reached.
+    /// The stretch between two distances in the cell that `axes` are in.
     #[inline]
     fn stretch(&self, [x, y, z]: &[Axis; 3], [enter, exit]: [f64; 2]) -> Stretch {
         let row = |y: usize, z: usize| match self.voxels {
@@ -104,7 +104,7 @@ impl<'a> Cells<'a> {
         if corners == [[0.0; 2]; 4] {
             return Stretch { enter, exit, cubic: [0.0; 4] };
         }
-        // In the cell each coordinate is linear in the share of the stretch.
+        // Within a cell, each coordinate is linear in the share of the stretch.
         let [x, y, z] = [x, y, z].map(|axis| axis.share([enter, exit]));
         let rows = corners.map(|[a, b]| {
             let (a, b) = (f64::from(a), f64::from(b));
@@ -130,16 +130,16 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// One axis of a walk: in which layer of cells it is and where it leaves that.
+/// One axis of a walk: the layer of cells that it is in, and where it leaves that layer.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
-    /// Index coordinate at distance 0, its change per distance, and one over that.
+    /// Index coordinate at distance 0, its change per distance, and the inverse of that.
     origin: f64,
     slope: f64,
     inverse: f64,
-    /// The lower voxel index of the cell; -1 and the last one are cells of clamped density.
+    /// The lower voxel index of the cell; -1 and the last index are cells of clamped density.
     cell: i64,
-    /// The cell's two layers of voxels, clamped to the volume.
+    /// The two layers of voxels around the cell, clamped to the volume.
     layers: [usize; 2],
     /// Distance where the ray leaves the cell along this axis.
     next: f64,
@@ -148,10 +148,10 @@ struct Axis {
 
 impl Axis {
     fn new(origin: f64, slope: f64, start: f64, count: usize) -> Self {
-        // On a plane between two cells the ray is in the one that it goes on through.
+        // On a plane between two cells, the ray belongs to the cell that it enters.
         let cell = if slope < 0.0 { start.ceil() as i64 - 1 } else { start.floor() as i64 };
         let last = count as i64 - 1;
-        // From so far away that rounding is longer than the volume, the walk would have far to go.
+        // From so far away that rounding exceeds the volume's size, the walk would be too long.
         let cell = cell.clamp(-1, last);
         let (inverse, next) = (1.0 / slope, f64::INFINITY);
         let mut axis = Self { origin, slope, inverse, cell, layers: [0; 2], next, last };
@@ -159,7 +159,7 @@ impl Axis {
         axis
     }
 
-    /// Goes on to the next cell.
+    /// Moves to the next cell.
     #[inline]
     fn step(&mut self) {
         self.cell += if self.slope < 0.0 { -1 } else { 1 };
@@ -171,7 +171,7 @@ impl Axis {
         let layer = |i: i64| i.clamp(0, self.last) as usize;
         self.layers = [layer(self.cell), layer(self.cell + 1)];
         if !(-1..=self.last).contains(&self.cell) {
-            // It has left the volume.
+            // The ray has left the volume.
             self.next = f64::INFINITY;
         } else if self.slope != 0.0 {
             let plane = if self.slope < 0.0 { self.cell } else { self.cell + 1 };
@@ -194,7 +194,7 @@ impl Stretch {
         self.cubic == [0.0; 4]
     }
 
-    /// Distances where density turns from rising to falling or back, also outside of the stretch.
+    /// Distances where density changes between rising and falling, also outside of the stretch.
     pub fn turns(&self) -> [Option<f64>; 2] {
         let [_, b, c, d] = self.cubic;
         let place = |s: f64| s.is_finite().then_some(self.enter + s * (self.exit - self.enter));
@@ -214,7 +214,7 @@ impl Stretch {
         a + s * (b + s * (c + s * d))
     }
 
-    /// Integral of density from where the stretch begins to `t` in it; exact to rounding.
+    /// Integral of density from the begin of the stretch to `t`; exact to rounding.
     #[inline]
     pub fn integral_to(&self, t: f64) -> f64 {
         let s = (t - self.enter) / (self.exit - self.enter);
@@ -230,9 +230,9 @@ impl Stretch {
     }
 }
 
-/// Integral of density along `origin + t direction` for `t` between the two bounds, in density
-/// times world lengths if `direction` has unit length; times the density scale it is the optical
-/// depth.
+/// Integral of density along `origin + t direction` (world space) for `t` between the two bounds.
+/// If `direction` has unit length, it is in density times world lengths; multiplied by the density
+/// scale it is the optical depth.
 pub fn optical_depth(cells: &Cells<'_>, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
     let mut sum = 0.0;
     cells.walk(origin, direction, bounds, |stretch| {

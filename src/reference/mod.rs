@@ -1,5 +1,5 @@
-//! The truth: optical depth exact to rounding and brute-force images over it, in f64. Shares no
-//! arithmetic with `kernel`, so that neither can hide the other's mistakes.
+//! The ground truth in f64: optical depth exact to rounding, and brute-force images with it. It
+//! shares no arithmetic with `kernel`, so that neither can hide the other's errors.
 
 mod extinction;
 mod image;

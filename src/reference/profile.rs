@@ -6,16 +6,17 @@ use crate::scene::LightView;
 /// Transmittance over depth along one light ray.
 #[derive(Clone, Debug)]
 pub struct TexelProfile {
-    /// Transmittance at each of the depths asked for.
+    /// Transmittance at each of the requested depths, 0..1.
     pub transmittance: Vec<f64>,
-    /// Transmittance behind the volume.
+    /// Transmittance behind the volume, 0..1.
     pub last: f64,
-    /// Depths where the ray enters and leaves the volume; equal if it misses.
+    /// Depths in world lengths where the ray enters and leaves the volume; equal if it misses.
     pub extent: [f64; 2],
 }
 
 impl TexelProfile {
-    /// Transmittance at the rising `depths` along the light ray through `(u, v)` of `view`.
+    /// Transmittance at the rising `depths`, in world lengths, along the light ray through `(u, v)`
+    /// of `view`.
     pub fn trace(
         extinction: &Extinction<'_>,
         view: &LightView,
@@ -26,7 +27,7 @@ impl TexelProfile {
         let mut taus = vec![0.0; depths.len()];
         let ray = WorldRay { origin, direction };
         let (total, extent) = extinction.profile(ray, depths, &mut taus);
-        // A ray through empty cells takes no exponentials.
+        // Exponentials are not recomputed along empty cells.
         let (mut last_tau, mut reached) = (0.0, 1.0);
         let mut transmittance_of = |tau: f64| {
             if tau != last_tau {

@@ -1,12 +1,11 @@
-//! A scene taken apart into what one shadow map can answer: one light in one colour channel, or in
-//! all of them where extinction is grey, as one of the light's views sees it.
+//! Takes a scene apart into beams, each of which one shadow map can answer for: one light, in one
+//! colour channel or in all where extinction is grey, as one of the light's views sees it.
 //!
-//! Radiance is a sum over lights, and what happens to red light does not depend on blue light. So a
-//! picture of many lights and coloured media is a sum of pictures of one light in grey media, of
-//! which each gives the channels that it is right in. A light among what it shines on sees it
-//! through the faces of a cube, each of which lights what lies behind it. Every pass works on such
-//! a beam alone; a grey scene with one light is one of them and costs what it did before there were
-//! colours.
+//! Radiance is a sum over lights, and red light is independent of blue light. So a picture of
+//! several lights and coloured media is a sum of pictures with one light and grey media, each of
+//! which is valid in some channels. A light among the media sees them through the faces of a cube,
+//! and each face lights what lies behind it. Every pass works on one such beam; a grey scene with
+//! one light is a single beam and costs no more than without colours.
 
 use glam::{DVec3, Vec4};
 
@@ -14,10 +13,10 @@ use super::{Body, Camera, Ground, Light, LightView, Media, Scene};
 use crate::error::{Error, Result};
 use crate::image::Image;
 
-/// The colour channels that a picture is right in.
+/// The colour channels in which a picture is valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
-    /// Red, green and blue.
+    /// Red, green and blue together.
     All,
     /// One of them: 0 is red, 1 green, 2 blue.
     One(usize),
@@ -34,7 +33,8 @@ impl Channels {
         }
     }
 
-    /// 1 for each of them, alpha in shares that add up to 1 over the channels of a light.
+    /// Weight of a picture in each colour channel, 1 or 0, and in alpha: the alpha weights of a
+    /// light's channels add up to 1.
     fn weights(self) -> Vec4 {
         match self {
             Self::All => Vec4::ONE,
@@ -47,36 +47,38 @@ impl Channels {
     }
 }
 
-/// What passes take: one light in some channels, as one of its views sees what it shines on, and
-/// who looks.
+/// The input of all passes: one light in some channels, as one of its views sees the media, and a
+/// camera.
 #[derive(Clone, Debug)]
 pub struct Beam {
-    /// What light passes through, grey.
+    /// The media, grey.
     pub media: Media,
     /// The light.
     pub light: Light,
-    /// How its map lies in the world.
+    /// The light's view that its map uses.
     pub view: LightView,
-    /// Radiance from everywhere, unshadowed, per channel. What needs no light of its own (this,
-    /// emission, the background) is in a scene's first beam alone.
+    /// Ambient radiance, which is not shadowed, per channel. Ambient radiance, emission and
+    /// background need no light, so only the scene's first beam has them.
     pub ambient: DVec3,
-    /// Who looks.
+    /// The camera.
     pub camera: Camera,
-    /// The plane that catches the shadow.
+    /// The plane that receives shadows.
     pub ground: Option<Ground>,
-    /// Radiance behind everything, per channel.
+    /// Radiance of the background, per channel; `None` for a transparent one.
     pub background: Option<DVec3>,
-    /// Which of the scene's lights, from 0.
+    /// Index of the light in [`Scene::lights`].
     pub index: usize,
-    /// Where its picture is right.
+    /// The channels in which the picture is valid.
     pub channels: Channels,
-    /// Shares of its picture in that of the scene, for each channel and for alpha: opacity is the
-    /// same for every light, and of coloured media the mean over the channels.
+    /// Weights of the picture in the scene's picture, for each channel and alpha. Opacity is the
+    /// same for every light, so only the first light counts; of coloured media it is the mean over
+    /// the channels.
     pub weights: Vec4,
 }
 
 impl Scene {
-    /// The scene taken apart: one beam where it has one light and grey media.
+    /// Takes the scene apart: into a single beam for one light and grey media, else into a beam for
+    /// each light, view and channel.
     ///
     /// # Errors
     /// If a light cannot be fitted to the media ([`LightView::of`]).
@@ -91,7 +93,7 @@ impl Scene {
             &[Channels::One(0), Channels::One(1), Channels::One(2)]
         };
         let mut beams = Vec::new();
-        // Without any light there is still what needs none.
+        // Ambient radiance, emission and background need a beam even if there is no light.
         let dark = [Light::DARK];
         let lights = if self.lights.is_empty() { &dark[..] } else { &self.lights };
         for (index, light) in lights.iter().enumerate() {
@@ -105,10 +107,10 @@ impl Scene {
         Ok(beams)
     }
 
-    /// The only beam.
+    /// The scene's beam, if there is only one.
     ///
     /// # Errors
-    /// If there are several, and as [`Scene::beams`].
+    /// If there are several, and those of [`Scene::beams`].
     pub fn only_beam(&self) -> Result<Beam> {
         let mut beams = self.beams()?;
         match (beams.pop(), beams.len()) {
@@ -120,7 +122,7 @@ impl Scene {
         }
     }
 
-    /// `first`: of its channels, the scene's first.
+    /// One beam; `first` says that it is the scene's first one with these channels.
     fn beam(
         &self,
         (index, light): (usize, Light),
@@ -157,10 +159,10 @@ impl Scene {
         }
     }
 
-    /// Makes sure that a picture of the scene holds numbers alone.
+    /// Checks that a picture of the scene holds finite numbers only.
     ///
     /// # Errors
-    /// If a radiance does not fit f32: whose it is.
+    /// If it does not: then some radiance does not fit f32, and the error names what emits it.
     pub fn check_radiance(&self, picture: &Image) -> Result<()> {
         if picture.pixels.iter().flatten().all(|value| value.is_finite()) {
             return Ok(());
@@ -185,14 +187,15 @@ impl Scene {
 }
 
 impl Beam {
-    /// Adds this beam's picture to `sum`.
+    /// Adds this beam's `picture`, times the beam's weights, to `sum`, a picture of the same size.
     pub fn add(&self, picture: &Image, sum: &mut Image) {
         for (sum, pixel) in sum.pixels.iter_mut().zip(&picture.pixels) {
             *sum = (Vec4::from(*sum) + self.weights * Vec4::from(*pixel)).to_array();
         }
     }
 
-    /// What its map is called among those of a scene: nothing if there is no other.
+    /// The name of the beam's map among the beams `all` of a scene, made of light, face and
+    /// channel; `None` if it is the only one.
     pub fn label(&self, all: &[Self]) -> Option<String> {
         let several = all.iter().any(|beam| beam.index > 0);
         let light = several.then(|| format!("light{}", self.index + 1));

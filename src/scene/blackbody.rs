@@ -1,22 +1,23 @@
-//! The colour of what glows.
+//! The colour of glowing matter: black-body radiation.
 
 use glam::DVec3;
 
 use super::transfer::{TransferFunction, TransferPoint};
 use crate::error::{Error, Result};
 
-/// Points of a ramp.
+/// Number of points of a ramp.
 const POINTS: u32 = 48;
-/// Wavelengths of a spectrum: from 380 to 780 nanometres in steps of 5.
+/// The sampled spectrum: count, first wavelength and step, in nanometres; 380 to 780.
 const WAVELENGTHS: (u32, f64, f64) = (81, 380.0, 5.0);
-/// Planck's second radiation constant, nanometre kelvins.
+/// Planck's second radiation constant, in nanometre kelvin.
 const SECOND_RADIATION: f64 = 1.438_776_877e7;
 
-/// A black body's radiance over `values`, whose ends have the temperatures `kelvin`: colours with
-/// their largest channel at 1, opacities the radiance as a share of that at the hotter end.
+/// A black body's radiance as a function over `values`, whose ends have the temperatures `kelvin`.
+/// Colours have their largest channel at 1; opacities are the radiance as a share of that at the
+/// hotter end.
 ///
 /// # Errors
-/// If either range does not rise, is not finite, or if a temperature is not above 0.
+/// If either range does not rise or is not finite, or if a temperature is not above 0.
 pub(super) fn blackbody(
     [low, high]: [f64; 2],
     [coldest, hottest]: [f64; 2],
@@ -39,8 +40,8 @@ pub(super) fn blackbody(
     TransferFunction::new((0..POINTS).map(point).collect())
 }
 
-/// Linear RGB (sRGB's primaries) of a black body, in an arbitrary unit; colours beyond them are
-/// clipped.
+/// Linear RGB (sRGB primaries) of a black body, in an arbitrary unit; colours outside of the gamut
+/// are clipped.
 fn radiance(kelvin: f64) -> DVec3 {
     let (count, first, step) = WAVELENGTHS;
     let mut xyz = DVec3::ZERO;
@@ -57,8 +58,8 @@ fn radiance(kelvin: f64) -> DVec3 {
     rgb.max(DVec3::ZERO)
 }
 
-/// The eye's colour matching functions of 1931, as sums of Gaussians with two widths (Wyman, Sloan
-/// and Shirley 2013, multi-lobe fit).
+/// The CIE 1931 colour matching functions, as sums of Gaussians with different widths on their two
+/// sides (Wyman, Sloan and Shirley 2013, multi-lobe fit).
 fn matching(nanometres: f64) -> DVec3 {
     let lobe = |height: f64, middle: f64, [left, right]: [f64; 2]| {
         let width = if nanometres < middle { left } else { right };

@@ -1,60 +1,61 @@
-//! The camera: from a pixel to a ray.
+//! The camera, which maps picture positions to rays.
 
 use glam::DVec3;
 
 use crate::math::frame_of;
 
-/// Where the picture is taken from.
+/// A camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// How rays spread.
+    /// Perspective or orthographic.
     pub projection: Projection,
     /// World position of the eye.
     pub position: DVec3,
-    /// World position in the middle of the picture; not the eye's.
+    /// World position in the middle of the picture; different from `position`.
     pub target: DVec3,
-    /// What is up in the picture; need not be perpendicular to the view.
+    /// The direction that is up in the picture; need not be perpendicular to the view.
     pub up: DVec3,
 }
 
 /// How a camera's rays spread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// From one point.
+    /// All rays start at one point.
     Perspective {
         /// Angle between the picture's upper and lower edge, degrees, 0 < angle < 180.
         fov_y_degrees: f64,
     },
-    /// In parallel, from a plane through the eye.
+    /// Rays are parallel and start on a plane through the camera's position.
     Orthographic {
-        /// World units between the picture's upper and lower edge.
+        /// World lengths between the picture's upper and lower edge.
         height: f64,
     },
 }
 
-/// The rays of a picture: through `(x, y)`, 0..1 from the upper left corner, goes the ray from
-/// `origin + x origin_x + y origin_y` along `direction + x direction_x + y direction_y`.
+/// The rays of a picture. The ray through `(x, y)`, each 0..1 from the upper left corner, starts at
+/// `origin + x origin_x + y origin_y` and has the direction `direction + x direction_x + y
+/// direction_y`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs)]
 pub struct ViewRays {
     pub origin: DVec3,
     pub origin_x: DVec3,
     pub origin_y: DVec3,
-    /// Not normalised.
+    /// Not normalised, like `direction_x` and `direction_y`.
     pub direction: DVec3,
     pub direction_x: DVec3,
     pub direction_y: DVec3,
 }
 
 impl Camera {
-    /// Unit vectors (forward, right, up) of the picture.
+    /// The picture's unit vectors: forward, right and up.
     pub fn axes(&self) -> [DVec3; 3] {
         let forward = (self.target - self.position).normalize_or_zero();
         let (right, up) = frame_of(forward, self.up);
         [forward, right, up]
     }
 
-    /// The rays of a picture that is `aspect` times as wide as high.
+    /// The rays of a picture whose width is `aspect` times its height.
     pub fn rays(&self, aspect: f64) -> ViewRays {
         let [forward, right, up] = self.axes();
         match self.projection {
@@ -86,7 +87,7 @@ impl Camera {
 }
 
 impl ViewRays {
-    /// Origin and unit direction of the ray through `(x, y)`, 0..1 from the upper left corner.
+    /// Origin and unit direction of the ray through `(x, y)`, each 0..1 from the upper left corner.
     pub fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
         let direction = self.direction + x * self.direction_x + y * self.direction_y;
         (self.origin + x * self.origin_x + y * self.origin_y, direction.normalize())

@@ -1,4 +1,4 @@
-//! How a scene is computed: the settings that a scene file asks for, checked.
+//! Settings from a scene file, with checks.
 
 use super::file::{SceneFile, ShadowTable};
 use crate::error::{Error, Result};
@@ -7,13 +7,13 @@ use crate::settings::{
     ViewSettings,
 };
 
-/// Memory for lists below which nothing can be built.
+/// The smallest allowed memory for lists, in bytes; nothing can be built with less.
 const LEAST_MEMORY: u64 = 1 << 20;
 
-/// Qualities that can be asked for: beyond, f32 tells no steps apart.
+/// The allowed qualities; f32 cannot resolve the steps of higher ones.
 const QUALITIES: std::ops::RangeInclusive<f64> = 0.125..=64.0;
 
-/// The settings that `file` asks for, defaults where it says nothing.
+/// The settings that `file` specifies, with defaults for the rest.
 pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     let default = Settings::default();
     let (image, shadow) = (&file.image, &file.shadow);
@@ -29,7 +29,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     }
     let levels = shadow.thresholds.unwrap_or(default.map.threshold.levels);
     let [low, middle, high] = levels;
-    // As f32, which the maps are: 1 - 1e-6 is far enough from 1.
+    // Compared as f32, like the maps do: 1 - 1e-6 is far enough from 1.
     if !(low >= 1e-6 && low + 1e-6 < middle && middle + 1e-6 < high && high <= 1.0 - 1e-6) {
         let why = format!("{low}, {middle}, {high} do not rise between 0 and 1");
         return Err(Error::value("shadow.thresholds", why));
@@ -106,10 +106,10 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     })
 }
 
-/// The kind of map: the one that is named, else the one that what else is given speaks of.
+/// The kind of map: the one that is named, else the one that the other keys belong to.
 ///
 /// # Errors
-/// If something is given that means nothing for it.
+/// If a key is given that means nothing for that kind.
 fn kind(shadow: &ShadowTable) -> Result<Option<MapKind>> {
     let (threshold, fragments) = (MapKind::Threshold, MapKind::Fragments);
     let given = [

@@ -1,4 +1,4 @@
-//! The presets' scene files, `volumes/*.toml`, as part of the program.
+//! The presets' scene files, `volumes/*.toml`, compiled into the program.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! Scene files: what a user wrote, not yet what it means. Every key is optional here; what is left
-//! out is chosen by `automatic`. Reads no volume: paths are only names here.
+//! Scene files as a user wrote them, before they are interpreted. Every key is optional;
+//! `automatic` chooses what is left out. Reads no volume: paths are only names here.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::Tables;
 use crate::error::{Error, Result};
 
-/// Declares tables whose keys are all optional and where an unknown key is an error.
+/// Declares tables in which all keys are optional and unknown keys are errors.
 macro_rules! tables {
     ($($(#[$doc:meta])* $name:ident { $($(#[$attribute:meta])* $key:ident: $type:ty,)* })*) => {
         $($(#[$doc])*
@@ -19,137 +19,210 @@ macro_rules! tables {
     };
 }
 
-/// A whole scene file (TOML), or what the command line says of a scene.
+/// A whole scene file (TOML), or what the command line specifies of a scene. The README's section
+/// "Scene files" lists all keys with their units and defaults.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct SceneFile {
-    /// `[volume]`, or `[[volume]]` for several; none for a scene without.
+    /// `[volume]`, or `[[volume]]` for several; empty for a scene without volumes.
     pub volume: Tables<VolumeTable>,
-    /// `[light]`, or `[[light]]` for several; none for one of which nothing is said.
+    /// `[light]`, or `[[light]]` for several; if empty, one light is chosen.
     pub light: Tables<LightTable>,
+    /// `[ambient]`: radiance from all directions, without shadow.
     pub ambient: RadianceTable,
+    /// `[camera]`
     pub camera: CameraTable,
+    /// `[image]`
     pub image: ImageTable,
+    /// `[shadow]`
     pub shadow: ShadowTable,
+    /// `[ground]`
     pub ground: GroundTable,
+    /// `[background]`: radiance behind everything.
     pub background: RadianceTable,
 }
 
 tables! {
     /// `[volume]`
     VolumeTable {
+        /// Volume file.
         path: PathBuf,
+        /// Name of the file's format, in place of the detected one.
         from: String,
+        /// Name of a preset, instead of `path`.
         preset: String,
+        /// Grid of an OpenVDB file, or array of a VTK file.
         grid: String,
+        /// Largest number of bytes for voxels in memory.
         max_bytes: u64,
+        /// Extinction per unit of density, 1 / world length.
         density_scale: f64,
+        /// Scattering albedo, linear RGB, 0..1.
         albedo: [f64; 3],
+        /// Henyey and Greenstein's g, -1 < g < 1.
         phase_g: f64,
+        /// World box (lowest and highest corner) that the voxels of a dense volume fill.
         bounds: [[f64; 3]; 2],
+        /// Voxel counts of a raw file along x, y, z.
         dims: [usize; 3],
+        /// Number type of a raw file, such as `u8`.
         #[serde(rename = "type")] value_type: String,
+        /// Byte order of a raw file: `little` or `big`.
         endian: String,
+        /// World lengths of a voxel along x, y, z, in place of the file's.
         spacing: [f64; 3],
+        /// Stored values that become densities 0 and 1.
         window: [f32; 2],
+        /// Axis of the file that points up, such as `z` or `-y`.
         up: String,
+        /// Meaning of the numbers, in place of the file's: `level-set` or `fog`.
         class: String,
+        /// Translation in world lengths, after `rotate_degrees` and `scale`.
         translate: [f64; 3],
+        /// Angles in degrees about the world's x, y and z axes, in this order.
         rotate_degrees: [f64; 3],
+        /// Scaling about the world's origin, above 0.
         scale: f64,
+        /// Factor on the extinction of red, green and blue.
         tint: [f64; 3],
+        /// Grid of vectors in the same file, a factor on the albedo.
         color: String,
+        /// `[volume.transfer]`
         transfer: TransferTable,
+        /// `[volume.emission]`
         emission: EmissionTable,
     }
-    /// `[volume.transfer]`: points are (value, red, green, blue, opacity), colours linear in 0..1;
-    /// gradient is (length of the density's gradient, factor on opacity).
+    /// `[volume.transfer]`. Points are (value, red, green, blue, opacity), with linear colours in
+    /// 0..1. Gradient entries are (length of the density's gradient, factor on opacity).
     TransferTable {
+        /// Name of a preset, or `auto`.
         name: String,
+        /// File with a colour map of ParaView or a list of points.
         file: PathBuf,
+        /// Points of the function, by rising value.
         points: Vec<[f64; 5]>,
+        /// Values at which the function begins and ends.
         range: TransferRange,
+        /// Factors on opacity over the gradient's length, relative to the steepest, 0..1.
         gradient: Vec<[f64; 2]>,
     }
-    /// `[volume.emission]`: of a grid, or of the densities themselves.
+    /// `[volume.emission]`: emission over a grid, or over the densities themselves.
     EmissionTable {
+        /// Grid in the same file; if absent, the densities.
         grid: String,
+        /// `blackbody`, or the name of a transfer function.
         colors: String,
+        /// Values at which the colours begin and end.
         range: [f64; 2],
+        /// Temperatures at the ends of `range`, for `blackbody`.
         kelvin: [f64; 2],
+        /// Radiance per world length where colour and opacity are 1.
         scale: f64,
     }
     /// `[light]`
     LightTable {
+        /// `directional`, `point` or `spot`.
         kind: String,
+        /// Direction in which the light travels; of any length but zero.
         direction: [f64; 3],
+        /// World position of a point or spot light.
         position: [f64; 3],
+        /// Irradiance, linear RGB, on a plane that faces the light; with a position at distance 1.
         irradiance: [f64; 3],
+        /// Angle in degrees between a spot light's axis and its edge.
         cone_degrees: f64,
+        /// Share of that angle over which the light fades, 0..1.
         cone_softness: f64,
     }
-    /// `[ambient]` and `[background]`
+    /// `[ambient]` and `[background]`: radiance, linear RGB.
     RadianceTable { radiance: [f64; 3], }
     /// `[camera]`
     CameraTable {
+        /// `perspective` or `orthographic`.
         kind: String,
+        /// World lengths between upper and lower edge, for `orthographic`.
         height: f64,
+        /// World position of the camera.
         position: [f64; 3],
+        /// World position in the middle of the picture.
         target: [f64; 3],
+        /// Direction that is up in the picture.
         up: [f64; 3],
+        /// Angle in degrees between upper and lower edge, for `perspective`.
         fov_y_degrees: f64,
     }
-    /// `[image]`
+    /// `[image]`: width and height in pixels, camera rays per pixel, and a factor on radiance
+    /// before encoding for screens.
     ImageTable { width: u32, height: u32, samples: u32, exposure: f64, }
-    /// `[shadow]`
+    /// `[shadow]`: how shadow maps are built and read, and how the picture is shaded.
+    /// [`crate::settings`] explains the values.
     ShadowTable {
+        /// Kind of map.
         map: String,
+        /// Texels along each edge of the map.
         size: u32,
+        /// How much finer steps, slabs and tolerances are than usual.
         quality: f64,
+        /// Largest number of steps along a light ray.
         steps: u32,
+        /// Largest number of steps along a camera ray.
         view_steps: u32,
+        /// Opacities whose depths a threshold map keeps.
         thresholds: [f64; 3],
+        /// Where in a step a threshold counts as crossed.
         crossing: String,
+        /// How a threshold map is read.
         lookup: String,
+        /// How texels are combined.
         filter: String,
+        /// How the volume is cut into the slabs of a fragment map.
         slices: String,
+        /// Largest error of transmittance of fitted lists.
         tolerance: f64,
+        /// Distance from the final transmittance at which raw lists end.
         truncation: f64,
+        /// How much nearer to the light surfaces are looked up, world lengths.
         bias: f64,
+        /// Whether wide filters follow links between texels.
         links: bool,
+        /// Largest number of bytes of lists while a map is built.
         memory: u64,
+        /// How shadow becomes colour.
         shading: String,
+        /// Lookups along a camera ray with the paper's shading.
         light_samples: u32,
+        /// Octaves that imitate multiple scattering.
         octaves: u32,
     }
-    /// `[ground]`
+    /// `[ground]`: whether there is one, its height (world y), its albedo (0..1), and half of its
+    /// edge length in world lengths (endless if absent).
     GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
 }
 
-/// What values a transfer function is spread over.
+/// The range of values over which a transfer function is spread.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "range: neither two numbers nor \"data\"")]
 pub enum TransferRange {
-    /// These.
+    /// A range from low to high.
     Values([f64; 2]),
-    /// Those of the volume.
+    /// A range that depends on the volume.
     Word(RangeWord),
 }
 
-/// A range that is no pair of numbers.
+/// Names of ranges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RangeWord {
-    /// All values that the volume holds, but for a few that stand apart.
+    /// `"data"`: all values that the volume holds, without a few outliers.
     Data,
 }
 
 impl SceneFile {
-    /// Parses the text of the scene file `path`; paths become relative to its folder.
+    /// Parses the text of the scene file `path`. Paths in it become relative to its folder.
     ///
     /// # Errors
-    /// With the line and the key, if the text is no TOML or has a key that scenes do not have.
+    /// With the line and the key, if the text is not TOML or has an unknown key.
     pub fn parse(text: &str, path: &Path) -> Result<Self> {
         let mut file: Self = toml::from_str(text).map_err(|error| {
             let line = error.span().map_or(1, |span| {

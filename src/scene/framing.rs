@@ -5,16 +5,17 @@ use glam::DVec3;
 use super::{Ground, Light};
 use crate::math::{Aabb, frame_of};
 
-/// Share of the picture that stays free at each edge.
+/// Share of the picture's height and width that stays free at each edge.
 const MARGIN: f64 = 0.08;
 
-/// What a first picture must hold: the volume's outline and its shadows on the ground.
+/// The points that a first picture must contain: the volume's outline and its shadows on the
+/// ground.
 pub(super) fn shown_points(
     visible: &[DVec3],
     light: Option<&Light>,
     ground: Option<Ground>,
 ) -> Vec<DVec3> {
-    // A low light's shadow runs far away; beyond this it may leave the picture.
+    // Under a low light shadows are long; beyond this length they may leave the picture.
     let size = Aabb::around(visible.iter().copied()).map_or(0.0, |bounds| bounds.size().length());
     let longest = 1.2 * size;
     let shadows = visible.iter().filter_map(|&corner| {
@@ -25,19 +26,19 @@ pub(super) fn shown_points(
     visible.iter().copied().chain(shadows).collect()
 }
 
-/// Where a camera stands so that it sees everything.
+/// The position of a camera that sees everything.
 pub(super) struct Framed {
     /// World position of the eye.
     pub position: DVec3,
     /// World position in the middle of the picture.
     pub target: DVec3,
-    /// World units between the upper and lower edge at the target, for orthographic views.
+    /// World lengths between the upper and lower edge at the target, for orthographic views.
     pub height: f64,
 }
 
-/// The eye that looks along `forward` and sees all of `points`, as close as the margin allows:
-/// along each image axis the points bound where the eye may stand by a wedge, and the apex of the
-/// narrower wedge is the place.
+/// Finds the camera that looks along `forward` and sees all of `points`, as close as the margin
+/// allows. Along each image axis the points restrict the camera to a wedge; the apex of the
+/// narrower wedge is its position.
 pub(super) fn frame(
     points: &[DVec3],
     forward: DVec3,
@@ -55,7 +56,7 @@ pub(super) fn frame(
                 .fold(f64::MAX, f64::min)
         };
         let (low, high) = (edge(1.0), edge(-1.0));
-        // (where the wedge ends along the axis, along the view)
+        // The wedge's apex: (position along the axis, position along the view).
         ((low - high) * 0.5, (low + high) * 0.5 / slope)
     };
     let (x, depth_x) = wedge(right, slope_y * aspect);
@@ -70,7 +71,7 @@ pub(super) fn frame(
     Framed { position, target, height }
 }
 
-/// The middle of the box around `points`.
+/// The centre of the bounding box of `points`.
 pub(super) fn middle_of(points: &[DVec3]) -> DVec3 {
     Aabb::around(points.iter().copied()).map_or(DVec3::ZERO, |bounds| bounds.center())
 }

@@ -1,48 +1,48 @@
-//! The light: where it stands, where it shines, how strong it is.
+//! Lights: their kind, position, direction and intensity.
 
 use glam::DVec3;
 
 /// A light that casts a shadow map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Shape and place.
+    /// Kind and position.
     pub kind: LightKind,
-    /// Irradiance on a plane that faces the light, per channel, before any shadow; of a point or
-    /// spot light at distance 1, from where it falls with the square of the distance.
+    /// Irradiance on a plane that faces the light, per channel, without shadows. For a point or
+    /// spot light it is that at world distance 1; it falls with the square of the distance.
     pub irradiance: DVec3,
 }
 
-/// Where light comes from.
+/// Kinds of light sources.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// Parallel light, from infinitely far away.
+    /// Parallel light from infinitely far away.
     Directional {
-        /// The way the light travels; not zero, any length.
+        /// The direction in which the light travels; any length but zero.
         direction: DVec3,
     },
-    /// Light from a point into all directions.
+    /// Light from a point in all directions.
     Point {
         /// World position.
         position: DVec3,
     },
-    /// Light from a point into a cone.
+    /// Light from a point within a cone.
     Spot {
         /// World position.
         position: DVec3,
-        /// The cone's axis, away from the light; not zero, any length.
+        /// The direction of the cone's axis, away from the light; any length but zero.
         direction: DVec3,
-        /// Angle between the axis and the edge, 0 < angle < 90.
+        /// Angle between the axis and the edge, in degrees, 0 < angle < 90.
         cone_degrees: f64,
-        /// Share of the cone's angle over which the light fades to zero at the edge, 0..1.
+        /// Share of the cone's angle over which the light fades to zero towards the edge, 0..1.
         cone_softness: f64,
     },
 }
 
 impl Light {
-    /// The irradiance that makes a fully lit, white, opaque, isotropic medium of radiance 1.
+    /// The irradiance that gives a fully lit, white, opaque, isotropic medium the radiance 1.
     pub const UNIT_IRRADIANCE: f64 = 4.0 * std::f64::consts::PI;
 
-    /// None at all.
+    /// A light without intensity.
     pub(super) const DARK: Self =
         Self { kind: LightKind::Directional { direction: DVec3::NEG_Y }, irradiance: DVec3::ZERO };
 
@@ -54,7 +54,7 @@ impl Light {
         }
     }
 
-    /// The way light travels at `point`, unit length.
+    /// The direction in which light travels at world position `point`, of unit length.
     pub fn direction_at(&self, point: DVec3) -> DVec3 {
         match self.kind {
             LightKind::Directional { direction } => direction.normalize_or_zero(),
@@ -64,8 +64,8 @@ impl Light {
         }
     }
 
-    /// Cosines of the angles where a spot's light begins to fade and where it ends; without a cone
-    /// a pair that every direction satisfies.
+    /// Cosines of the angles from the axis where a spot light begins to fade and where it ends. For
+    /// other lights a pair that every direction satisfies.
     pub fn cone_cosines(&self) -> [f64; 2] {
         match self.kind {
             LightKind::Spot { cone_degrees, cone_softness, .. } => {
@@ -76,7 +76,8 @@ impl Light {
         }
     }
 
-    /// Unshadowed irradiance at `point` on a plane that faces the light, per channel.
+    /// Unshadowed irradiance at world position `point`, on a plane that faces the light, per
+    /// channel.
     pub fn irradiance_at(&self, point: DVec3) -> DVec3 {
         let Some(position) = self.position() else { return self.irradiance };
         let squared = (point - position).length_squared();

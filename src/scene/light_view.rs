@@ -1,4 +1,5 @@
-//! The light's view of a volume: which ray belongs to which texel of a shadow map, and back.
+//! The light's view of a volume: the rays of a shadow map's texels, and the way back from a point
+//! to the map.
 //!
 //! ```text
 //!   light  \ | /            (u, v) in 0..1 over the map, v = 0 is the top row
@@ -14,49 +15,52 @@ use super::{Light, LightKind, Media};
 use crate::error::{Error, Result};
 use crate::math::frame_of;
 
-/// The widest that a point or spot light may see the volume, measured from the axis of its view.
+/// The largest angle, measured from the axis of its view, at which one view of a point or spot
+/// light may see a corner of the volume.
 const WIDEST_DEGREES: f64 = 80.0;
 
-/// Rays through the map's texels and the way back from the world to the map.
+/// The rays through a map's texels, and the transform from the world to the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightView {
-    /// Origin of the ray through (0, 0), and how it moves with u and v.
+    /// World origin of the ray through (u, v) = (0, 0).
     pub origin: DVec3,
     /// Change of the origin over the map's width.
     pub origin_u: DVec3,
     /// Change of the origin over the map's height.
     pub origin_v: DVec3,
-    /// Direction through (0, 0), not normalised.
+    /// Direction of the ray through (0, 0), not normalised.
     pub direction: DVec3,
     /// Change of the direction over the map's width.
     pub direction_u: DVec3,
     /// Change of the direction over the map's height.
     pub direction_v: DVec3,
-    /// From world to (u, v, depth, 1), to be divided by the fourth; column vectors. For point and
-    /// spot lights the third is the distance along the view's axis, times the fourth.
+    /// Transform from the world to (u, v, depth, 1), to be divided by the fourth component; column
+    /// vectors. For point and spot lights the third component is the distance along the view's
+    /// axis, before the division.
     pub light_from_world: DMat4,
-    /// Where a point or spot light stands; `None` for a directional light.
+    /// World position of a point or spot light; `None` for a directional light.
     pub position: Option<DVec3>,
-    /// World lengths that a depth of 1 in a map stands for ([`Media::unit`]).
+    /// World length of a depth of 1 in a map ([`Media::unit`]).
     pub unit: f64,
-    /// The face of a cube around a light that its map answers for alone: +x, -x, +y, -y, +z, -z are
-    /// 0 to 5; `None` for all that the light shines on.
+    /// For a light among the media, the face of the cube around it that this view covers: +x, -x,
+    /// +y, -y, +z, -z are 0 to 5. `None` if one view covers everything.
     pub face: Option<u32>,
 }
 
 /// The faces of a cube, as [`LightView::face`] numbers them.
 const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-/// How much wider than its face of a cube a view is, so that filters find texels beyond the face's
+/// How much wider than a face of the cube a view is, so that filters find texels beyond the face's
 /// edges.
 const FACE_MARGIN: f64 = 1.04;
 
 impl LightView {
-    /// The views of `light` that take in all of `media`: one that fits tightly, or the faces of a
-    /// cube where a point or spot light stands in the volume, or so close that it fills more than
-    /// 80 degrees to a side of one view.
+    /// The views of `light` that together see all of `media`. That is one tight view, except where
+    /// a point or spot light stands in the volume, or so close that one view would be wider than 80
+    /// degrees to a side. Then it is a view for each face of a cube around the light that the light
+    /// shines through.
     ///
     /// # Errors
-    /// If a direction is zero.
+    /// If a directional light's direction is zero.
     pub fn of(light: &Light, media: &Media) -> Result<Vec<Self>> {
         match light.kind {
             LightKind::Directional { direction } => {
@@ -72,8 +76,8 @@ impl LightView {
         }
     }
 
-    /// Of the rectangles around the outline with a side along a projected edge, the smallest: one
-    /// of them is the smallest of all.
+    /// The smallest rectangle around the outline that has a side along a projected edge; it is the
+    /// smallest rectangle of all.
     fn parallel(forward: DVec3, media: &Media) -> Self {
         let corners = media.world_corners();
         let fit = |hint: DVec3| -> (f64, Self) {
@@ -103,7 +107,8 @@ impl LightView {
             };
             (width * height, view)
         };
-        // An edge along the light projects to a point: there the frame is arbitrary, but right.
+        // An edge parallel to the light projects to a point; its rectangle is arbitrary, but still
+        // a bound.
         let edges = [2, 1, 4].map(|i: usize| corners[i] - corners[0]);
         let smaller = |best: (f64, Self), other: (f64, Self)| {
             if other.0 < best.0 * (1.0 - 1e-9) { other } else { best }
@@ -111,10 +116,10 @@ impl LightView {
         smaller(smaller(fit(edges[0]), fit(edges[1])), fit(edges[2])).1
     }
 
-    /// The view from a position outside of the volume; `None` where it is too wide.
+    /// The view from a position outside of the volume; `None` if it would be too wide.
     fn tight(position: DVec3, media: &Media) -> Option<Self> {
         if media.bodies().is_empty() {
-            // Nothing casts a shadow: any view will do.
+            // Nothing casts a shadow, so any view will do.
             let axes = [DVec3::X, DVec3::Z, DVec3::NEG_Y];
             return Some(Self::from_point(position, axes, [(-1.0, 1.0); 2], media.unit()));
         }
@@ -140,9 +145,9 @@ impl LightView {
         Some(Self::from_point(position, [right, -up, forward], sides, media.unit()))
     }
 
-    /// The faces of a cube around a position that the light shines through.
+    /// A view for each face of a cube around `position` that the light shines through.
     fn faces(light: &Light, position: DVec3, media: &Media) -> Vec<Self> {
-        // From the middle of a face to its corners.
+        // Angle between the directions to a face's centre and to its corners.
         let to_corner = 3.0_f64.sqrt().recip().acos();
         let lit = |forward: DVec3| match light.kind {
             LightKind::Spot { direction, cone_degrees, .. } => {
@@ -161,7 +166,7 @@ impl LightView {
         faces.map(view).collect()
     }
 
-    /// A view from a position along `forward`, between these slopes to the right and downwards.
+    /// A view from a position along `forward`, between the given slopes to the right and downwards.
     fn from_point(
         position: DVec3,
         [right, down, forward]: [DVec3; 3],
@@ -195,15 +200,15 @@ impl LightView {
         (self.origin + u * self.origin_u + v * self.origin_v, direction.normalize())
     }
 
-    /// Distances along the view's axis of the volume's nearest and farthest corner: from the near
-    /// plane (directional) or from the light.
+    /// Distances along the view's axis of the volume's nearest and farthest corner, in world
+    /// lengths: from the near plane (directional) or from the light.
     pub fn axial_extent(&self, media: &Media) -> [f64; 2] {
         let corners = media.world_corners();
         let (near, far) = extent(corners.iter().map(|c| (self.light_from_world * c.extend(1.0)).z));
         [near.max(0.0), far]
     }
 
-    /// Voxel lengths between these two along the view's axis.
+    /// Number of voxel lengths between those two distances along the view's axis.
     pub fn axial_voxels(&self, media: &Media) -> f64 {
         let [near, far] = self.axial_extent(media);
         let axis = self.light_from_world.row(2).truncate().normalize_or_zero();
@@ -211,7 +216,8 @@ impl LightView {
         (far - near) * index_axis.length()
     }
 
-    /// Whether light at a world position is this view's: always, but behind another face of a cube.
+    /// Whether this view covers the light at a world position: true, unless the position lies
+    /// behind another face of the cube.
     pub fn answers_for(&self, world: DVec3) -> bool {
         let Some((position, face)) = self.position.zip(self.face) else { return true };
         let from_light = world - position;
@@ -220,7 +226,8 @@ impl LightView {
         (0..).zip(FACES).reduce(most).is_some_and(|(own, _)| own == face)
     }
 
-    /// (u, v, depth) of a world position; `None` behind a point or spot light.
+    /// (u, v, depth) of a world position, with depth in world lengths; `None` for positions behind
+    /// a point or spot light.
     pub fn coordinates(&self, world: DVec3) -> Option<DVec3> {
         let light = self.light_from_world * world.extend(1.0);
         match self.position {

@@ -1,5 +1,4 @@
-//! What light passes through: volumes, what each is made of, and the space that they are marched
-//! in.
+//! Media: volumes, their optical properties, and the space in which rays march through them.
 
 use std::sync::{Arc, OnceLock};
 
@@ -9,50 +8,51 @@ use super::{Occupancy, TransferFunction};
 use crate::math::Aabb;
 use crate::volume::Volume;
 
-/// A volume and what it is made of.
+/// A volume with its optical properties.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// The densities, shared: scenes are cheap to copy and change.
+    /// The densities, shared, so that scenes are cheap to copy and change.
     pub volume: Arc<Volume>,
-    /// What they mean.
+    /// The optical properties.
     pub medium: Medium,
 }
 
-/// From density to light: extinction, what it scatters, what it emits.
+/// Optical properties as functions of density: extinction, scattering and emission.
 #[derive(Clone, Debug)]
 pub struct Medium {
-    /// Extinction per unit of density, 1 / world length; at least 0. With a transfer function:
-    /// where its opacity is 1.
+    /// Extinction per unit of density, 1 / world length; at least 0. With a transfer function it is
+    /// the extinction where opacity is 1.
     pub density_scale: f64,
     /// Factor on the extinction of each colour channel, at least 0; white for a grey medium.
     pub tint: DVec3,
     /// Share of the extinguished light that is scattered, per channel, 0..1.
     pub albedo: DVec3,
-    /// Henyey and Greenstein's g, the mean cosine of scattering, -1 < g < 1; 0 is isotropic.
+    /// Henyey and Greenstein's g, the mean cosine of the scattering angle, -1 < g < 1; 0 is
+    /// isotropic.
     pub phase_g: f64,
-    /// Colour and opacity over density; without, extinction is proportional to density.
+    /// Colour and opacity over density; if `None`, extinction is proportional to density.
     pub transfer: Option<Arc<TransferFunction>>,
     /// Factor on the albedo that varies in space: red, green and blue, 0..1.
     pub color: Option<[Arc<Volume>; 3]>,
     /// Factor on the extinction that varies in space, 0..1.
     pub modulation: Option<Arc<Volume>>,
-    /// Light that the medium makes itself, which casts no shadows and none of which is scattered.
+    /// Light that the medium emits. It casts no shadows and is not scattered.
     pub emission: Option<Emission>,
 }
 
-/// Light of a medium's own.
+/// Emission of a medium.
 #[derive(Clone, Debug)]
 pub struct Emission {
-    /// What decides its colour: another grid, or `None` for the densities themselves.
+    /// The grid that determines the emission; `None` for the densities themselves.
     pub field: Option<Arc<Volume>>,
-    /// Colour over the field's values; opacity is a factor on it.
+    /// Colour over the field's values; its opacity is a factor on the colour.
     pub ramp: Arc<TransferFunction>,
     /// Radiance per world length where colour and opacity are 1.
     pub scale: f64,
 }
 
 impl Default for Medium {
-    /// White and grey: all light is scattered, evenly, and extinction is density.
+    /// A white medium: all light is scattered isotropically, and extinction equals density.
     fn default() -> Self {
         Self {
             density_scale: 1.0,
@@ -68,7 +68,7 @@ impl Default for Medium {
 }
 
 impl Medium {
-    /// Whether both are the same, with the same volumes where they are.
+    /// Whether all properties are equal and refer to the same volumes in memory.
     fn same(&self, other: &Self) -> bool {
         let grids = |medium: &Self| {
             let emitted = medium.emission.as_ref().and_then(|emission| emission.field.clone());
@@ -96,7 +96,7 @@ impl Medium {
             && grids(self) == grids(other)
     }
 
-    /// Whether extinction is density times a number and nothing varies but that.
+    /// Whether extinction is density times a constant and nothing else varies in space.
     pub fn is_plain(&self) -> bool {
         self.transfer.is_none()
             && self.color.is_none()
@@ -105,35 +105,35 @@ impl Medium {
     }
 }
 
-/// Powers of two of a diagonal within which world lengths are what is computed in.
+/// Media with a diagonal between 2 to the minus this and 2 to this are computed in world lengths.
 const ORDINARY_POWER: f64 = 16.0;
-/// How many voxels of the space of several bodies a ray counts at most for each that the bodies
-/// have.
+/// With several bodies, a ray counts at most this many voxels of their common space for each voxel
+/// of the bodies.
 const FINER_THAN_BODIES: f64 = 4.0;
 
-/// Several bodies in one space of voxel indices: that of the body whose box around all is the
-/// smallest, with voxels as fine as the finest of all along its axes. That of the only body is its
-/// own.
+/// Several bodies in one space of voxel indices. That space has the axes of the body whose box
+/// around all bodies is the smallest, and voxels as fine as the finest of all. A single body keeps
+/// its own index space.
 ///
-/// Where bodies overlap, extinctions add up.
+/// Where bodies overlap, their extinctions add up.
 #[derive(Clone, Debug)]
 pub struct Media {
     bodies: Vec<Body>,
     world_from_index: DMat4,
     domain: Aabb,
-    /// Made when first asked for, and shared with copies.
+    /// Computed at first use, and shared with copies.
     occupancy: Arc<OnceLock<Occupancy>>,
 }
 
 impl From<Volume> for Media {
-    /// A white medium whose extinction is density.
+    /// A white medium whose extinction equals density.
     fn from(volume: Volume) -> Self {
         Self::of(Arc::new(volume), Medium::default())
     }
 }
 
 impl Media {
-    /// One body. Where light is emitted beside its densities too, that is part of the domain.
+    /// Media of one body. If its emission extends beyond its densities, so does the domain.
     pub fn of(volume: Arc<Volume>, medium: Medium) -> Self {
         let world_from_index = *volume.world_from_index();
         let bodies = vec![Body { volume, medium }];
@@ -141,14 +141,14 @@ impl Media {
         Self { bodies, world_from_index, domain, occupancy: Arc::default() }
     }
 
-    /// Nothing, in a cube around the world's origin with edges of length 1.
+    /// Empty media, with a cube of edge length 1 around the world's origin as their domain.
     pub fn none() -> Self {
         let domain = Aabb { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) };
         let world_from_index = DMat4::IDENTITY;
         Self { bodies: Vec::new(), world_from_index, domain, occupancy: Arc::default() }
     }
 
-    /// Any number of bodies; their order means nothing.
+    /// Media of any number of bodies; their order does not matter.
     pub fn new(bodies: Vec<Body>) -> Self {
         if let [only] = &bodies[..] {
             return Self::of(only.volume.clone(), only.medium.clone());
@@ -164,7 +164,7 @@ impl Media {
         }
     }
 
-    /// Whether both are the same bodies, with the same volumes where they are.
+    /// Whether both have equal bodies that refer to the same volumes in memory.
     pub fn same(&self, other: &Self) -> bool {
         let same =
             |(a, b): (&Body, &Body)| Arc::ptr_eq(&a.volume, &b.volume) && a.medium.same(&b.medium);
@@ -178,13 +178,13 @@ impl Media {
         &self.bodies
     }
 
-    /// What the bodies are made of.
+    /// The bodies' optical properties, to be changed.
     pub fn mediums_mut(&mut self) -> impl Iterator<Item = &mut Medium> {
         self.occupancy = Arc::default();
         self.bodies.iter_mut().map(|body| &mut body.medium)
     }
 
-    /// Makes extinction that of one channel. Where the media hold anything stays the same.
+    /// Makes extinction that of one channel. The occupancy is kept unless some tint is zero.
     pub(super) fn make_grey(&mut self, channel: usize) {
         if self.bodies.iter().any(|body| body.medium.tint[channel] == 0.0) {
             self.occupancy = Arc::default();
@@ -195,7 +195,7 @@ impl Media {
         }
     }
 
-    /// Leaves nothing that shines by itself.
+    /// Removes all emission.
     pub(super) fn remove_emission(&mut self) {
         if self.emits() {
             self.mediums_mut().for_each(|medium| medium.emission = None);
@@ -207,17 +207,17 @@ impl Media {
         self.bodies.first()
     }
 
-    /// What the first body is made of.
+    /// The first body's optical properties, to be changed.
     ///
     /// # Panics
-    /// If there is none.
+    /// If there is no body.
     pub fn medium_mut(&mut self) -> &mut Medium {
         self.occupancy = Arc::default();
         &mut self.bodies[0].medium
     }
 
-    /// The only body's volume, if extinction is its density times a number and nothing varies but
-    /// that.
+    /// The only body's volume, if its extinction is density times a constant and nothing else
+    /// varies in space.
     pub fn plain(&self) -> Option<&Volume> {
         match &self.bodies[..] {
             [body] if body.medium.is_plain() => Some(&body.volume),
@@ -225,8 +225,8 @@ impl Media {
         }
     }
 
-    /// The only body, if extinction follows from its density alone, by a number or a transfer
-    /// function: then it is known how fast it changes.
+    /// The only body, if its extinction depends on its density only, through a constant or a
+    /// transfer function. Then it is known how fast extinction changes.
     pub fn graded(&self) -> Option<&Body> {
         match &self.bodies[..] {
             [body] if body.medium.modulation.is_none() => Some(body),
@@ -239,23 +239,23 @@ impl Media {
         self.bodies.iter().any(|body| body.medium.emission.is_some())
     }
 
-    /// What they are called, with plus signs between.
+    /// The names of the bodies' volumes, joined by plus signs.
     pub fn name(&self) -> String {
         let names: Vec<&str> = self.bodies.iter().map(|body| body.volume.name.as_str()).collect();
         names.join(" + ")
     }
 
-    /// From index (x, y, z) to world position, column vectors.
+    /// Transform from index (x, y, z) to world position, for column vectors.
     pub fn world_from_index(&self) -> &DMat4 {
         &self.world_from_index
     }
 
-    /// The part of index space that holds medium.
+    /// The part of index space that holds the media.
     pub fn domain(&self) -> Aabb {
         self.domain
     }
 
-    /// The only body, if nothing lies beside its voxels: then index space is theirs.
+    /// The only body's volume, if the domain is that volume's: then the index space is too.
     pub(super) fn only_volume(&self) -> Option<&Volume> {
         match &self.bodies[..] {
             [only] if only.volume.domain() == self.domain => Some(&only.volume),
@@ -281,34 +281,34 @@ impl Media {
         self.domain.corners().map(|p| self.world_from_index.transform_point3(p))
     }
 
-    /// Where they hold anything, brick by brick.
+    /// Which bricks of the media are empty, and how fast the others change. Computed at first use.
     pub fn occupancy(&self) -> &Occupancy {
         self.occupancy.get_or_init(|| Occupancy::of(self))
     }
 
     /// The largest change of extinction over a voxel, 1 / world length; 0 for several bodies and
-    /// for modulated extinction, which nothing is known of.
+    /// for modulated extinction, where it is not known.
     pub fn roughness(&self) -> f64 {
         let scale = self.graded().map_or(0.0, |body| body.medium.density_scale);
         self.occupancy().roughness() * scale
     }
 
-    /// Points around what can be seen of all bodies ([`Volume::visible_points`]).
+    /// World positions around the visible parts of all bodies ([`Volume::visible_points`]).
     pub fn visible_points(&self, share: f32) -> Vec<DVec3> {
         self.bodies.iter().flat_map(|body| body.volume.visible_points(share)).collect()
     }
 
-    /// World lengths that stand for one in f32, where maps and pictures are computed: 1 for media
-    /// that are neither tiny nor huge, else the power of two next to their diagonal. Numbers keep
-    /// their digits then, and their squares fit, whatever a file's lengths are.
+    /// The world length of the unit in which maps and pictures are computed in f32: 1 for media of
+    /// ordinary size, else the power of two nearest to the media's diagonal. So lengths and their
+    /// squares fit f32, whatever unit a file uses.
     pub fn unit(&self) -> f64 {
         let power = self.world_bounds().size().length().log2().round();
         if power.is_finite() && power.abs() > ORDINARY_POWER { power.exp2() } else { 1.0 }
     }
 
-    /// Voxel lengths that a ray through the domain may count at most. Of a body alone that is its
-    /// diagonal. The index space of several is as fine as the finest of them, which may be by any
-    /// factor: what rays take follows from the voxels that there are.
+    /// The largest number of voxel lengths that a ray through the domain may count. For one body it
+    /// is the diagonal. The index space of several bodies is as fine as the finest of them, which
+    /// may be finer by any factor; so the number follows from the bodies' own voxels.
     pub fn most_voxels(&self) -> f64 {
         let diagonal =
             |body: &Body| DVec3::from_array(body.volume.dims().map(|n| n as f64)).length();
@@ -316,8 +316,8 @@ impl Media {
         if self.bodies.len() > 1 { FINER_THAN_BODIES * sum } else { sum }
     }
 
-    /// A bound of extinction anywhere, 1 / world length: what all bodies have where they are
-    /// densest.
+    /// An upper bound of extinction anywhere, 1 / world length: the sum of the bodies' largest
+    /// extinctions.
     pub fn densest(&self) -> f64 {
         let densest = |Body { volume, medium }: &Body| {
             let density = match &medium.transfer {
@@ -331,13 +331,13 @@ impl Media {
         self.bodies.iter().map(densest).sum()
     }
 
-    /// The largest density of all.
+    /// The largest density of all bodies.
     pub fn largest(&self) -> f32 {
         self.bodies.iter().map(|body| body.volume.largest()).fold(0.0, f32::max)
     }
 }
 
-/// The space of `chosen`, made finer as all bodies ask for, and the box around all of them in it.
+/// The index space of `chosen`, as fine as the finest body, and the box around all bodies in it.
 fn common_space(bodies: &[Body], chosen: &Body) -> (DMat4, Aabb) {
     let own = *chosen.volume.world_from_index();
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -352,7 +352,7 @@ fn common_space(bodies: &[Body], chosen: &Body) -> (DMat4, Aabb) {
     (world_from_index, around(bodies, &index_from_world, own))
 }
 
-/// The box around `own` and all that bodies extinguish or emit, in an index space.
+/// The box around `own` and around all densities and emission of the bodies, in an index space.
 fn around(bodies: &[Body], index_from_world: &DMat4, own: Aabb) -> Aabb {
     let field =
         |body: &Body| body.medium.emission.as_ref().and_then(|emission| emission.field.clone());
@@ -360,7 +360,7 @@ fn around(bodies: &[Body], index_from_world: &DMat4, own: Aabb) -> Aabb {
     others.flatten().fold(own, |all, volume| {
         let corners = volume.world_corners().map(|p| index_from_world.transform_point3(p));
         let Some(box_of) = Aabb::around(corners) else { return all };
-        // A box that is the same but for rounding is the same.
+        // Boxes that differ only by rounding count as equal.
         let slack = 1e-6 * all.size();
         let (low, high) = (box_of.min.cmplt(all.min - slack), box_of.max.cmpgt(all.max + slack));
         Aabb {
@@ -370,11 +370,11 @@ fn around(bodies: &[Body], index_from_world: &DMat4, own: Aabb) -> Aabb {
     })
 }
 
-/// What a space is chosen by: the volume of its box, then the transform itself, so that the order
-/// of the bodies means nothing.
+/// The sort key of candidate spaces: the volume of the box, then the transform itself, so that the
+/// order of the bodies does not matter.
 fn order((world_from_index, domain): &(DMat4, Aabb)) -> [f64; 17] {
     let volume = world_from_index.determinant().abs() * domain.size().element_product();
-    // Boxes that differ by rounding only are as large as each other.
+    // Rounded to f32, so that boxes which differ only by rounding are equally large.
     let volume = f64::from(volume as f32);
     let mut key = [volume; 17];
     key[1..].copy_from_slice(&world_from_index.to_cols_array());

@@ -1,6 +1,5 @@
-//! What is lit, seen and shadowed: volume, medium, light, camera, ground, background.
-//! Knows no backend. Spaces: index (voxels), world (y up, right-handed), light (map texel, depth),
-//! camera (pixel).
+//! Scenes: volumes, media, lights, camera, ground and background. Knows no backend. Spaces: index
+//! (voxels), world (y up, right-handed), light (map texel, depth), camera (pixel).
 
 pub mod automatic;
 mod beams;
@@ -33,27 +32,27 @@ pub use transfer::TransferFunction;
 /// Everything that a picture shows.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// What light passes through.
+    /// The media that light passes through.
     pub media: Media,
-    /// The lights that cast shadows; pass by pass a picture is made of one ([`Scene::beams`]).
+    /// The lights that cast shadows. Each pass works on one of them ([`Scene::beams`]).
     pub lights: Vec<Light>,
-    /// Radiance from everywhere, unshadowed, per channel.
+    /// Ambient radiance from all directions, which is not shadowed, per channel.
     pub ambient: DVec3,
-    /// Who looks.
+    /// The camera.
     pub camera: Camera,
-    /// The plane that catches the shadow; `None` for none.
+    /// The plane that receives shadows; `None` for none.
     pub ground: Option<Ground>,
-    /// Radiance behind everything, per channel; `None` leaves the picture transparent there.
+    /// Radiance of the background, per channel; with `None` the picture is transparent there.
     pub background: Option<DVec3>,
 }
 
-/// A horizontal Lambertian plane, centred under the world's origin where it ends.
+/// A horizontal Lambertian plane. A finite one is centred below or above the world's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// World y.
+    /// Height as world y.
     pub height: f64,
     /// Reflectance, 0..1.
     pub albedo: f64,
-    /// Half of its edge length along x and z; `None` for an endless plane.
+    /// Half of the edge length along x and z, in world lengths; `None` for an endless plane.
     pub half_extent: Option<f64>,
 }

@@ -1,5 +1,5 @@
-//! Where media hold anything and how fast they change, brick by brick: what rays jump over empty
-//! space and take long steps through even media with.
+//! Which bricks of the media are empty, and how fast the others change: the basis of empty-space
+//! skipping and of longer steps through slowly varying media.
 
 use glam::{DMat4, DVec3};
 
@@ -8,23 +8,26 @@ use super::{Body, Media, TransferFunction};
 use crate::math::Aabb;
 use crate::volume::{Range, Volume, brick_edge};
 
-/// Codes from here on belong to empty bricks: their distance is the code minus this, plus one.
+/// The smallest code of empty bricks; the distance to the next occupied brick is the code minus
+/// this, plus one.
 pub const EMPTY: u8 = 192;
-/// The code of the bricks that change most, and of all in media that are not plain.
+/// The code of the bricks that change most, and of all occupied bricks where the change is not
+/// known.
 pub const ROUGHEST: u8 = 8;
-/// How many bricks around a code speaks for as well: steps that begin in one may end there.
+/// A brick's code also accounts for the bricks within this distance, since steps that begin in one
+/// brick may end in another.
 const REACH: usize = 2;
 
-/// A grid of bricks over the media's index space, with a code each.
+/// A grid of bricks over the media's index space, with one code per brick.
 ///
-/// An empty brick's code holds its distance, the largest along any axis (Chebyshev's), in bricks,
-/// to the nearest brick that holds anything. Where it is d, the d - 1 bricks around in every
-/// direction are empty too, and a ray may go on to where it leaves that block (Deakin and Knoll
-/// 2019, "Accelerated volume rendering with Chebyshev distance maps").
+/// An empty brick's code is the Chebyshev distance, in bricks, to the nearest occupied brick. If it
+/// is d, the d - 1 bricks around in every direction are empty too, and a ray may jump to where it
+/// leaves that block (Deakin and Knoll 2019, "Accelerated volume rendering with Chebyshev distance
+/// maps").
 ///
-/// Another brick's code says how much longer steps may be than where the media change most: by as
-/// many eighths. The error of a step is proportional to the slope of extinction and to the square
-/// of its length, so lengths go with one over the root of the slope.
+/// An occupied brick's code is the length of steps there, in eighths of that where the media change
+/// most. The error of a step is proportional to the slope of extinction and to the square of the
+/// step's length, so lengths go with one over the square root of the slope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occupancy {
     origin: DVec3,
@@ -38,11 +41,11 @@ impl Occupancy {
     /// The bricks of all of `media`'s bodies.
     pub(super) fn of(media: &Media) -> Self {
         let domain = media.domain();
-        // Bricks of the only body are the volume's own; where light is emitted beside it, more lie
-        // around them.
+        // For a single body the bricks are the volume's own; if its emission extends beyond its
+        // densities, further bricks surround them.
         let (graded, only) = (media.graded(), media.only_volume().is_some());
         let edge = brick_edge(domain.size());
-        // Bricks that begin elsewhere than the domain may be one more along an axis.
+        // Bricks that do not begin at the domain's corner may be one more along an axis.
         let edge = if only { edge } else { brick_edge(domain.size() + edge) };
         let first = DVec3::splat(-0.5);
         let origin = match graded {
@@ -73,7 +76,7 @@ impl Occupancy {
         occupancy
     }
 
-    /// Index-space place of the first brick's lower corner.
+    /// Lower corner of the first brick, in index space.
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
@@ -88,24 +91,24 @@ impl Occupancy {
         self.dims
     }
 
-    /// The codes, x fastest.
+    /// One code per brick, x fastest; [`EMPTY`] and [`ROUGHEST`] explain them.
     pub fn codes(&self) -> &[u8] {
         &self.codes
     }
 
     /// The largest change of density, or of opacity, over a voxel; 0 for several bodies and for
-    /// modulated extinction, which nothing is known of.
+    /// modulated extinction, where it is not known.
     pub(super) fn roughness(&self) -> f64 {
         self.roughness
     }
 
-    /// Codes of the only body, whose bricks are these or parts of them, and its largest change of
-    /// density, or of opacity.
+    /// Sets the codes from the only body, whose bricks are these or parts of them, and the largest
+    /// change of its density, or of its opacity.
     fn grade(&mut self, body: &Body) {
         let bricks = body.volume.bricks();
         let ranges = bricks.ranges();
         let function = body.medium.transfer.as_deref();
-        // Slopes of all bricks within reach, axis by axis.
+        // The largest slope of all bricks within reach, axis by axis.
         let mut changes = ranges.mapv(|range| match function {
             Some(function) => opacity_change(function, range),
             None => range.slope,
@@ -123,7 +126,7 @@ impl Occupancy {
         self.roughness = f64::from(largest);
         let ahead = ((-0.5 - self.origin) / self.edge).round().to_array().map(|n| n as usize);
         let ratio = (self.edge / bricks.edge() as f64) as usize;
-        // Where all voxels are next to nothing beside a brick, rounding may move them into the next
+        // Where the voxels are tiny compared with a brick, rounding may move them into the next
         // one.
         let last = self.dims.map(|n| n - 1);
         let [nx, ny, _] = self.dims;
@@ -148,14 +151,14 @@ impl Occupancy {
         self.add_emission(body, index_from_world);
     }
 
-    /// Marks what emits light, where nothing is marked yet.
+    /// Marks bricks that emit light, unless they are marked already.
     fn add_emission(&mut self, body: &Body, index_from_world: Option<&DMat4>) {
         let Some(emission) = &body.medium.emission else { return };
         let occupied = |range| shows(&emission.ramp, range);
         match &emission.field {
             None => self.add_volume(&body.volume, index_from_world, occupied),
             Some(field) => {
-                // Another grid need not lie where the densities do.
+                // The emission's grid need not lie where the densities do.
                 let index_from_world = match index_from_world {
                     Some(known) => *known,
                     None => body.volume.world_from_index().inverse(),
@@ -165,8 +168,8 @@ impl Occupancy {
         }
     }
 
-    /// Marks the bricks that `volume` holds something in: `occupied` says so of a range of
-    /// densities. Without a transform its bricks are these.
+    /// Marks the bricks in which `volume` holds a range of densities that is `occupied`. Without a
+    /// transform the volume's bricks are these bricks.
     fn add_volume(
         &mut self,
         volume: &Volume,
@@ -182,7 +185,7 @@ impl Occupancy {
             }
             let min = DVec3::new(x as f64, y as f64, z as f64) * edge - 0.5;
             let own = Aabb { min, max: min + edge };
-            // A little more than there is: rounding must not lose any.
+            // Slightly enlarged, so that rounding loses no brick.
             let around = match &change {
                 Some(change) => {
                     let around = own.transformed(change);
@@ -210,8 +213,8 @@ impl Occupancy {
             for y in span(1) {
                 for x in span(0) {
                     let code = &mut self.codes[(z * ny + y) * nx + x];
-                    // What is known stays: emission alone casts no shadow, and camera rays take no
-                    // longer steps.
+                    // Bricks that are marked keep their code: emission alone casts no shadow, and
+                    // camera rays take no longer steps.
                     if *code >= EMPTY {
                         *code = ROUGHEST;
                     }
@@ -220,8 +223,8 @@ impl Occupancy {
         }
     }
 
-    /// From bricks that hold anything to all others: each takes one more than the least of its
-    /// neighbours, once in order and once in reverse (Rosenfeld and Pfaltz 1968).
+    /// Computes the codes of empty bricks: each takes one more than the least code of its
+    /// neighbours, in a forward and in a backward pass (Rosenfeld and Pfaltz 1968).
     fn spread(&mut self) {
         let [nx, ny, nz] = self.dims.map(|n| n as isize);
         let before: Vec<[isize; 3]> =
@@ -259,8 +262,8 @@ impl Occupancy {
     }
 }
 
-/// How much opacity changes over a voxel of a brick at most: by the function's steepest slope
-/// there, but no more than it differs at all.
+/// An upper bound for the change of opacity over a voxel of a brick: by the function's steepest
+/// slope there, but at most the difference between its smallest and largest opacity.
 fn opacity_change(function: &TransferFunction, range: Range) -> f32 {
     let [first, last] = function.range();
     let cell = ((last - first) / f64::from(TABLE_CELLS)).max(f64::MIN_POSITIVE);
@@ -281,8 +284,7 @@ fn opacity_change(function: &TransferFunction, range: Range) -> f32 {
 
 /// Whether a function's opacity is above 0 anywhere in a range.
 fn shows(function: &TransferFunction, range: Range) -> bool {
-    // Passes read functions from tables of as many cells, which smear a jump over two on either
-    // side.
+    // Passes read functions from tables, whose cells smear a jump over two cells on either side.
     let [first, last] = function.range();
     let smeared = 2.0 * (last - first) / f64::from(TABLE_CELLS);
     let [low, high] = [f64::from(range.low) - smeared, f64::from(range.high) + smeared];
@@ -300,7 +302,7 @@ mod tests {
 
     #[test]
     fn codes_grow_with_one_over_the_root_of_the_change() {
-        // Along x: a jump of 4, a plain, a jump of 1.
+        // Along x: a jump of 4, a constant part, a jump of 1.
         let density =
             |x: usize| f32::from(u8::from(x < 20)) * 4.0 + f32::from(u8::from(x > 60)) + 1.0;
         let values = Array3::from_shape_fn((4, 4, 96), |(_, _, x)| density(x));

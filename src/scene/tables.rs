@@ -1,4 +1,4 @@
-//! A table of a scene file that may stand there not at all, once (`[light]`) or several times
+//! A table of a scene file that may be absent, stand once (`[light]`) or stand several times
 //! (`[[light]]`).
 
 use std::fmt;
@@ -8,12 +8,12 @@ use std::ops::{Deref, DerefMut};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 
-/// The tables of one name, in order.
+/// All tables of one name, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tables<T>(Vec<T>);
 
 impl<T: Default> Tables<T> {
-    /// The first, to be changed; there is one then.
+    /// The first table, to be changed; it is added if there is none.
     pub fn one_mut(&mut self) -> &mut T {
         if self.0.is_empty() {
             self.0.push(T::default());
@@ -48,8 +48,8 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
     }
 }
 
-/// Tells one from several by what is there, so that an error in a table names its own key and
-/// place.
+/// Distinguishes one table from several by its content, so that an error in a table names its own
+/// key and place.
 struct OneOrMore<T>(PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> Visitor<'de> for OneOrMore<T> {

@@ -1,4 +1,4 @@
-//! Methods to choose from, by name.
+//! Named methods to choose from.
 
 /// Declares an enum whose variants have names on the command line and in scene files.
 macro_rules! named {
@@ -9,7 +9,7 @@ macro_rules! named {
         pub enum $name { $($(#[$variant_doc])* $variant,)+ }
 
         impl $name {
-            /// All of them.
+            /// All of them, in order of declaration.
             pub const ALL: &[Self] = &[$(Self::$variant),+];
 
             /// The name on the command line and in scene files.
@@ -35,25 +35,25 @@ macro_rules! named {
 named! {
     /// How the volume is cut into the slabs of a fragment map.
     Slices, "slices" {
-        /// The best on every device measured: `ray`.
+        /// The best on all measured devices: `ray`.
         Auto = "auto",
-        /// Equal slabs between each ray's entry and exit, in order, one thread a texel.
+        /// Equal slabs between each ray's entry and exit, in order; one thread per texel.
         Ray = "ray",
-        /// Slabs between planes that all rays share, in order, one thread a texel.
+        /// Slabs between planes that all rays share, in order; one thread per texel.
         Planes = "planes",
-        /// The same planes drawn as geometry into unordered lists, which are sorted.
+        /// The same planes, drawn as geometry into unordered lists that are then sorted.
         Raster = "raster",
     }
 }
 
 named! {
-    /// Where within a step a threshold is taken to be crossed.
+    /// Where in a step a threshold counts as crossed.
     Crossing, "crossing" {
-        /// Where the exponential inside the step reaches it.
+        /// Where optical depth inside the step reaches it.
         Exact = "exact",
-        /// The paper's: a smoothstep of opacity between the step's ends.
+        /// The paper's method: a smoothstep of opacity between the step's ends.
         Smoothstep = "smoothstep",
-        /// The paper's cheaper way: the greatest depth not past the threshold.
+        /// The paper's cheaper method: the greatest sampled depth that is not past the threshold.
         Bucket = "bucket",
     }
 }
@@ -61,38 +61,39 @@ named! {
 named! {
     /// How transmittance is read from a threshold map.
     Lookup, "lookup" {
-        /// The best reconstruction of the same four numbers.
+        /// The best known reconstruction from the same four numbers.
         Default = "default",
-        /// The paper's: steps at the first and last threshold, smoothsteps between.
+        /// The paper's method: steps at the first and last threshold, smoothsteps between.
         Paper = "paper",
     }
 }
 
 named! {
-    /// How the texels around a point are combined; always transmittances, never depths.
+    /// How the texels around a point are combined. Always their transmittances are combined, never
+    /// their depths.
     Filter, "filter" {
-        /// The texel that holds the point.
+        /// The texel that contains the point.
         Nearest = "nearest",
-        /// The four nearest, weighted.
+        /// Bilinear interpolation between the four nearest texels.
         Bilinear = "bilinear",
-        /// The mean of 3 x 3 (percentage-closer filtering, Reeves et al. 1987).
+        /// The mean of 3 x 3 texels (percentage-closer filtering, Reeves et al. 1987).
         Pcf3 = "pcf3",
-        /// The mean of 5 x 5.
+        /// The mean of 5 x 5 texels.
         Pcf5 = "pcf5",
-        /// The mean of 7 x 7.
+        /// The mean of 7 x 7 texels.
         Pcf7 = "pcf7",
-        /// The nearest, each fragment's shadow test an exponential (Annen et al. 2008).
+        /// The nearest texel, with an exponential shadow test for each fragment (Annen et al.
+        /// 2008).
         Edsm = "edsm",
-        /// The mean of 3 x 3 such.
+        /// The mean of 3 x 3 texels with exponential shadow tests.
         Edsm3 = "edsm3",
-        /// The mean of 5 x 5 such.
+        /// The mean of 5 x 5 texels with exponential shadow tests.
         Edsm5 = "edsm5",
     }
 }
 
 impl Filter {
-    /// Texels along each edge of the window, 0 for the bilinear one, and whether shadow tests are
-    /// exponential.
+    /// Width of the window in texels (0 for bilinear), and whether shadow tests are exponential.
     pub fn window(self) -> (u32, bool) {
         match self {
             Self::Nearest => (1, false),
@@ -110,9 +111,10 @@ impl Filter {
 named! {
     /// How the camera march turns density and shadow into colour.
     Shading, "shading" {
-        /// Single scattering, each step lit through the map.
+        /// Single scattering, with each step lit through the map.
         Physical = "physical",
-        /// The paper's: the sampled value in all channels, darkened by the ray's mean shadow.
+        /// The paper's method: the sampled value in all channels, darkened by the ray's mean
+        /// shadow.
         Paper = "paper",
     }
 }

@@ -1,31 +1,32 @@
-//! How shadow maps are built and read. Each kind owns what it alone reads.
+//! Settings for building and reading shadow maps, with a separate part for each kind of map that
+//! needs one.
 
 use super::{Crossing, Filter, Lookup, MapKind, Slices};
 
-/// Shadow maps.
+/// Settings of shadow maps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapSettings {
-    /// Which kind; `None` for the one that the backend builds fastest.
+    /// The kind of map; `None` for the backend's default.
     pub kind: Option<MapKind>,
     /// Texels along each edge, 1 to 8192.
     pub size: u32,
-    /// Steps along a light ray at most; fewer where the result is the same. Where a medium is so
-    /// dense that light ends within few of them, they are cut.
+    /// Largest number of steps along a light ray; fewer are taken where the result is the same. In
+    /// a medium so dense that light ends within a few steps, these are shortened.
     pub steps: u32,
     /// How the texels around a point are combined.
     pub filter: Filter,
-    /// Of threshold maps.
+    /// Settings of threshold maps.
     pub threshold: ThresholdSettings,
-    /// Of fragment maps; visibility functions keep its tolerance too.
+    /// Settings of fragment maps; visibility functions use the same tolerance.
     pub fragments: FragmentSettings,
 }
 
 /// What threshold maps keep and how they are read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdSettings {
-    /// Opacities that the map keeps the depths of, rising, in 0..1.
+    /// The opacities whose depths the map keeps, rising, in 0..1.
     pub levels: [f64; 3],
-    /// Where within a step one is crossed.
+    /// Where in a step an opacity counts as crossed.
     pub crossing: Crossing,
     /// How transmittance is read.
     pub lookup: Lookup,
@@ -36,14 +37,16 @@ pub struct ThresholdSettings {
 pub struct FragmentSettings {
     /// How the volume is cut into slabs.
     pub slices: Slices,
-    /// Largest error of transmittance that a map may make by keeping fewer fragments, 0 to 0.5; 0
-    /// keeps all of them.
+    /// Largest error of transmittance that a map may have because it keeps fewer fragments, 0 to
+    /// 0.5; 0 keeps all of them.
     pub tolerance: f64,
-    /// A raw list is cut where transmittance is this close to its final value, 0 to 0.5; 0 never.
+    /// Raw lists are truncated where transmittance is this close to its final value, 0 to 0.5; 0
+    /// never truncates.
     pub truncation: f64,
-    /// Whether wide filters walk from texel to texel by links between neighbouring fragments.
+    /// Whether wide filters follow links between the fragments of neighbouring texels.
     pub links: bool,
-    /// Bytes that lists may take while a map is built; more are built in tiles.
+    /// Largest number of bytes of lists in memory while a map is built; larger maps are built in
+    /// tiles.
     pub memory: u64,
 }
 

@@ -1,28 +1,28 @@
-//! The kinds of shadow map, by the names that the command line and scene files know.
+//! The kinds of shadow map, with the names used on the command line and in scene files.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::error::Error;
 
-/// Which kind of shadow map.
+/// The kind of a shadow map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MapKind {
-    /// Depths at three opacities and the largest opacity, four numbers a texel.
+    /// Depths at three opacities and the largest opacity, four numbers per texel.
     Threshold,
     /// Lists of the slabs that a texel's ray crosses: exact, or within a given tolerance.
     Fragments,
-    /// Lists of points of transmittance, joined by lines, within a given tolerance.
+    /// Lists of points of transmittance, connected by lines, within a given tolerance.
     Visibility,
-    /// Transmittance at the points of a grid in the volume, as many along its longest edge.
+    /// Transmittance in a grid over the volume, with this number of cells along its longest edge.
     Grid(u16),
-    /// As many bytes for every texel, in one of several codes.
+    /// A code with the same number of bytes for every texel.
     Coded(Coding),
 }
 
-/// How a texel's transmittance over depth is kept in a fixed number of bytes. The numbers are how
-/// many coefficients, slices or nodes a texel has.
+/// How a texel's transmittance over depth is stored in a fixed number of bytes. The numbers are
+/// those of coefficients, slices, layers or points per texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Coding {
@@ -32,7 +32,7 @@ pub enum Coding {
     Relative,
     /// Transmittance at equal distances along the ray, 8 bits each.
     Slices(u16),
-    /// Optical depth at equal distances along the ray, f32.
+    /// Transmittance at equal distances along the ray, f32.
     FloatSlices(u16),
     /// Coefficients of a Fourier series of extinction; an odd number.
     Fourier(u16),
@@ -40,13 +40,13 @@ pub enum Coding {
     Moments(u16),
     /// Complex trigonometric moments of extinction over depth: 2, 3 or 4.
     Trigonometric(u16),
-    /// Points of transmittance, left over of those of all slabs.
+    /// A fixed number of points of transmittance, reduced from those of all slabs.
     Adaptive(u16),
     /// Layers that follow the depth where the medium begins.
     Layers(u16),
 }
 
-/// A name, what may follow it, and what it means.
+/// A name, the number that may follow it, and its meaning.
 struct Entry {
     name: &'static str,
     count: Option<Count>,
@@ -57,11 +57,11 @@ struct Entry {
 
 /// The number after a name.
 struct Count {
-    /// The one taken where none is given.
+    /// The default number.
     usual: u16,
     least: u16,
     most: u16,
-    /// From one that is allowed to the next.
+    /// Distance between two allowed numbers.
     step: u16,
 }
 
@@ -160,12 +160,12 @@ const ENTRIES: &[Entry] = &[
 ];
 
 impl MapKind {
-    /// Every kind, with its usual number where it has one.
+    /// Every kind, with its default number if it takes one.
     pub fn all() -> impl Iterator<Item = Self> {
         ENTRIES.iter().map(|entry| (entry.make)(entry.count.as_ref().map_or(0, |n| n.usual)))
     }
 
-    /// The names of all kinds, `:N` after those that take a number.
+    /// The names of all kinds, with `:N` after those that take a number.
     pub fn names() -> String {
         let name = |entry: &Entry| match entry.count {
             Some(_) => format!("{}:N", entry.name),

@@ -8,7 +8,7 @@ pub use choices::{Crossing, Filter, Lookup, Shading, Slices};
 pub use map::{FragmentSettings, MapSettings, ThresholdSettings};
 pub use map_kind::{Coding, MapKind};
 
-/// Sizes, step counts and methods. Both backends read the same one.
+/// Sizes, step counts and methods. Both backends use the same type.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// The picture.
@@ -17,43 +17,43 @@ pub struct Settings {
     pub view: ViewSettings,
     /// The shadow maps.
     pub map: MapSettings,
-    /// How much finer everything is than usual, above 0: steps and slabs are one over it as long,
-    /// also those that steps are limited to, and all tolerances one over its square, so that errors
-    /// of steps and fits go to zero as it grows. What a map's resolution or its few numbers cost
-    /// stays.
+    /// How much finer than usual everything is computed, above 0. Lengths of steps and slabs, and
+    /// their limits, are divided by it, and all tolerances by its square, so that errors of steps
+    /// and fits go to zero as it grows. Errors by a map's resolution or by its few numbers remain.
     pub quality: f64,
 }
 
-/// Pixels.
+/// Size and sampling of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageSettings {
     /// Width and height in pixels, 1 to 16384.
     pub size: [u32; 2],
-    /// Camera rays a pixel, 1 to 4096; 1 is a ray through its centre.
+    /// Camera rays per pixel, 1 to 4096; a single ray goes through the pixel's centre.
     pub samples: u32,
-    /// Factor on radiance before a picture is encoded for screens, above 0.
+    /// Factor on radiance before a picture is encoded for screens; above 0.
     pub exposure: f64,
 }
 
-/// How the camera marches, and what it takes for light.
+/// How the camera marches, and how it is lit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewSettings {
-    /// Steps along a camera ray at most; `None` takes as many as the voxels ask for.
+    /// Largest number of steps along a camera ray; `None` takes as many as the voxels require.
     pub steps: Option<u32>,
     /// How density and shadow become colour.
     pub shading: Shading,
     /// Lookups along a camera ray with [`Shading::Paper`], 1 to 65536.
     pub light_samples: u32,
-    /// Octaves that imitate multiple scattering, each a dimmer light that gets deeper into the
-    /// medium and scatters more evenly, at most 16; 0 for none. A look, no physics.
+    /// Octaves that imitate multiple scattering, at most 16; 0 for none. Each is a dimmer light
+    /// that penetrates deeper into the medium and scatters more evenly. It affects the look and is
+    /// not physical.
     pub octaves: u32,
-    /// How much nearer to the light than they are surfaces are looked up, world lengths, at least
-    /// 0: what keeps a surface that casts a shadow out of its own.
+    /// Surfaces are looked up this much nearer to the light than they are, in world lengths, at
+    /// least 0. It prevents a surface that casts a shadow from shadowing itself.
     pub bias: f64,
 }
 
 impl Settings {
-    /// The same with a change.
+    /// A copy with a change.
     #[must_use]
     pub fn with(&self, change: impl FnOnce(&mut Self)) -> Self {
         let mut changed = self.clone();
@@ -61,14 +61,14 @@ impl Settings {
         changed
     }
 
-    /// What one over the square of [`Settings::quality`] makes of an error that is allowed.
+    /// Scales an allowed error by one over the square of [`Settings::quality`].
     pub fn finer(&self, error: f64) -> f64 {
         error / (self.quality * self.quality)
     }
 
-    /// What [`Settings::quality`] makes of a number of steps.
+    /// Scales a number of steps by [`Settings::quality`].
     pub fn more(&self, steps: u32) -> u32 {
-        // Conversion saturates.
+        // The conversion saturates.
         (f64::from(steps) * self.quality).ceil().max(1.0) as u32
     }
 }

@@ -1,5 +1,5 @@
-//! Shadow maps once they are built, behind one small interface: transmittance at (texel, depth).
-//! Knows neither how maps are built nor where they are kept.
+//! Finished shadow maps behind one small interface: transmittance at (texel, depth). The module
+//! knows neither how maps are built nor where they are stored.
 
 mod coded;
 mod fragments;
@@ -21,48 +21,49 @@ use crate::kernel::medium::SMALLEST_WEIGHT;
 use crate::math::Each;
 use crate::scene::LightView;
 
-/// What answers how much light gets to a point, whatever it keeps: passes, pictures and measures
-/// know no more.
+/// Tells how much light reaches a point. Passes, pictures and measures use maps through this trait
+/// alone.
 pub trait Shadow: Sync {
-    /// Works out with all threads what lookups share; without, the first lookup does so on its own
-    /// thread. Not while other threads of the same pool are looking up.
+    /// Computes what lookups share, on all threads. Without this call the first lookup does so on
+    /// its own thread. It must not run while other threads of the same pool look up.
     fn prepare(&self) {}
 
-    /// Bytes that a lookup may read, without what it may do without (links, the light's view).
+    /// Bytes that a lookup may read; data that it can do without (links, the light's view) do not
+    /// count.
     fn bytes(&self) -> u64;
 
-    /// Transmittance from the light to a point, 0..1: (`u`, `v`) in the light's view
-    /// ([`LightView`]), 1 outside of 0..1, and `depth` along the ray through them, in units of the
-    /// view ([`LightView::unit`]), world lengths for scenes of ordinary size. Maps of texels give
-    /// the mean over a window of `width` x `width` of them, or with 0 what lies between the four
-    /// nearest.
+    /// Transmittance from the light to a point, 0..1. (`u`, `v`) is the position in the light's
+    /// view ([`LightView`]); outside of 0..1 the result is 1. `depth` is the distance along the ray
+    /// through (`u`, `v`) in units of the view ([`LightView::unit`]): world lengths for scenes of
+    /// ordinary size. Maps of texels return the mean over a window of `width` x `width` texels, or,
+    /// for `width` 0, interpolate between the four nearest.
     fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32;
 }
 
-/// A map of transmittance over depth, seen from a light: N x N texels, (u, v) in 0..1, row 0 at
-/// v = 0. Its [`Shadow::lookup`] is [`TexelMap::filtered`].
+/// A map of transmittance over depth, seen from a light: N x N texels, (u, v) in 0..1, row 0 at v =
+/// 0. [`Shadow::lookup`] is implemented by [`TexelMap::filtered`].
 pub trait TexelMap: Shadow {
     /// Texels along each edge.
     fn size(&self) -> u32;
 
-    /// Transmittance along the central ray of texel (`x`, `y`) from the light to `depth`, in 0..1.
-    /// Depths are in units of the light's view ([`LightView::unit`]), world lengths for scenes of
+    /// Transmittance from the light to `depth` along the central ray of texel (`x`, `y`), 0..1.
+    /// Depths are in units of the light's view ([`LightView::unit`]): world lengths for scenes of
     /// ordinary size.
     fn texel_transmittance(&self, x: u32, y: u32, depth: f32) -> f32;
 
-    /// Depth where the shadow of texel (`x`, `y`) begins to matter, if it takes nine tenths of the
-    /// light; `None` else, and in maps that do not know it.
+    /// Depth where the shadow of texel (`x`, `y`) begins to matter. `None` if the texel takes less
+    /// than nine tenths of the light, or if the map does not know.
     fn front(&self, _x: u32, _y: u32) -> Option<f32> {
         None
     }
 
-    /// How far apart in depth the fronts of neighbouring texels' shadows are still those of one
-    /// surface, in world lengths; 0 where media are so thin that fronts are no matter.
+    /// Fronts of neighbouring texels that lie no further apart in depth than this belong to one
+    /// surface, in units of the view; 0 where media are so thin that fronts do not matter.
     fn reach(&self) -> f32 {
         0.0
     }
 
-    /// Transmittance at (u, v, depth) from the texel that holds the point; 1 outside of the map.
+    /// Transmittance at (u, v, depth) from the texel that contains the point; 1 outside of the map.
     fn nearest(&self, u: f32, v: f32, depth: f32) -> f32 {
         if !inside(u, v) {
             return 1.0;
@@ -72,10 +73,10 @@ pub trait TexelMap: Shadow {
         self.texel_transmittance(texel(u), texel(v), depth)
     }
 
-    /// Transmittance at (u, v, depth), bilinear between the four nearest texels' transmittances (a
-    /// depth of one texel means nothing in another, so depths are not mixed, but where a dense
-    /// medium's surface runs through all four: [`TexelMap::reach`]); 1 outside of the map, clamped
-    /// within half a texel of its edge.
+    /// Transmittance at (u, v, depth), bilinear between the transmittances of the four nearest
+    /// texels; 1 outside of the map, clamped within half a texel of its edge. Depths are not
+    /// interpolated, since a depth of one texel means nothing in another, except where a dense
+    /// medium's surface runs through all four ([`TexelMap::reach`]).
     fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
         if !inside(u, v) {
             return 1.0;
@@ -98,9 +99,9 @@ pub trait TexelMap: Shadow {
         upper + (lower - upper) * fy
     }
 
-    /// Mean transmittance at (u, v, depth) of `width` x `width` texels around the one that holds
-    /// the point (percentage-closer filtering, Reeves et al. 1987); 1 outside of the map. Windows
-    /// end at the map's edge.
+    /// Mean transmittance at (u, v, depth) over `width` x `width` texels around the one that
+    /// contains the point (percentage-closer filtering, Reeves et al. 1987); 1 outside of the map.
+    /// Windows end at the map's edge.
     fn mean(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
         if !inside(u, v) {
             return 1.0;
@@ -108,8 +109,8 @@ pub trait TexelMap: Shadow {
         brute_force_mean(self, [u, v].each(|c| window(c, width, self.size())), depth)
     }
 
-    /// Transmittance at (u, v, depth) with a window of as many texels along its edge; 0 is
-    /// bilinear.
+    /// Transmittance at (u, v, depth): bilinear for `width` 0, nearest for 1, else the mean over a
+    /// window of `width` x `width` texels.
     fn filtered(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
         match width {
             0 => self.bilinear(u, v, depth),
@@ -119,10 +120,10 @@ pub trait TexelMap: Shadow {
     }
 }
 
-/// Bilinear between four texels whose shadows are moved in depth so that they begin at one: what a
-/// surface's slope over a texel, which may be many times as deep as light gets, then makes no steps
-/// of. Fronts further apart than the map's reach belong to different surfaces and stay where they
-/// are. (Optical depths mixed in place of transmittances err twice as much at outlines.)
+/// Bilinear between four texels whose shadows are first moved in depth to one common front. Without
+/// that, a slanted surface gets steps, because over a texel it may be many times as deep as light
+/// reaches. Fronts further apart than the map's reach belong to different surfaces and stay where
+/// they are. (Mixing optical depths instead of transmittances has twice the error at outlines.)
 fn aligned(
     map: &(impl TexelMap + ?Sized),
     [xs, ys]: [[u32; 2]; 2],
@@ -150,19 +151,19 @@ fn aligned(
     light
 }
 
-/// The first and the last texel of a window around coordinate `c` of a map.
+/// The first and the last texel, along one axis, of a window around coordinate `c` of a map.
 fn window(c: f32, width: u32, size: u32) -> [u32; 2] {
     let middle = ((c * size as f32) as u32).min(size - 1);
     [middle.saturating_sub(width / 2), (middle + width / 2).min(size - 1)]
 }
 
-/// Mean over a window of texels [[x0, x1], [y0, y1]], each looked up by itself.
+/// Mean over a window of texels [[x0, x1], [y0, y1]]; each texel is looked up by itself.
 fn brute_force_mean(
     map: &(impl TexelMap + ?Sized),
     [[x0, x1], [y0, y1]]: [[u32; 2]; 2],
     depth: f32,
 ) -> f32 {
-    // The order of the sum is that of walks along links.
+    // The sum has the same order as that of walks along links.
     let texels = (y0..=y1).rev().flat_map(|y| (x0..=x1).map(move |x| (x, y)));
     let sum: f32 = texels.map(|(x, y)| map.texel_transmittance(x, y, depth)).sum();
     sum / ((x1 - x0 + 1) * (y1 - y0 + 1)) as f32
@@ -171,20 +172,20 @@ fn brute_force_mean(
 /// A map of any kind.
 #[derive(Clone, Debug)]
 pub enum Map {
-    /// Four numbers a texel.
+    /// Four numbers per texel.
     Threshold(ThresholdMap),
     /// Lists of fragments.
     Fragments(FragmentMap),
-    /// A code of as many bytes a texel.
+    /// A code with the same number of bytes for every texel.
     Coded(CodedMap),
     /// Lists of points of transmittance.
     Visibility(VisibilityMap),
-    /// A grid in the volume.
+    /// A grid over the volume.
     Grid(GridMap),
 }
 
 impl Map {
-    /// How the map lies in the world.
+    /// The light's view that the map was built from.
     pub fn view(&self) -> &LightView {
         match self {
             Self::Threshold(map) => map.view(),
@@ -203,7 +204,7 @@ impl Map {
         }
     }
 
-    /// Texels along each edge; of a grid, cells along its longest.
+    /// Texels along each edge; for a grid, cells along its longest axis.
     pub fn size(&self) -> u32 {
         match self {
             Self::Grid(map) => map.longest(),
@@ -211,7 +212,7 @@ impl Map {
         }
     }
 
-    /// The map as texels, if it has any.
+    /// The map as a map of texels; `None` for a grid.
     pub fn texels(&self) -> Option<&dyn TexelMap> {
         match self {
             Self::Threshold(map) => Some(map),

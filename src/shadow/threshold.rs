@@ -1,4 +1,4 @@
-//! The threshold map as data: four numbers a texel.
+//! The threshold map as data: four numbers per texel.
 
 use std::sync::OnceLock;
 
@@ -13,25 +13,25 @@ use crate::math::Each;
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
 
-/// Depths at three opacities and the largest opacity, of each texel (volumetric deep shadow maps,
-/// "Implementation"). What unset channels hold: `kernel::threshold`.
+/// For each texel, the depths at three opacities and the largest opacity (volumetric deep shadow
+/// maps, "Implementation"). `kernel::threshold` explains what unset channels hold.
 #[derive(Clone, Debug)]
 pub struct ThresholdMap {
     size: u32,
-    /// `size * size` texels, row 0 at v = 0: R, G, B = depths in world lengths along the texel's
-    /// ray, A = largest opacity.
+    /// `size * size` texels, row 0 at v = 0: R, G, B = depths along the texel's ray in units of the
+    /// view, A = largest opacity.
     texels: Vec<[f32; 4]>,
     thresholds: [f64; 3],
     lookup: Lookup,
     view: LightView,
-    /// What the default lookup reads, made at the first one.
+    /// The curves that the default lookup reads, computed at the first lookup.
     curves: OnceLock<Vec<Curve>>,
     frame: Box<Frame>,
 }
 
 impl ThresholdMap {
-    /// A map of `settings.map.size` squared `texels`, built with `settings` from `view` for
-    /// `frame`.
+    /// A map with `texels`, `settings.map.size` squared of them, row 0 at v = 0, built with
+    /// `settings` from `view` for `frame`.
     ///
     /// # Panics
     /// If the number of texels is another one.
@@ -44,8 +44,8 @@ impl ThresholdMap {
         Self { size, texels, thresholds, lookup, view, curves, frame }
     }
 
-    /// The curve of every texel. Made on one thread unless the map is prepared: a first lookup may
-    /// come from any.
+    /// The curve of every texel. They are computed on one thread unless the map is prepared,
+    /// because the first lookup may come from any thread.
     fn curves(&self) -> &[Curve] {
         self.curves.get_or_init(|| (0..self.texels.len()).map(|i| self.curve(i)).collect())
     }
@@ -60,22 +60,23 @@ impl ThresholdMap {
         curve(texel, frame.map.thresholds, depths, [enter, exit])
     }
 
-    /// The texels, row 0 at v = 0: depths R, G, B in world lengths along the ray, opacity A.
+    /// The texels, row by row, row 0 at v = 0: depths R, G, B along the texel's ray in units of the
+    /// view ([`LightView::unit`]), world lengths for scenes of ordinary size, and opacity A.
     pub fn texels(&self) -> &[[f32; 4]] {
         &self.texels
     }
 
-    /// The opacities whose depths R, G, B hold.
+    /// The opacities whose depths R, G, B hold, where they are reached.
     pub fn thresholds(&self) -> [f64; 3] {
         self.thresholds
     }
 
-    /// The lookup that the map is made for.
+    /// The lookup that the map was made for.
     pub fn lookup(&self) -> Lookup {
         self.lookup
     }
 
-    /// How the map lies in the world.
+    /// The light's view that the map was built from.
     pub fn view(&self) -> &LightView {
         &self.view
     }
@@ -85,7 +86,7 @@ impl Shadow for ThresholdMap {
     fn prepare(&self) {
         if self.lookup == Lookup::Default && self.curves.get().is_none() {
             let texels = (0..self.texels.len()).into_par_iter();
-            // Another thread may have been faster, with the same.
+            // Another thread may have set the same curves first.
             let _ = self.curves.set(texels.map(|i| self.curve(i)).collect());
         }
     }
@@ -106,8 +107,8 @@ impl TexelMap for ThresholdMap {
 
     fn front(&self, x: u32, y: u32) -> Option<f32> {
         let [_, middle, _, a] = self.texels[y as usize * self.size as usize + x as usize];
-        // Where all thresholds are reached: other channels hold depths of shares of the texel's own
-        // opacity.
+        // Only where all thresholds are reached: other channels hold depths at shares of the
+        // texel's own opacity.
         (a >= self.thresholds[2] as f32).then_some(middle)
     }
 

@@ -1,16 +1,17 @@
 //! Lists of points of transmittance: the visibility functions of deep shadow maps (Lokovic and
 //! Veach 2000).
 //!
-//! Theory. A function is a list of points (depth, transmittance) with lines between, as few as keep
-//! it within a tolerance of the samples' own at every depth. Their compression (section 3.3) is
-//! greedy: from the last point kept, the range of slopes that pass within the tolerance of every
-//! sample so far; where it gets empty, a point, on the middle slope of the range.
+//! Theory. A function is a list of points (depth, transmittance) with lines between them: as few
+//! points as keep it within a tolerance of the samples at every depth. The compression (section
+//! 3.3) is greedy. It keeps the range of slopes of lines from the last kept point that pass within
+//! the tolerance of every sample since; where the range becomes empty, it adds a point on the
+//! middle slope.
 //!
-//! Changes. Between samples transmittance is an exponential and no line. So a thick slab is cut
-//! where lines would be off by more than [`CHORD_SHARE`] of the tolerance, the rest of which is
-//! left at the samples: the bound holds at every depth. And a line never rises or leaves 0..1. The
-//! slope taken is that to the last sample itself where it is in the range: closer to the truth at
-//! the same size.
+//! Changes. Between samples transmittance is an exponential and not a line. So a thick slab is cut
+//! where a line would be off by more than [`CHORD_SHARE`] of the tolerance; the rest of the
+//! tolerance is left to the samples, and the bound holds at every depth. A line never rises and
+//! never leaves 0..1. The slope taken is that to the last sample itself where it is in the range,
+//! which is closer to the exact function at the same size.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -19,23 +20,23 @@ use crate::frame::Frame;
 use crate::kernel::fragments::Node;
 use crate::scene::LightView;
 
-/// Share of the tolerance that lines between samples may take.
+/// Share of the tolerance that the lines between samples may use.
 const CHORD_SHARE: f32 = 0.1;
-/// No tolerance is smaller: f32 could not keep it.
+/// The smallest tolerance; f32 cannot resolve a smaller one.
 const LEAST_TOLERANCE: f32 = 1e-5;
 
 /// A point of a visibility function: 8 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct VisibilityPoint {
-    /// Depth along the texel's ray in world lengths.
+    /// Depth along the texel's ray in units of the light's view ([`LightView::unit`]).
     pub depth: f32,
     /// Transmittance from the light to there, 0..1.
     pub transmittance: f32,
 }
 
-/// Replaces what `points` held by a visibility function within `tolerance` of transmittance along
-/// `nodes`, at every depth. A tolerance of less than 1e-5 counts as that.
+/// Replaces the contents of `points` by a visibility function that is within `tolerance` of the
+/// transmittance along `nodes` at every depth. Tolerances below 1e-5 count as 1e-5.
 pub fn fit_visibility(nodes: &[Node], tolerance: f32, points: &mut Vec<VisibilityPoint>) {
     points.clear();
     let Some(first) = nodes.first() else { return };
@@ -49,7 +50,8 @@ pub fn fit_visibility(nodes: &[Node], tolerance: f32, points: &mut Vec<Visibilit
         points,
     };
     fit.points.push(anchor);
-    // A chord over an optical depth of h is off by at most h^2 / 8 of the transmittance before it.
+    // Over an optical depth of h a chord is off by at most h^2 / 8 of the transmittance in front of
+    // it.
     let thickness = (8.0 * CHORD_SHARE * tolerance).sqrt();
     for [a, b] in nodes.array_windows::<2>() {
         if b.depth > a.depth {
@@ -68,7 +70,7 @@ pub fn fit_visibility(nodes: &[Node], tolerance: f32, points: &mut Vec<Visibilit
     }
 }
 
-/// Slopes that fall.
+/// All slopes that do not rise.
 const ALL: [f32; 2] = [f32::MIN, 0.0];
 
 struct Fit<'a> {
@@ -76,7 +78,8 @@ struct Fit<'a> {
     tolerance: f32,
     /// The last point kept.
     anchor: VisibilityPoint,
-    /// Slopes of transmittance over depth from there that pass all samples since.
+    /// The range of slopes, transmittance over depth, of lines from the anchor that pass within the
+    /// tolerance of all samples since.
     slopes: [f32; 2],
     /// The last sample.
     last: VisibilityPoint,
@@ -84,7 +87,7 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    /// The line from the last point has to pass near this.
+    /// Requires the line from the last kept point to pass near this sample.
     fn sample(&mut self, depth: f32, transmittance: f32) {
         let sample = VisibilityPoint { depth, transmittance };
         if depth > self.anchor.depth {
@@ -99,7 +102,7 @@ impl Fit<'_> {
         if depth > self.anchor.depth {
             self.slopes = self.narrowed(sample);
         } else if (transmittance - self.anchor.transmittance).abs() > self.tolerance {
-            // A surface too opaque to be part of a line.
+            // The surface is too opaque to be part of a line.
             self.points.push(sample);
             self.anchor = sample;
         }
@@ -116,7 +119,7 @@ impl Fit<'_> {
         ]
     }
 
-    /// Ends the line at the last sample, as near to it as is allowed.
+    /// Ends the line at the last sample, as near to it as the tolerance allows.
     fn close(&mut self) {
         let length = self.last.depth - self.anchor.depth;
         if length > 0.0 {
@@ -133,7 +136,7 @@ impl Fit<'_> {
 }
 
 /// Transmittance at `depth` of a visibility function: 1 in front of its first point, linear between
-/// two, and as at the last behind it.
+/// two points, and constant behind the last.
 fn transmittance_at(points: &[VisibilityPoint], depth: f32) -> f32 {
     let before = points.partition_point(|point| point.depth <= depth);
     match (before.checked_sub(1).and_then(|i| points.get(i)), points.get(before)) {
@@ -146,7 +149,7 @@ fn transmittance_at(points: &[VisibilityPoint], depth: f32) -> f32 {
     }
 }
 
-/// A visibility function a texel.
+/// A map with one visibility function per texel.
 #[derive(Clone, Debug)]
 pub struct VisibilityMap {
     size: u32,
@@ -156,8 +159,8 @@ pub struct VisibilityMap {
 }
 
 impl VisibilityMap {
-    /// A map of `size` squared texels, row 0 at v = 0, built within `tolerance` from `view` for
-    /// `frame`.
+    /// A map with the points `runs`, `frame.map.size` squared texels, row 0 at v = 0, built within
+    /// `tolerance` from `view` for `frame`.
     ///
     /// # Panics
     /// If the number of texels is another one.
@@ -177,19 +180,19 @@ impl VisibilityMap {
         self.points.of(y as usize * self.size as usize + x as usize)
     }
 
-    /// Largest error of transmittance that leaving points out may have made.
+    /// Largest error of transmittance that leaving out points may have caused.
     pub fn tolerance(&self) -> f32 {
         self.tolerance
     }
 
-    /// How the map lies in the world.
+    /// The light's view that the map was built from.
     pub fn view(&self) -> &LightView {
         &self.view
     }
 }
 
 impl Shadow for VisibilityMap {
-    /// Points and where each texel's begin.
+    /// Bytes of the points and of the index of each texel's first one.
     fn bytes(&self) -> u64 {
         self.points.bytes()
     }
@@ -213,7 +216,8 @@ impl TexelMap for VisibilityMap {
 mod tests {
     use super::*;
 
-    /// Largest difference from the nodes' own transmittance at many depths, and how many points.
+    /// The largest difference from the nodes' own transmittance at many depths, and the number of
+    /// points.
     fn fitted(nodes: &[Node], tolerance: f32) -> (f32, usize) {
         use crate::kernel::fragments::{nodes_before, optical_depth_between};
         let mut points = Vec::new();
@@ -255,7 +259,7 @@ mod tests {
             let mut before = usize::MAX;
             for tolerance in [0.0, 0.0003, 0.002, 0.01, 0.1] {
                 let (worst, count) = fitted(nodes, tolerance);
-                // Beside the tolerance, rounding to f32.
+                // Rounding to f32 adds to the tolerance.
                 assert!(worst <= tolerance.max(LEAST_TOLERANCE) + 2e-6, "{worst} at {tolerance}");
                 assert!(
                     count <= before,

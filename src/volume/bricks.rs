@@ -1,5 +1,4 @@
-//! The range of densities in each small brick of a volume: what empty-space skipping and bounds
-//! need.
+//! The range of densities in each small brick of a volume, for empty-space skipping and for bounds.
 
 use glam::DVec3;
 use ndarray::{Array3, Axis};
@@ -8,12 +7,14 @@ use super::sparse::{BLOCK, BLOCK_EDGE};
 use super::{SparseVoxels, Voxels};
 use crate::parallel;
 
-/// Voxels along each edge of a brick, unless a volume would have too many of them.
+/// Voxels along each edge of a brick, unless a volume would have too many bricks.
 pub const BRICK: usize = 4;
-/// Bricks at most, of all and along an axis (which 3D textures of every device can be).
+/// The largest number of bricks in all and along one axis. (3D textures of every device may be as
+/// long as the latter.)
 const MOST_BRICKS: [f64; 2] = [(1 << 24) as f64, 2048.0];
 
-/// Voxels along the edge of bricks that cover so many voxels.
+/// Voxels along the edge of the bricks of a volume with `extent` voxels along x, y, z: [`BRICK`],
+/// doubled until there are not too many bricks.
 pub fn brick_edge(extent: DVec3) -> f64 {
     let mut edge = BRICK as f64;
     let too_many = |counts: DVec3| {
@@ -27,13 +28,13 @@ pub fn brick_edge(extent: DVec3) -> f64 {
 
 /// What is known of the densities in each brick.
 ///
-/// Brick b covers the index space from `edge * b - 0.5` to `edge * (b + 1) - 0.5` along each axis;
-/// as densities are trilinear, what holds for it is what holds for its own voxels and the next ones
-/// on every side.
+/// Brick b covers the index space from `edge * b - 0.5` to `edge * (b + 1) - 0.5` along each axis.
+/// Densities are trilinear, so its range is that of its own voxels and of the adjacent ones on
+/// every side.
 #[derive(Clone, Debug)]
 pub struct Bricks {
     edge: usize,
-    /// Shape (z, y, x).
+    /// One per brick, shape (z, y, x).
     ranges: Array3<Range>,
 }
 
@@ -44,12 +45,12 @@ pub struct Range {
     pub low: f32,
     /// The largest density.
     pub high: f32,
-    /// The largest change over a voxel: length of the vector of differences to the next voxel along
-    /// each axis.
+    /// The largest change over a voxel: the length of the vector of differences to the next voxel
+    /// along each axis.
     pub slope: f32,
 }
 
-/// Nothing yet.
+/// The range of no voxels.
 const NOTHING: Range = Range { low: f32::INFINITY, high: f32::NEG_INFINITY, slope: 0.0 };
 
 impl Range {
@@ -62,13 +63,13 @@ impl Range {
     }
 }
 
-/// The first of the voxels that brick `b` feels, and one past the last of `count`.
+/// The range of voxel indices, along an axis of `count` voxels, that brick `b` depends on.
 fn felt(edge: usize, b: usize, count: usize) -> std::ops::Range<usize> {
     (edge * b).saturating_sub(1)..(edge * (b + 1) + 1).min(count)
 }
 
 impl Bricks {
-    /// The bricks of voxels, finite, not none.
+    /// The bricks of `voxels`, which must be finite and not empty.
     pub(super) fn of(voxels: &Voxels) -> Self {
         let dims = voxels.dims();
         let edge = brick_edge(DVec3::from_array(dims.map(|n| n as f64))) as usize;
@@ -84,13 +85,13 @@ impl Bricks {
         self.edge
     }
 
-    /// What is known of each brick, shape (z, y, x).
+    /// The range of each brick, shape (z, y, x).
     pub fn ranges(&self) -> &Array3<Range> {
         &self.ranges
     }
 }
 
-/// Row by row, for values of standard layout.
+/// Works row by row, on values in standard layout.
 fn dense(values: &Array3<f32>, edge: usize) -> Array3<Range> {
     let felt = |b, count| felt(edge, b, count);
     let (nz, ny, nx) = values.dim();
@@ -135,7 +136,7 @@ fn dense(values: &Array3<f32>, edge: usize) -> Array3<Range> {
     ranges
 }
 
-/// Block by block that is felt.
+/// Works on one block after another.
 fn sparse(voxels: &SparseVoxels, edge: usize) -> Array3<Range> {
     let dims = voxels.dims();
     let [bx, by, bz] = dims.map(|n| n.div_ceil(edge));
@@ -163,7 +164,7 @@ fn sparse(voxels: &SparseVoxels, edge: usize) -> Array3<Range> {
     ranges
 }
 
-/// What is known of the voxels that lie in a block and in a box.
+/// The range of the voxels that lie both in a block and in a box.
 fn part_of(voxels: &SparseVoxels, block: [usize; 3], felt: &[std::ops::Range<usize>; 3]) -> Range {
     let values = voxels.block(block);
     let [xs, ys, zs]: [_; 3] = std::array::from_fn(|axis| {
@@ -195,8 +196,8 @@ mod tests {
 
     #[test]
     fn a_brick_feels_its_voxels_and_the_next_ones() {
-        // Voxels 8 and 4 are the first of a brick, which the one before feels; 3 and 7 are the last
-        // of one, which the one behind feels.
+        // Voxels 8 and 4 are the first of a brick, so the brick before depends on them; 3 and 7 are
+        // the last of one, so the brick behind depends on them.
         for (voxel, touched_x, touched_y) in [([2, 4, 8], 1..=2, 0..=1), ([2, 7, 3], 0..=1, 1..=2)]
         {
             let mut values = Array3::zeros((5, 9, 13));

@@ -1,4 +1,4 @@
-//! Volumes made from others: of their values one by one, and of how they change.
+//! Volumes derived from others: with every value replaced, or with the gradient's length.
 
 use std::sync::OnceLock;
 
@@ -9,7 +9,8 @@ use super::{Volume, Voxels, place_of};
 use crate::parallel;
 
 impl Volume {
-    /// The same volume with every density replaced; what is negative or not finite becomes 0.
+    /// The same volume with every density replaced; results that are negative or not finite become
+    /// 0.
     #[must_use]
     pub fn mapped(&self, replace: impl Fn(f32) -> f32 + Sync) -> Self {
         let mut voxels = self.voxels.clone();
@@ -20,11 +21,11 @@ impl Volume {
         self.holding(voxels)
     }
 
-    /// Length of the density's gradient (central differences, one-sided at the border, world
-    /// lengths) as a share of the largest, 0..1.
+    /// The length of the density's gradient (central differences, one-sided at the border, in world
+    /// lengths), relative to the largest, 0..1.
     #[must_use]
     pub fn gradient_magnitude(&self) -> Self {
-        // From changes a voxel to changes a world length: the transposed inverse.
+        // The inverse transpose turns changes per voxel into changes per world length.
         let to_world = self.world_from_index.inverse().transpose();
         let dims = self.dims();
         let value = |[x, y, z]: [usize; 3]| match &self.voxels {

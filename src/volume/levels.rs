@@ -1,5 +1,5 @@
-//! From stored values to densities: as they are, mapped to 0..1, or moved so that none is below 0.
-//! Knows no transfer function, only the values that one speaks of.
+//! Turns stored values into densities: unchanged, mapped to 0..1, or moved by an offset so that
+//! none is below 0. Knows no transfer function, only the range of values that it covers.
 
 use super::Voxels;
 use super::ranks::Ranks;
@@ -9,15 +9,16 @@ use crate::parallel;
 /// How stored values become densities, which are never below 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Levels {
-    /// As they are; what is below 0 or not finite counts as 0.
+    /// Unchanged; values below 0 and values that are not finite count as 0.
     #[default]
     AsStored,
-    /// The window's ends become 0 and 1, and what is beyond them is cut, voxel by voxel.
+    /// The window's ends become 0 and 1. Values outside of it are clamped, voxel by voxel, before
+    /// interpolation.
     Window([f32; 2]),
-    /// A number is added to all ([`super::Volume::moved_by`]), so that between voxels they are
-    /// interpolated as they are stored: for functions that speak of the values between these two.
-    /// Values that lie further from them than sixteen times the range are cut there, which keeps
-    /// digits.
+    /// An offset is added to all values ([`super::Volume::moved_by`]), so that values are
+    /// interpolated between voxels as they are stored. This is for functions over the range from
+    /// the first to the second value. Values further from it than sixteen times its width are
+    /// clamped, which keeps the others' digits.
     Moved([f32; 2]),
 }
 
@@ -27,20 +28,20 @@ impl From<Option<[f32; 2]>> for Levels {
     }
 }
 
-/// What has been done to stored values.
+/// What was done to stored values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Moved {
-    /// Added to each.
+    /// The offset added to each.
     pub by: f32,
-    /// The ends of the stored values but for a few that stand apart, where they were moved.
+    /// The range of the stored values without a few outliers, if they were moved.
     pub stored: Option<[f32; 2]>,
 }
 
-/// How far beyond a function's range values still count, in widths of it.
+/// How far beyond a function's range values are kept, in widths of the range.
 const REACH: f32 = 16.0;
 
 impl Levels {
-    /// Turns stored values into densities, but for what is below 0 or not finite.
+    /// Turns stored values into densities, except that values below 0 or not finite may remain.
     ///
     /// # Errors
     /// If the two values do not rise or are not finite.
@@ -50,7 +51,7 @@ impl Levels {
             Self::Window([low, high]) => {
                 check(low, high)?;
                 let scale = 1.0 / (high - low);
-                // NaN stays NaN, and is replaced like everywhere else.
+                // NaN stays NaN and is replaced later, as everywhere.
                 voxels.replace(|v| ((v - low) * scale).clamp(0.0, 1.0));
                 Ok(Moved::default())
             }
@@ -61,7 +62,7 @@ impl Levels {
                 let beyond = REACH * (high - low);
                 let [least, most] =
                     [low - beyond, high + beyond].map(|v| v.clamp(f32::MIN, f32::MAX));
-                // Nothing is moved that need not be: numbers of eight bits stay such.
+                // Values are not moved unless needed: then 8-bit numbers stay 8-bit numbers.
                 let base = if least > 0.0 { least } else { ranks.least().clamp(least, 0.0) };
                 voxels.replace(
                     |v| if v.is_finite() { v.clamp(least, most) - base } else { f32::NAN },
@@ -80,7 +81,7 @@ fn check(low: f32, high: f32) -> Result<()> {
 }
 
 impl Voxels {
-    /// Stored values of all voxels that are held apart from each other.
+    /// The stored values, each shared block once.
     pub(super) fn distinct(&self) -> &[f32] {
         match self {
             Self::Dense(values) => values.as_slice().unwrap_or_default(),
@@ -88,7 +89,7 @@ impl Voxels {
         }
     }
 
-    /// The smallest and the largest of all finite values.
+    /// The smallest and the largest finite value.
     pub fn range(&self) -> [f32; 2] {
         let ends = |part: &[f32]| {
             let finite = part.iter().copied().filter(|v| v.is_finite());

@@ -1,5 +1,5 @@
-//! A volume: voxel values, where they lie in the world, and what the values look like as a whole.
-//! Knows no file format and no light; values stay as they were stored.
+//! Volumes: voxel values, their position in the world, and statistics of the values. Knows no file
+//! format and no light; values stay as they were stored.
 //!
 //! ```text
 //! index space: voxel centres at integers        world space: right-handed, y up
@@ -35,38 +35,39 @@ pub use sparse::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, Part, SparseVoxels, place_of};
 pub use statistics::Statistics;
 pub use voxels::{Held, Voxels};
 
-/// The longest a volume may be along one axis.
+/// The largest number of voxels along one axis.
 pub const MAX_DIM: usize = 1 << 20;
 
-/// Voxel values on a regular grid and their place in the world.
+/// Voxel values on a regular grid, and the grid's place in the world.
 ///
 /// Between voxel centres the density is trilinear, within half a voxel of the border it is clamped,
-/// outside of [`Volume::domain`] it is zero.
+/// and outside of [`Volume::domain`] it is zero.
 #[derive(Clone, Debug)]
 pub struct Volume {
-    /// What the source calls it: a preset, a file's stem, a grid.
+    /// Its name in the source: a preset's name, a file's stem, or a grid's name.
     pub name: String,
     /// Densities in the source's own unit; finite and at least 0.
     voxels: Voxels,
-    /// From voxel index (x, y, z) to world position, column vectors.
+    /// Transform from voxel index (x, y, z) to world position, for column vectors.
     world_from_index: DMat4,
     /// The part of index space that holds medium.
     domain: Aabb,
-    /// How many stored values were negative, NaN or infinite and render as 0.
+    /// How many stored values were negative, NaN or infinite and became 0.
     replaced: usize,
     /// The largest density.
     largest: f32,
     /// What was done to stored values.
     moved: Moved,
-    /// The largest density but for a few voxels; made when first asked for.
+    /// The largest density without a few outliers; computed at first use.
     typical: OnceLock<f32>,
-    /// Made when first asked for.
+    /// Computed at first use.
     bricks: OnceLock<Bricks>,
 }
 
 impl Volume {
-    /// A volume of densities by (z, y, x), at least 0, whose voxels have edges of `spacing` world
-    /// lengths along x, y and z; the first voxel's centre is the world's origin, and y points up.
+    /// A volume from densities `values` of shape (z, y, x). Voxels have edges of `spacing` world
+    /// lengths along x, y and z. The first voxel's centre is the world's origin, and y points up.
+    /// Negative values count as 0.
     ///
     /// # Errors
     /// As [`Volume::new`].
@@ -88,9 +89,9 @@ impl Volume {
         Self::with_levels(name, Voxels::Dense(values), world_from_index, Levels::AsStored)
     }
 
-    /// The same from values that are dense or sparse, with the stored values `low..high` mapped to
-    /// 0..1 first, clamped on both sides, voxel by voxel before interpolation; so negative values
-    /// (Hounsfield units) keep their order.
+    /// A volume from dense or sparse values. If a `window` (low, high) is given, stored values
+    /// low..high are first mapped to 0..1 and clamped, voxel by voxel before interpolation, so that
+    /// negative values (Hounsfield units) keep their order.
     ///
     /// # Errors
     /// As [`Volume::new`], and if the window is empty or not finite.
@@ -103,7 +104,7 @@ impl Volume {
         Self::with_levels(name, voxels, world_from_index, window.into())
     }
 
-    /// The same, with stored values that become densities as `levels` says.
+    /// A volume from dense or sparse stored values, which become densities as `levels` specifies.
     ///
     /// # Errors
     /// As [`Volume::with_window`].
@@ -144,17 +145,17 @@ impl Volume {
         })
     }
 
-    /// The same volume elsewhere.
+    /// The same volume at another place.
     ///
     /// # Errors
-    /// If `world_from_index` has no inverse.
+    /// If `world_from_index` is not affine or has no inverse.
     pub fn placed(self, world_from_index: DMat4) -> Result<Self> {
         check_placement(&self.name, &world_from_index)?;
         Ok(Self { world_from_index, ..self })
     }
 
-    /// The same volume with its values in blocks, of which equal ones share one: less memory where
-    /// much of it is empty, and a little slower to sample.
+    /// The same volume with its values in blocks, where equal blocks are stored once. It takes less
+    /// memory where much of it is empty, and is a little slower to sample.
     #[must_use]
     pub fn sparse(mut self) -> Self {
         if let Voxels::Dense(_) = &self.voxels {
@@ -163,8 +164,9 @@ impl Volume {
         self
     }
 
-    /// The same volume with medium only inside `domain` (index space), as for sparse grids whose
-    /// medium ends one voxel outside their active bounding box. Cut to the voxels' own extent.
+    /// The same volume with medium only inside `domain` (index space), as for sparse grids, whose
+    /// medium ends one voxel outside of their active bounding box. `domain` is clipped to the
+    /// voxels' extent.
     #[must_use]
     pub fn with_domain(mut self, domain: Aabb) -> Self {
         self.domain.min = self.domain.min.max(domain.min);
@@ -172,8 +174,8 @@ impl Volume {
         self
     }
 
-    /// The same volume with the densities `low..high` mapped to 0..1, as by
-    /// [`Volume::with_window`]; negative values are already 0 here.
+    /// The same volume with the densities low..high of `window` mapped to 0..1, as by
+    /// [`Volume::with_window`]; negative stored values are already 0 here.
     ///
     /// # Errors
     /// If the window is empty or not finite.
@@ -181,8 +183,8 @@ impl Volume {
         self.levelled(Levels::Window(window))
     }
 
-    /// The same volume with its densities taken for stored values that become others as `levels`
-    /// says.
+    /// The same volume, with its densities treated as stored values that `levels` turns into
+    /// others.
     ///
     /// # Errors
     /// If the values of `levels` do not rise or are not finite.
@@ -198,19 +200,20 @@ impl Volume {
         self.largest
     }
 
-    /// The largest density, but for a few voxels that stand apart from all others: a hot pixel is
-    /// nothing that a picture should be made for.
+    /// The largest density without a few outliers, such as hot pixels, which should not determine a
+    /// picture.
     pub fn typical_largest(&self) -> f32 {
         *self.typical.get_or_init(|| Ranks::of(&self.voxels).typical_largest())
     }
 
-    /// What was added to stored values to make densities of them ([`Levels::Moved`]), else 0.
+    /// The offset that was added to stored values to make them densities ([`Levels::Moved`]), else
+    /// 0.
     pub fn moved_by(&self) -> f32 {
         self.moved.by
     }
 
-    /// The smallest and the largest stored value, but for a few that stand apart, of a volume that
-    /// was moved ([`Levels::Moved`]).
+    /// The smallest and the largest stored value, without a few outliers, of a volume whose values
+    /// were moved ([`Levels::Moved`]); else `None`.
     pub fn stored_range(&self) -> Option<[f32; 2]> {
         self.moved.stored
     }
@@ -220,40 +223,40 @@ impl Volume {
         self.voxels.range()[0]
     }
 
-    /// Share of the voxels whose densities lie between two, both included, to within a percent of
-    /// each.
+    /// The share of voxels, 0..1, whose densities lie in `low..=high`. Both limits are accurate to
+    /// within a percent.
     pub fn share_between(&self, low: f32, high: f32) -> f64 {
         let all = self.dims().iter().map(|&n| n as f64).product::<f64>();
         Ranks::of(&self.voxels).between(low, high) as f64 / all
     }
 
-    /// The range of densities in each brick.
+    /// The range of densities in each brick. Computed at first use.
     pub fn bricks(&self) -> &Bricks {
         self.bricks.get_or_init(|| Bricks::of(&self.voxels))
     }
 
-    /// Densities as they are held, finite and at least 0.
+    /// The densities as they are stored, finite and at least 0.
     pub fn voxels(&self) -> &Voxels {
         &self.voxels
     }
 
-    /// Densities, shape (z, y, x), standard layout, finite and at least 0: a copy where they are
-    /// held sparse.
+    /// Densities, shape (z, y, x), in standard layout, finite and at least 0; a copy if they are
+    /// stored sparse.
     pub fn values(&self) -> Cow<'_, Array3<f32>> {
         self.voxels.to_dense()
     }
 
-    /// Voxels along x, y, z.
+    /// Number of voxels along x, y, z.
     pub fn dims(&self) -> [usize; 3] {
         self.voxels.dims()
     }
 
-    /// From voxel index (x, y, z) to world position, column vectors.
+    /// Transform from voxel index (x, y, z) to world position, for column vectors.
     pub fn world_from_index(&self) -> &DMat4 {
         &self.world_from_index
     }
 
-    /// The part of index space that holds medium; -0.5 .. n-0.5 for a dense volume.
+    /// The part of index space that holds medium; -0.5 .. n-0.5 along each axis for a dense volume.
     pub fn domain(&self) -> Aabb {
         self.domain
     }
@@ -268,15 +271,15 @@ impl Volume {
         self.domain.corners().map(|p| self.world_from_index.transform_point3(p))
     }
 
-    /// Points in world space around what can be seen: the ends of rows of voxels, along each axis,
-    /// above `share` of the largest value that is typical, half a voxel further out, in some 12,000
-    /// rows at most; the domain's corners if nothing can be seen.
+    /// World positions around the visible parts: along each axis, the ends of the rows of voxels
+    /// above `share` of [`Volume::typical_largest`], half a voxel further out, in about 12,000 rows
+    /// at most. If nothing is visible they are the domain's corners.
     pub fn visible_points(&self, share: f32) -> Vec<DVec3> {
         let points = self.seen_points(share);
         if points.is_empty() { self.world_corners().to_vec() } else { points }
     }
 
-    /// The same; none if nothing can be seen.
+    /// Like [`Volume::visible_points`], but empty if nothing is visible.
     pub fn seen_points(&self, share: f32) -> Vec<DVec3> {
         let least = self.typical_largest() * share;
         let points = statistics::row_ends_above(&self.voxels, least, 64);
@@ -284,19 +287,20 @@ impl Volume {
         held.map(|p| self.world_from_index.transform_point3(p)).collect()
     }
 
-    /// How many stored values were negative, NaN or infinite and render as 0.
+    /// How many stored values were negative, NaN or infinite and became 0.
     pub fn replaced(&self) -> usize {
         self.replaced
     }
 
-    /// Range, mean and the level of the border, of all voxels.
+    /// Range, mean and border level of all voxels.
     pub fn statistics(&self) -> Statistics {
         Statistics::of(&self.voxels)
     }
 
-    /// Integrals of density over world length through all columns of voxels along the index axis
-    /// that is closest to `direction` (world), columns without medium left out, rising. Of sparse
-    /// volumes of more than some millions of columns, an even share of them.
+    /// Integrals of density over world length along all columns of voxels, sorted by rising value;
+    /// columns without medium are left out. The columns follow the index axis that is closest to
+    /// the world direction `direction`. Of sparse volumes with more than some tens of millions of
+    /// columns, an evenly spaced part is taken.
     pub fn column_integrals(&self, direction: DVec3) -> Vec<f64> {
         let steps = [DVec3::X, DVec3::Y, DVec3::Z]
             .map(|axis| self.world_from_index.transform_vector3(axis));
@@ -311,10 +315,10 @@ impl Volume {
         sums.into_iter().map(|sum| sum * spacing).collect()
     }
 
-    /// The integral of density over world length that `share` of the columns of voxels along an
-    /// axis are below of, without those that hold nothing: the harmonic mean over the three index
-    /// axes, in which the shortest ways count most. However the volume lies, and whatever the order
-    /// of its axes, it is the same. `None` if nothing is there.
+    /// A quantile of the integrals of density over world length along columns of voxels: a share
+    /// `share`, 0..1, of the columns lies below it; empty columns do not count. It is the harmonic
+    /// mean over the three index axes, in which the shortest columns count most, so it does not
+    /// depend on the volume's orientation or the order of its axes. `None` if the volume is empty.
     pub fn column_quantile(&self, share: f64) -> Option<f64> {
         let mut inverse = 0.0;
         for (axis, along) in DVec3::AXES.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Where a volume's voxels lie in the world: spacing, axes, given bounds.
+//! Places a volume's voxels in the world: spacing, axes, given bounds.
 
 use glam::{DMat3, DMat4, DVec3};
 
@@ -19,7 +19,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// Its name, as `y` or `-z`.
+    /// The name of the axis, such as `y` or `-z`.
     pub fn name(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -34,7 +34,7 @@ impl Axis {
     /// The rotation that turns this axis of the file into the world's y axis.
     pub fn world_from_file(self) -> DMat3 {
         let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
-        // The columns are where the file's x, y and z axes go; each matrix is a rotation.
+        // The columns are the images of the file's x, y and z axes; each matrix is a rotation.
         let columns = match self {
             Self::X => [y, -x, z],
             Self::Y => [x, y, z],
@@ -65,8 +65,9 @@ impl std::str::FromStr for Axis {
     }
 }
 
-/// The transform that puts index -0.5 .. n-0.5 of a dense volume of `dims` (x, y, z) into `bounds`,
-/// with the file's axis `up` along the world's y. The handedness of the data is kept.
+/// The transform from the index range -0.5 .. n-0.5 of a dense volume of `dims` (x, y, z) to the
+/// world box `bounds`, with the file's axis `up` along the world's y. The data's handedness is
+/// kept.
 ///
 /// # Errors
 /// If `bounds` is empty along an axis or not finite.

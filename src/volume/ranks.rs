@@ -1,23 +1,24 @@
-//! Values by rank: what is typical of a volume whatever a few voxels of it hold. Knows no light and
-//! no transfer function.
+//! Values by rank: finds what is typical of a volume, whatever a few of its voxels hold. Knows no
+//! light and no transfer function.
 
 use super::Voxels;
 use crate::parallel;
 
-/// Classes of values: the sign, exponent and first seven digits of f32.
+/// Number of classes of values; a class is given by the sign, the exponent and the first seven bits
+/// of an f32's fraction.
 const CLASSES: usize = 1 << 16;
-/// One in as many voxels may stand apart from the others.
+/// One in this many voxels may be an outlier.
 const APART: u64 = 10_000;
-/// A few may also where that is less, as long as they are no more than one in [`FEWER`].
+/// At least this many voxels may be outliers, but no more than one in [`FEWER`].
 const FEW: u64 = 4;
 const FEWER: u64 = 64;
-/// They stand apart where they are so much larger than the next one.
+/// Outliers are larger than the next value by more than this factor.
 const GAP: f32 = 1.5;
 
-/// Finite values, counted by class, in order.
+/// Finite values, counted by class, in rising order.
 #[derive(Clone, Debug)]
 pub(super) struct Ranks {
-    /// How many, and the smallest and the largest of a class.
+    /// For each class: the number of values, and the smallest and the largest of them.
     classes: Vec<(u64, f32, f32)>,
 }
 
@@ -68,12 +69,12 @@ impl Ranks {
         Self { classes }
     }
 
-    /// The smallest; 0 if there is none.
+    /// The smallest value; 0 if there are no values.
     pub(super) fn least(&self) -> f32 {
         self.classes.first().map_or(0.0, |(_, least, _)| *least)
     }
 
-    /// The largest, but for a few that stand apart from all others; 0 if none is above.
+    /// The largest value without a few outliers; 0 if no value is above 0.
     pub(super) fn typical_largest(&self) -> f32 {
         let above: u64 = self.classes.iter().filter(|(.., most)| *most > 0.0).map(|c| c.0).sum();
         let largest = self.classes.last().map_or(0.0, |(.., most)| most.max(0.0));
@@ -81,7 +82,7 @@ impl Ranks {
         if largest > GAP * next && next > 0.0 { next } else { largest }
     }
 
-    /// The smallest and the largest, but for a few that stand apart.
+    /// The smallest and the largest value without a few outliers.
     pub(super) fn typical_range(&self) -> [f32; 2] {
         let (Some(first), Some(last)) = (self.classes.first(), self.classes.last()) else {
             return [0.0; 2];
@@ -90,20 +91,20 @@ impl Ranks {
         let apart = may_stand_apart(all);
         let [low, high] = [self.smallest_but(apart), self.largest_but(apart)];
         let width = high - low;
-        // Values all over the place have no ends that stand apart.
+        // Widely scattered values have no outliers at their ends.
         let beyond = (GAP - 1.0) * width;
         let low = if width > 0.0 && low - first.1 > beyond { low } else { first.1 };
         let high = if width > 0.0 && last.2 - high > beyond { high } else { last.2 };
         [low, high]
     }
 
-    /// How many values lie between two, both included, as near as classes tell.
+    /// The number of values in `low..=high`, as exactly as the classes tell.
     pub(super) fn between(&self, low: f32, high: f32) -> u64 {
         let within = |(_, least, most): &&(u64, f32, f32)| *most >= low && *least <= high;
         self.classes.iter().filter(within).map(|c| c.0).sum()
     }
 
-    /// The value that `count` others are above of, to within its class.
+    /// The value that at most `count` others exceed, to within its class.
     fn largest_but(&self, count: u64) -> f32 {
         let mut above = 0;
         for (own, _, most) in self.classes.iter().rev() {
@@ -127,7 +128,7 @@ impl Ranks {
     }
 }
 
-/// How many of `count` may be left out as standing apart.
+/// How many of `count` values may be left out as outliers.
 fn may_stand_apart(count: u64) -> u64 {
     (count / APART).max(FEW).min(count / FEWER)
 }
@@ -156,7 +157,7 @@ mod tests {
 
     #[test]
     fn a_few_voxels_that_stand_apart_are_not_typical() {
-        // 0 .. 7.999 evenly, and two far above.
+        // Values from 0 to 7.999 at equal distances, and two far above.
         let even = |i: usize| i as f32 * 1e-3;
         assert_eq!(ranks(even).typical_largest(), even(7999));
         assert_eq!(ranks(even).typical_range(), [0.0, even(7999)]);
@@ -166,7 +167,8 @@ mod tests {
         let cold = |i: usize| if i == 5 { f32::MIN } else { hot(i) - 4.0 };
         let [low, high] = ranks(cold).typical_range();
         assert!((low + 4.0).abs() < 0.04 && (high - 4.0).abs() < 0.04, "{low} {high}");
-        // A peak that others lead up to is no outlier, nor are the only voxels that hold anything.
+        // A peak that rises gradually is no outlier, and neither are the only voxels that hold
+        // anything.
         let peak = |i: usize| 1.0 / (1.0 + (7999 - i) as f32 * 0.01);
         assert_eq!(ranks(peak).typical_largest(), 1.0);
         let dots = |i: usize| [0.0, 1.0, 5.0][if i < 3 { i } else { 0 }];

@@ -1,5 +1,5 @@
-//! Values in blocks, of which those that are the same everywhere share one: smoke in a large empty
-//! box takes memory where it is.
+//! Values in blocks, where blocks of one uniform value are stored once: smoke in a large empty box
+//! takes memory only where the smoke is.
 //!
 //! ```text
 //! voxel  0 1 2 ..    .. 15 16 17 ..
@@ -16,37 +16,38 @@ use crate::parallel;
 
 /// Cells along each edge of a block.
 pub const BLOCK: usize = 16;
-/// Voxels along each edge of a block: a cell needs those at both of its ends.
+/// Voxels along each edge of a block: a cell needs the voxels at both of its ends.
 pub const BLOCK_EDGE: usize = BLOCK + 1;
 /// Voxels of a block.
 pub const BLOCK_VALUES: usize = BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE;
 
-/// Blocks of values; block (x, y, z) holds the cells from voxel `BLOCK * (x, y, z)` on.
+/// Values in blocks. Block (x, y, z) holds the cells from voxel `BLOCK * (x, y, z)` on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseVoxels {
     /// Voxels along x, y, z.
     dims: [usize; 3],
-    /// Which of the stored blocks each block is, x fastest.
+    /// For each block, x fastest, the index of the stored block that holds its values.
     table: Vec<u32>,
-    /// Stored blocks, [`BLOCK_VALUES`] each, x fastest. What lies beyond the last voxel is as that.
+    /// The stored blocks, [`BLOCK_VALUES`] values each, x fastest. Values beyond the volume's last
+    /// voxel repeat that voxel.
     values: Vec<f32>,
 }
 
-/// The voxels of a block that no block before it has, some of them not 0.
+/// The voxels that belong to one block alone, without those that it shares with the next ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Part<'a> {
     /// The first voxel, x, y, z.
     pub origin: [usize; 3],
     /// Voxels along x, y, z: up to [`BLOCK`].
     pub size: [usize; 3],
-    /// What all of them hold, if that is the same.
+    /// The value of all voxels, if they are equal.
     pub uniform: Option<f32>,
     /// The stored block.
     values: &'a [f32],
 }
 
 impl Part<'_> {
-    /// Calls `visit` with each of the voxels and what it holds.
+    /// Calls `visit` with the index and the value of each voxel.
     pub fn for_each(self, mut visit: impl FnMut([usize; 3], f32)) {
         let ([x0, y0, z0], [nx, ny, nz]) = (self.origin, self.size);
         for z in 0..nz {
@@ -60,31 +61,31 @@ impl Part<'_> {
     }
 }
 
-/// Where voxel (x, y, z) of a block stands among its values.
+/// Index of voxel (x, y, z) of a block among the block's values.
 #[inline]
 fn inside([x, y, z]: [usize; 3]) -> usize {
     (z * BLOCK_EDGE + y) * BLOCK_EDGE + x
 }
 
-/// Element `i` of `counts` along x, y, z, x fastest.
+/// Position (x, y, z) of element `i` in a grid with these counts along x, y, z, x fastest.
 pub fn place_of(i: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
     [i % nx, i / nx % ny, i / (nx * ny)]
 }
 
-/// Blocks that cover so many voxels along an axis.
+/// Number of blocks that cover `voxels` voxels along an axis.
 fn blocks_along(voxels: usize) -> usize {
     voxels.div_ceil(BLOCK)
 }
 
 impl SparseVoxels {
-    /// Volumes of `dims` voxels from stored blocks and, for each block, which of them it is: as
-    /// [`SparseVoxels::blocks`] says how many there are, x fastest. The last voxels of a block
-    /// along each axis must be the first of the next one; what lies beyond the volume may be
-    /// anything.
+    /// A volume of `dims` voxels. `values` are the stored blocks, and `table` has for each block, x
+    /// fastest, the index of the stored block that holds its values; [`SparseVoxels::blocks`] gives
+    /// the number of blocks along each axis. The last voxels of a block along each axis must equal
+    /// the first of the next block. Values beyond the volume may be anything.
     ///
     /// # Errors
-    /// If the lengths do not fit, a block is none of those stored, or one at the upper borders
-    /// stands for one too of which another part is in the volume, unless it is the same everywhere.
+    /// If the lengths do not fit, if the table refers to a block that is not stored, or if blocks
+    /// of which different parts lie in the volume share a stored block that is not uniform.
     pub fn new(dims: [usize; 3], table: Vec<u32>, values: Vec<f32>) -> Result<Self> {
         let wrong = |why: &str| Err(Error::value("sparse voxels", why));
         let blocks = dims.map(blocks_along).iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
@@ -103,7 +104,7 @@ impl SparseVoxels {
         Ok(voxels)
     }
 
-    /// The blocks of values of shape (z, y, x), not empty.
+    /// The blocks of `values`, which have the shape (z, y, x) and are not empty.
     pub(super) fn of(values: &Array3<f32>) -> Self {
         let (nz, ny, nx) = values.dim();
         let dims = [nx, ny, nz];
@@ -137,12 +138,12 @@ impl SparseVoxels {
         self.dims.map(blocks_along)
     }
 
-    /// Which stored block each block is, x fastest.
+    /// For each block, x fastest, the index of its stored block.
     pub fn table(&self) -> &[u32] {
         &self.table
     }
 
-    /// The stored blocks, one behind the other, x fastest in each.
+    /// The stored blocks, one after another, [`BLOCK_VALUES`] values each, x fastest.
     pub fn values(&self) -> &[f32] {
         &self.values
     }
@@ -152,20 +153,20 @@ impl SparseVoxels {
         size_of_val(self.table.as_slice()) + size_of_val(self.values.as_slice())
     }
 
-    /// Bytes of so many blocks, of which as many are stored.
+    /// Bytes of a volume of `blocks` blocks, for which `stored` blocks are stored.
     pub fn bytes_of(blocks: u64, stored: u64) -> u64 {
         blocks.saturating_mul(4).saturating_add(stored.saturating_mul(4 * BLOCK_VALUES as u64))
     }
 
-    /// Where the stored block of a block begins in the values.
+    /// Index in the values at which the stored block of a block begins.
     #[inline]
     fn start(&self, [x, y, z]: [usize; 3]) -> Option<usize> {
         let [bx, by, _] = self.blocks();
         Some(*self.table.get((z * by + y) * bx + x)? as usize * BLOCK_VALUES)
     }
 
-    /// Where a voxel stands in the values, in the block whose first cells begin there; `None`
-    /// beyond the last block.
+    /// Index of a voxel in the values, within the block in which it is not a repeated last voxel;
+    /// `None` beyond the last block.
     #[inline]
     pub fn offset(&self, voxel: [usize; 3]) -> Option<usize> {
         Some(self.start(voxel.map(|v| v / BLOCK))? + inside(voxel.map(|v| v % BLOCK)))
@@ -177,12 +178,12 @@ impl SparseVoxels {
         self.offset(voxel).map_or(0.0, |offset| self.values[offset])
     }
 
-    /// The values of a block; none beyond the last.
+    /// The [`BLOCK_VALUES`] values of a block; empty beyond the last block.
     pub fn block(&self, block: [usize; 3]) -> &[f32] {
         self.start(block).map_or(&[], |start| &self.values[start..start + BLOCK_VALUES])
     }
 
-    /// The values of a row of voxels along x.
+    /// Copies the values of the row of voxels at `y`, `z` along x into `row`.
     pub fn fill_row(&self, y: usize, z: usize, row: &mut [f32]) {
         let [bx, by, _] = self.blocks();
         let first = (z / BLOCK * by + y / BLOCK) * bx;
@@ -193,12 +194,12 @@ impl SparseVoxels {
         }
     }
 
-    /// What each stored block is everywhere, if it is.
+    /// For each stored block, the value of all its voxels if they are equal.
     pub fn uniform(&self) -> Vec<Option<f32>> {
         parallel::map(self.values.chunks(BLOCK_VALUES), same_everywhere)
     }
 
-    /// Blocks that hold anything, x fastest.
+    /// The blocks that are not zero everywhere, x fastest.
     pub fn parts(&self) -> impl Iterator<Item = Part<'_>> {
         let counts = self.blocks();
         let uniform = self.uniform();
@@ -214,7 +215,7 @@ impl SparseVoxels {
         })
     }
 
-    /// Replaces every value.
+    /// Replaces every value by `with` of it.
     pub fn replace(&mut self, with: impl Fn(f32) -> f32 + Sync) {
         parallel::for_each(self.values.chunks_mut(BLOCK_VALUES), |block| {
             block.iter_mut().for_each(|value| *value = with(*value));
@@ -222,13 +223,14 @@ impl SparseVoxels {
         self.share();
     }
 
-    /// Blocks of other values, which are 0 wherever a voxel and all those around it hold the same.
+    /// A volume with the values `value(voxel)`, which must be 0 wherever a voxel and all its
+    /// neighbours are equal.
     pub(super) fn derived(&self, value: impl Fn([usize; 3]) -> f32 + Sync) -> Self {
         let counts = self.blocks();
         let [bx, by, _] = counts;
         let position = |i: usize| place_of(i, counts);
         let uniform = self.uniform();
-        // Voxels beyond a block count too, on every side.
+        // The neighbouring blocks on all sides must be the same too.
         let even = |i: usize| {
             let (own, at) = (self.table[i], position(i));
             let steps = [1, bx, bx * by];
@@ -258,11 +260,11 @@ impl SparseVoxels {
         derived
     }
 
-    /// Repeats the last voxel of each axis in what blocks have beyond it.
+    /// Repeats the last voxel along each axis in the parts of blocks that lie beyond the volume.
     fn repeat_last(&mut self) -> Result<()> {
         let counts = self.blocks();
         let uniform = self.uniform();
-        // The last voxel of each stored block that is in the volume.
+        // The last voxel of each stored block that lies in the volume.
         let mut ends: Vec<Option<[usize; 3]>> = vec![None; uniform.len()];
         for (i, &stored) in self.table.iter().enumerate() {
             if uniform[stored as usize].is_some() {
@@ -290,8 +292,7 @@ impl SparseVoxels {
         Ok(())
     }
 
-    /// Keeps one of all stored blocks that are the same value everywhere, for each value, and none
-    /// that no block is.
+    /// Stores blocks of one uniform value only once, and removes stored blocks that are not used.
     fn share(&mut self) {
         let mut used = vec![false; self.values.len() / BLOCK_VALUES];
         for &stored in &self.table {
@@ -322,13 +323,13 @@ impl SparseVoxels {
     }
 }
 
-/// The value that all of a block's are.
+/// The value of all a block's voxels, if they are equal.
 fn same_everywhere(block: &[f32]) -> Option<f32> {
     let (first, rest) = block.split_first()?;
     rest.iter().all(|value| value.to_bits() == first.to_bits()).then_some(*first)
 }
 
-/// The values of a block of an array of shape (z, y, x); beyond its last voxel, as that.
+/// Fills a block from an array of shape (z, y, x); values beyond its last voxel repeat that voxel.
 fn fill_block(values: &Array3<f32>, block: [usize; 3], filled: &mut [f32]) {
     let (nz, ny, nx) = values.dim();
     let [x0, y0, z0] = block.map(|b| b * BLOCK);

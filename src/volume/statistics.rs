@@ -1,4 +1,4 @@
-//! What a volume's values look like as a whole, for automatic choices and for people.
+//! Statistics of a volume's values, for automatic choices and for people.
 
 use glam::DVec3;
 use ndarray::{Array3, Axis};
@@ -16,17 +16,17 @@ pub struct Statistics {
     pub mean: f64,
     /// Share of the voxels above 0, in 0..1.
     pub nonempty: f64,
-    /// The value below which 90 % of the voxels on the six faces lie: what the surroundings of a
-    /// scanned object look like, even where the object itself touches a face. 0 where the medium
-    /// lies free in empty space.
+    /// The value below which 90 % of the voxels on the six faces lie. It characterises the
+    /// surroundings of a scanned object, even if the object touches a face. It is 0 if the medium
+    /// is surrounded by empty space.
     pub border: f32,
 }
 
 impl Statistics {
-    /// Statistics of voxels that are finite and at least 0, not none.
+    /// Statistics of `voxels`, which must be finite, at least 0, and not empty.
     pub fn of(voxels: &Voxels) -> Self {
         let dims = voxels.dims();
-        // Along a flat axis every voxel is a face; it says nothing of the surroundings.
+        // Along a flat axis every voxel lies on a face, which says nothing about the surroundings.
         let faced = dims.map(|n| n >= 3);
         let (mut min, mut max, mut sum, mut held) = (f32::INFINITY, 0.0_f32, 0.0_f64, 0_usize);
         let mut shell: Vec<(f32, usize)> = Vec::new();
@@ -53,8 +53,8 @@ impl Statistics {
     }
 }
 
-/// The value below which 90 % of `count` lie, of which `held` are those that are not 0: values, and
-/// how many.
+/// The value below which 90 % of `count` values lie. `held` lists those that are not 0, as value
+/// and number.
 fn border(mut held: Vec<(f32, usize)>, count: usize) -> f32 {
     let last = count.saturating_sub(1);
     let rank = last / 10 * 9 + last % 10 * 9 / 10;
@@ -73,9 +73,9 @@ fn border(mut held: Vec<(f32, usize)>, count: usize) -> f32 {
     0.0
 }
 
-/// Sums of voxels along `axis` (0 = x, 1 = y, 2 = z), of all columns that hold anything, rising; of
-/// sparse voxels every second, fourth, ... column along both other axes where there are more than
-/// [`MOST_COLUMNS`].
+/// Sums of the voxels of all columns along `axis` (0 = x, 1 = y, 2 = z) that are not empty, sorted
+/// by rising value. If sparse voxels have more than [`MOST_COLUMNS`] columns, only every second,
+/// fourth, ... one along both other axes counts.
 pub(super) fn nonempty_column_sums(voxels: &Voxels, axis: usize) -> Vec<f64> {
     let mut sums: Vec<f64> = match voxels {
         Voxels::Dense(values) => column_sums(values, axis),
@@ -86,7 +86,7 @@ pub(super) fn nonempty_column_sums(voxels: &Voxels, axis: usize) -> Vec<f64> {
     sums
 }
 
-/// Columns whose sums are worked out at most.
+/// The largest number of columns that are summed.
 const MOST_COLUMNS: usize = 1 << 25;
 
 fn column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64> {
@@ -116,7 +116,7 @@ fn sparse_column_sums(voxels: &SparseVoxels, axis: usize) -> Vec<f64> {
     };
     for part in voxels.parts() {
         if let Some(value) = part.uniform {
-            // One layer of its columns stands for all.
+            // One layer across the columns stands for all layers.
             let mut layer = Held { first: part.origin, size: part.size };
             layer.size[axis] = 1;
             let sum = f64::from(value) * part.size[axis] as f64;
@@ -136,15 +136,16 @@ fn sparse_column_sums(voxels: &SparseVoxels, axis: usize) -> Vec<f64> {
     sums
 }
 
-/// Where what is seen is thinner than this, in voxels, it is framed with its edges.
+/// Visible parts that are thinner than this, in voxels, are framed together with the voxels next to
+/// them.
 const THIN: f64 = 8.0;
 
-/// Where rows of voxels along each axis begin and end to be above `least` (voxel index x, y, z),
-/// half a voxel outside; of about `most` rows along each of the other two axes, the same ones
-/// whichever way an axis runs.
+/// The first and the last voxel above `least` in rows of voxels along each axis, as voxel indices
+/// (x, y, z), moved outwards by half a voxel. About `most` rows are taken along each of the other
+/// two axes; they are the same whichever way an axis runs.
 pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DVec3> {
     let dims = voxels.dims();
-    // Dense voxels, which are made in standard layout, by their places in memory.
+    // Dense voxels, which have standard layout, are addressed in memory directly.
     let flat = match voxels {
         Voxels::Dense(values) => values.as_slice(),
         Voxels::Sparse(_) => None,
@@ -168,7 +169,7 @@ pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DV
         let first = (0..n).find(|&i| shown(i))?;
         Some([first, (first..n).rfind(|&i| shown(i)).unwrap_or(first)])
     };
-    // Ends of rows, and along which axis, outwards.
+    // Ends of rows, and the outward half voxel along their axis.
     let mut ends: Vec<(DVec3, DVec3)> = Vec::new();
     for axis in 0..3 {
         let [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -190,7 +191,7 @@ pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DV
     let low = ends.iter().fold(DVec3::INFINITY, |low, (end, _)| low.min(*end));
     let high = ends.iter().fold(DVec3::NEG_INFINITY, |high, (end, _)| high.max(*end));
     let thin = (high - low).cmplt(DVec3::splat(THIN));
-    // What is interpolated to nothing reaches to the next voxels, which shows where there are few.
+    // Interpolation reaches to the next voxels, which is visible where there are few.
     let reach = DVec3::select(thin, DVec3::ONE, DVec3::ZERO);
     let mut points: Vec<DVec3> =
         ends.iter().map(|(end, out)| *end + DVec3::select(thin, DVec3::ZERO, *out)).collect();
@@ -201,7 +202,7 @@ pub(super) fn row_ends_above(voxels: &Voxels, least: f32, most: usize) -> Vec<DV
     points
 }
 
-/// At most `most` of 0..n, evenly, and the same ones counted from either end.
+/// At most `most` of 0..n, evenly spaced, and the same ones counted from either end.
 fn spread(n: usize, most: usize) -> impl Iterator<Item = usize> {
     let count = n.min(most);
     (0..count).map(move |k| {

@@ -1,4 +1,4 @@
-//! How a volume's values are held: all of them, or in blocks of which equal ones share one.
+//! How a volume's values are stored: as one array, or in blocks where equal ones are stored once.
 
 use std::borrow::Cow;
 
@@ -13,19 +13,19 @@ const CHUNK: usize = 1 << 16;
 /// A box of voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held {
-    /// The first, x, y, z.
+    /// The first voxel, x, y, z.
     pub first: [usize; 3],
-    /// How many along x, y, z.
+    /// Number of voxels along x, y, z.
     pub size: [usize; 3],
 }
 
 impl Held {
-    /// How many in all.
+    /// Number of voxels in all.
     pub fn voxels(&self) -> usize {
         self.size.iter().product()
     }
 
-    /// Voxel number `i` of them, x fastest.
+    /// Index of the `i`-th voxel of the box, x fastest.
     pub fn voxel(&self, i: usize) -> [usize; 3] {
         let inside = place_of(i, self.size);
         std::array::from_fn(|axis| self.first[axis] + inside[axis])
@@ -35,14 +35,14 @@ impl Held {
 /// The values of a volume.
 #[derive(Clone, Debug)]
 pub enum Voxels {
-    /// All of them, shape (z, y, x), standard layout.
+    /// All values in one array, shape (z, y, x), in standard layout.
     Dense(Array3<f32>),
-    /// Blocks of them.
+    /// Values in blocks.
     Sparse(SparseVoxels),
 }
 
 impl Voxels {
-    /// Voxels along x, y, z.
+    /// Number of voxels along x, y, z.
     pub fn dims(&self) -> [usize; 3] {
         match self {
             Self::Dense(values) => {
@@ -61,7 +61,7 @@ impl Voxels {
         }
     }
 
-    /// All values, shape (z, y, x): a copy where they are sparse.
+    /// All values, shape (z, y, x); a copy if they are stored in blocks.
     pub fn to_dense(&self) -> Cow<'_, Array3<f32>> {
         match self {
             Self::Dense(values) => Cow::Borrowed(values),
@@ -80,7 +80,7 @@ impl Voxels {
         }
     }
 
-    /// Blocks of them: a copy where they are dense.
+    /// The values in blocks; a copy if they are stored in one array.
     pub fn to_sparse(&self) -> Cow<'_, SparseVoxels> {
         match self {
             Self::Dense(values) => Cow::Owned(SparseVoxels::of(values)),
@@ -88,7 +88,7 @@ impl Voxels {
         }
     }
 
-    /// The values of a row of voxels along x.
+    /// Copies the values of the row of voxels at `y`, `z` along x into `row`.
     pub fn fill_row(&self, y: usize, z: usize, row: &mut [f32]) {
         match self {
             Self::Dense(values) => {
@@ -99,8 +99,8 @@ impl Voxels {
         }
     }
 
-    /// Calls `visit` with boxes of voxels that hold the same and not 0, and what that is: dense
-    /// ones voxel by voxel, x fastest, else block by block.
+    /// Calls `visit` with boxes of voxels of one value, and that value, for all values but 0. Dense
+    /// voxels are visited one by one, x fastest, others block by block.
     pub fn for_each_held(&self, mut visit: impl FnMut(Held, f32)) {
         let one = |first: [usize; 3]| Held { first, size: [1; 3] };
         match self {
@@ -125,7 +125,7 @@ impl Voxels {
         }
     }
 
-    /// Replaces every value.
+    /// Replaces every value by `with` of it.
     pub(super) fn replace(&mut self, with: impl Fn(f32) -> f32 + Sync) {
         match self {
             Self::Dense(values) => match values.as_slice_mut() {
@@ -138,9 +138,9 @@ impl Voxels {
         }
     }
 
-    /// The largest value, 0 at least.
+    /// The largest value; at least 0.
     pub(super) fn largest(&self) -> f32 {
-        // Blocks beyond the border repeat what is there.
+        // Values beyond the border repeat values within, so they do not matter.
         let all = match self {
             Self::Dense(values) => values.as_slice(),
             Self::Sparse(voxels) => Some(voxels.values()),
@@ -150,8 +150,7 @@ impl Voxels {
         parts.into_iter().fold(0.0, f32::max)
     }
 
-    /// Makes what does not render 0, and says how many voxels that were: negative ones, NaN and
-    /// infinities.
+    /// Sets values that are negative, NaN or infinite to 0, and returns how many voxels these were.
     pub(super) fn clean(&mut self) -> usize {
         let renders = |v: f32| v >= 0.0 && v.is_finite();
         let replaced = match self {

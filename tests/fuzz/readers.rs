@@ -1,5 +1,5 @@
-//! What the fuzz targets do with their bytes: a reader a target. The tests run the same functions,
-//! so that targets cannot fall behind the library.
+//! What the fuzz targets do with their bytes: one reader per target. The tests run the same
+//! functions, so that targets stay in step with the library.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use deepshadow::io::dense::DenseFile;
 use deepshadow::io::vdb::{IndexBox, SurveyDepth, VdbFile};
 use deepshadow::scene::SceneFile;
 
-/// Memory that a reader may take for voxels.
+/// Memory that a reader may use for voxels, in bytes.
 const LIMIT: u64 = 1 << 26;
 
 type Reader = fn(&[u8]);
@@ -51,7 +51,7 @@ fn vdb(bytes: &[u8]) {
     }
 }
 
-/// Reads the file as what it seems to be and as `format`.
+/// Reads the file in its detected format and as `format`.
 fn dense_file(path: &Path, format: Format) {
     let table = ReadOptions { max_bytes: LIMIT, ..ReadOptions::default() };
     for format in Format::of_file(path).into_iter().chain([format]) {
@@ -70,7 +70,7 @@ fn dense(format: Format, bytes: &[u8]) {
     dense_file(&path, format);
 }
 
-/// A sidecar, a zero byte, and voxels.
+/// The bytes are a sidecar, a zero byte, and voxels.
 fn raw(bytes: &[u8]) {
     let mut parts = bytes.splitn(2, |&byte| byte == 0);
     let (sidecar, voxels) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
@@ -86,7 +86,7 @@ fn deep_exr(bytes: &[u8]) {
     let Ok(image) = file.read() else { return };
     assert_eq!(file.statistics().unwrap(), image.statistics());
     image.flatten().unwrap();
-    // Names that are no UTF-8 come back longer than a file can have them.
+    // Names that are not valid UTF-8 become longer when read, possibly longer than a file allows.
     if let Ok(written) = image.encode() {
         let again = DeepFile::from_bytes("again", written, u64::MAX).unwrap().read().unwrap();
         assert_eq!(again.rows.len(), image.rows.len());

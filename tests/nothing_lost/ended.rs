@@ -1,5 +1,5 @@
-//! Runs that are ended at random moments, and several at once. `DEEPSHADOW_KILLS=n` kills n runs of
-//! each kind (a few by default).
+//! Tests of runs that are killed at random moments, and of several runs at once.
+//! `DEEPSHADOW_KILLS=n` kills n runs of each kind (a few by default).
 
 use std::fs;
 use std::process::{Child, Command, Stdio};
@@ -10,10 +10,10 @@ use super::voxels;
 use crate::cli::{Folder, program, stderr};
 use crate::support::Random;
 
-/// What is killed, with which names it leaves, and how to tell that it is whole.
+/// A command that is killed, the names that it leaves, and how to check its output.
 struct Kind {
     run: &'static str,
-    /// The file that was asked for.
+    /// The requested file.
     name: &'static str,
 }
 
@@ -47,7 +47,7 @@ fn begin(folder: &Folder, arguments: &str) -> Child {
         .unwrap()
 }
 
-/// Two inputs that are told apart: the same box of voxels with other values.
+/// Two distinguishable inputs: the same box of voxels with different values.
 fn two_inputs(folder: &Folder) -> [String; 2] {
     for (name, value) in [("one", 1.0_f32), ("two", 2.0)] {
         let values: Vec<u8> = (0..32 * 32 * 32)
@@ -60,8 +60,8 @@ fn two_inputs(folder: &Folder) -> [String; 2] {
     ["one.raw", "two.raw"].map(str::to_owned)
 }
 
-/// What stands behind `name`: for volumes spacing and voxels, for pictures the bytes, for reports
-/// the names and a line; an error if it can't be read.
+/// What is read from `name`: for volumes spacing and voxels, for pictures the bytes, for reports
+/// the names and a line. An error if it cannot be read.
 fn seen(folder: &Folder, name: &str) -> Result<Vec<u8>, String> {
     let path = folder.path().join(name);
     if path.is_dir() {
@@ -80,7 +80,7 @@ fn seen(folder: &Folder, name: &str) -> Result<Vec<u8>, String> {
     let json: serde_json::Value = serde_json::from_str(&text).map_err(|_| stderr(&output))?;
     let grid = &json["grids"][0];
     let mut seen = voxels(folder, name)?;
-    // Both parts of a pair belong to the same volume.
+    // Both files of a pair belong to the same volume.
     let spacing = grid["world_from_index"][0][0].as_f64().unwrap();
     let first = f32::from_le_bytes(seen[..4].try_into().unwrap());
     if spacing != f64::from(first) {
@@ -113,12 +113,12 @@ fn killed(signal: &str) {
         let mut stayed = 0;
         for i in 0..kills() {
             let mut child = begin(&folder, &runs[i % 2]);
-            // Most of them near the end, where files get their names.
+            // Most kills are near the end, when files get their names.
             sleep(time.mul_f64(1.1 - 0.5 * random.unit().powi(2)));
             let killed = Command::new("kill").args([signal, &child.id().to_string()]).output();
             drop(killed);
             child.wait().unwrap();
-            // Old or new, and always a whole pair.
+            // The output is the old or the new one, and always a complete pair.
             let now = seen(&folder, kind.name).unwrap();
             assert!(whole.contains(&now), "{} {signal}", kind.name);
             let left = folder.names().iter().any(|name| name.starts_with(".deepshadow"));
@@ -126,8 +126,8 @@ fn killed(signal: &str) {
             assert!(!left || signal == "-KILL", "{} {signal}", kind.name);
         }
         eprintln!("{} {signal}: {} runs, {stayed} left a name", kind.name, kills());
-        // Naming takes microseconds of a run, and nothing forbids a kill just then: the next run
-        // clears what that leaves, so that nothing but whole files remains.
+        // Moving files to their names takes microseconds of a run, but a kill may happen just then.
+        // The next run removes what that leaves, so that only complete files remain.
         assert!(begin(&folder, &runs[0]).wait().unwrap().success());
         let own = |name: &String| !given.contains(name);
         let mut names = folder.names();

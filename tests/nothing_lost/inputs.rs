@@ -1,4 +1,4 @@
-//! What is read stays as it is, and so do the files of other outputs.
+//! Tests that inputs stay unchanged, and so do the files of other outputs.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -15,7 +15,7 @@ fn files_of_every_pair_of_formats_live_side_by_side() {
     for from in ENDINGS {
         assert!(voxels(&folder, &format!("v.{from}")).unwrap() == first, "{from}");
         for to in ENDINGS {
-            // The same name with another ending, other voxels: nothing that was there changes.
+            // With the same name, another ending and other voxels, no existing file changes.
             let output = folder.run(&format!("convert v.{from} w.{to} --type f64 --quiet"));
             must_succeed(&output);
             for (name, bytes) in &before {
@@ -40,7 +40,7 @@ fn no_output_takes_the_place_of_an_input() {
         let name = all.iter().find(|name| name.starts_with(&format!("{header}.")));
         name.unwrap_or_else(|| panic!("{header}")).clone()
     };
-    // Names that lead to what is read: itself, a symbolic link, a hard link.
+    // Names that lead to an input: itself, a symbolic link, a hard link.
     let aims = [
         ("v.raw", "v.raw"),
         ("v.raw", "v.raw.toml"),
@@ -67,7 +67,7 @@ fn no_output_takes_the_place_of_an_input() {
                     ("exr", _) => format!("map {input} --backend cpu --map-size 8 -o {name}"),
                     ("png" | "deep.exr", _) => format!("render {input} {small} -o {name}"),
                     (_, false) => format!("convert {input} {name} --type u8"),
-                    // A scene is no volume to convert.
+                    // A scene file is not a volume that can be converted.
                     (_, true) => String::new(),
                 };
                 if !run.is_empty() {
@@ -80,7 +80,7 @@ fn no_output_takes_the_place_of_an_input() {
         }
         assert!(contents(folder.path()) == before, "{input}, {aim}");
     }
-    // Under their own names, and beside a header's own voxels.
+    // Under their own names, and beside the voxels of a header.
     for (run, code) in [
         ("convert v.vdb v.vdb --compression none".to_owned(), 1),
         ("convert v.raw v.raw --type u8".to_owned(), 1),
@@ -92,7 +92,7 @@ fn no_output_takes_the_place_of_an_input() {
     }
 }
 
-/// As other programs and earlier versions write them: `x.raw` beside `x.mhd`, `x.toml` beside
+/// Names as other programs and earlier versions use them: `x.raw` beside `x.mhd`, `x.toml` beside
 /// `x.raw`.
 #[test]
 fn files_named_as_before_are_read_and_spared() {
@@ -113,7 +113,7 @@ fn files_named_as_before_are_read_and_spared() {
         assert!(fs::read(folder.path().join(name)).unwrap() == *bytes, "{name}");
     }
     assert_eq!(self::voxels(&folder, "x.raw").unwrap(), voxels);
-    // Two files that it may be of, neither of which says what it holds.
+    // The sidecar may belong to either of two files, neither of which describes its own contents.
     fs::write(folder.path().join("x.bin"), &voxels).unwrap();
     let why = self::voxels(&folder, "x.raw").unwrap_err();
     assert!(why.contains("x.toml") && why.contains("x.raw.toml"), "{why}");

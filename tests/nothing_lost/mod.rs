@@ -1,5 +1,5 @@
-//! Outputs and the files around them: no input ever changes, no file of another output does, and
-//! whatever ends a run leaves old files or new ones, whole and matching.
+//! Tests of outputs and the files around them: no input ever changes, no file of another output
+//! changes, and however a run ends, it leaves either old or new files, complete and matching.
 
 mod ended;
 mod inputs;
@@ -11,12 +11,12 @@ use std::path::Path;
 use super::cli::{Folder, must_succeed, stderr};
 use super::formats::vdb_fixture;
 
-/// Every format that `convert` writes, as endings.
+/// The endings of all formats that `convert` writes.
 const ENDINGS: [&str; 7] = ["vdb", "npy", "raw", "nrrd", "nhdr", "mha", "mhd"];
 
 type Contents = Vec<(String, Vec<u8>)>;
 
-/// All files and what is in them, by name.
+/// The names and contents of all files.
 fn contents(folder: &Path) -> Contents {
     let mut all: Contents = fs::read_dir(folder)
         .unwrap()
@@ -30,7 +30,7 @@ fn contents(folder: &Path) -> Contents {
     all
 }
 
-/// A folder with one volume as `v` in every format.
+/// A folder with the same volume as `v` in every format.
 fn with_all_formats() -> Folder {
     let folder = Folder::new();
     fs::copy(vdb_fixture("ball_blosc.vdb"), folder.path().join("v.vdb")).unwrap();
@@ -40,7 +40,7 @@ fn with_all_formats() -> Folder {
     folder
 }
 
-/// The voxels of `name`, as an array's bytes.
+/// The voxels of `name`, converted to the bytes of an array.
 fn voxels(folder: &Folder, name: &str) -> Result<Vec<u8>, String> {
     let outside = Folder::new();
     let to = outside.path().join("x.raw");

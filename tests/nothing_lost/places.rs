@@ -1,5 +1,5 @@
-//! Outputs go where their names lead: through links, to other file systems, pipes, devices,
-//! folders.
+//! Tests that outputs go where their names lead: through links, to other file systems, pipes,
+//! devices, folders.
 
 use std::fs;
 use std::io::Read;
@@ -32,7 +32,7 @@ fn links_are_followed_and_modes_are_kept() {
     }
     assert_eq!(fs::metadata(path("far/old.png")).unwrap().mode() & 0o777, 0o600);
     assert_eq!(folder.names(), ["dangling.png", "far", "link.png"]);
-    // Through a link the voxels of a header lie where the header does, and are found from both.
+    // With a link, a header's voxels lie beside the header itself, and are found from both places.
     symlink("far/v.mhd", path("v.mhd")).unwrap();
     fs::copy(vdb_fixture("ball_blosc.vdb"), path("v.vdb")).unwrap();
     must_succeed(&folder.run("convert v.vdb v.mhd --quiet"));
@@ -43,7 +43,7 @@ fn links_are_followed_and_modes_are_kept() {
     }
 }
 
-/// A link to another file system: shared memory is one on most machines.
+/// A link to another file system, which shared memory is on most machines.
 #[test]
 fn a_link_to_another_file_system_works() {
     let shm = Path::new("/dev/shm");
@@ -77,7 +77,7 @@ fn pipes_and_devices_take_outputs_as_streams() {
     must_succeed(&folder.run(&format!("{render} pipe.png")));
     assert!(reader.join().unwrap().starts_with(b"\x89PNG"));
     assert_eq!(folder.names(), ["pipe.png"], "the pipe is one still");
-    // A device without room says so, and stays.
+    // A device without space causes an error, and stays.
     symlink("/dev/full", folder.path().join("full.png")).unwrap();
     let output = folder.run(&format!("{render} full.png"));
     assert_eq!(output.status.code(), Some(1));
@@ -89,7 +89,7 @@ fn pipes_and_devices_take_outputs_as_streams() {
     let output = folder.run(&format!("{render} out.png"));
     assert!(output.stdout.starts_with(b"\x89PNG"));
     assert_eq!(folder.names(), ["full.png", "null.png", "out.png", "pipe.png"]);
-    // Nothing lies beside a device.
+    // No file can lie beside a device.
     fs::copy(vdb_fixture("ball_blosc.vdb"), folder.path().join("v.vdb")).unwrap();
     for (name, code) in [("null.raw", 0), ("null.npy", 0), ("null.mhd", 1), ("null.nhdr", 1)] {
         symlink("/dev/null", folder.path().join(name)).unwrap();
@@ -125,7 +125,7 @@ fn a_report_replaces_nothing_but_reports() {
 #[test]
 fn figures_leave_no_empty_folder() {
     let folder = Folder::new();
-    // Without a driver the work fails after the folder was made.
+    // Without a driver the work fails after the folder was created.
     let status = Command::new(program())
         .args(["figures", "-o", "new/deeper", "--backend", "gpu", "--quiet"])
         .env("VK_DRIVER_FILES", "/nowhere")

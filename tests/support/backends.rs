@@ -10,7 +10,7 @@ use deepshadow::scene::Media;
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{Links, Map, Runs};
 
-/// The GPU backend, where tests want one.
+/// The GPU backend, if tests shall use one.
 #[cfg(feature = "gpu")]
 pub fn gpu() -> Option<Box<dyn Passes>> {
     use deepshadow::gpu::{AdapterChoice, GpuBackend};
@@ -24,25 +24,25 @@ pub fn gpu() -> Option<Box<dyn Passes>> {
     Some(Box::new(backend))
 }
 
-/// None is built in.
+/// This build has no GPU backend.
 #[cfg(not(feature = "gpu"))]
 pub fn gpu() -> Option<Box<dyn Passes>> {
     None
 }
 
-/// The CPU backend, and the GPU's where there is one.
+/// The CPU backend, and the GPU backend if there is one.
 pub fn every_backend() -> Vec<Box<dyn Passes>> {
     std::iter::once(Box::new(CpuBackend) as Box<dyn Passes>).chain(gpu()).collect()
 }
 
-/// Whether a backend weighs voxels in f32. Graphics hardware does with 8 bits, which moves a sample
-/// by up to 1/512 of a voxel.
+/// Whether a backend interpolates voxels with f32 weights. Graphics hardware uses 8 bits, which
+/// moves a sample by up to 1/512 of a voxel.
 pub fn interpolates_in_f32(backend: &dyn Backend) -> bool {
     let name = backend.description();
     ["cpu", "bent", "llvmpipe"].iter().any(|exact| name.contains(exact))
 }
 
-/// A backend whose every density is a little off: what the suite must notice.
+/// A backend with a small error in every density, which the tests must detect.
 pub struct Bent(pub f32);
 
 impl Bent {

@@ -1,10 +1,10 @@
-//! What many tests need: small scenes, seeded random numbers, error measures.
+//! Shared by many tests: small scenes, seeded random numbers, error measures.
 
 pub mod backends;
 pub mod data;
 pub mod scenes;
 
-/// The project's folder, also where the tests run from an archive on another machine.
+/// The project's folder, also if the tests run from an archive on another machine.
 pub fn project() -> std::path::PathBuf {
     let folder = std::env::var("CARGO_MANIFEST_DIR");
     folder.as_deref().unwrap_or(env!("CARGO_MANIFEST_DIR")).into()
@@ -35,7 +35,7 @@ pub fn rms(errors: impl IntoIterator<Item = f64>) -> f64 {
     f64::sqrt(sum / f64::max(count, 1.0))
 }
 
-/// A PNG as it is read back: pixels of 3 or 4 channels, row by row.
+/// A decoded PNG: pixels of 3 or 4 channels, row by row.
 pub struct Picture {
     pub size: [u32; 2],
     pub channels: usize,

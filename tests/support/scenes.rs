@@ -1,4 +1,4 @@
-//! Scenes that tests are made of.
+//! Scenes for tests.
 
 use std::sync::Arc;
 
@@ -52,7 +52,7 @@ pub fn scene(volume: Volume, density_scale: f64) -> Scene {
     }
 }
 
-/// A preset under the anchors' light, scaled so that the largest optical depth over a map of
+/// A preset under the anchors' light, scaled such that the largest optical depth over a map of
 /// `map_size` squared texels is `largest`.
 pub fn anchor_scene(preset: Preset, largest: f64, map_size: u32) -> Scene {
     let mut scene = scene(preset.volume(Axis::Z).unwrap(), 1.0);
@@ -63,7 +63,7 @@ pub fn anchor_scene(preset: Preset, largest: f64, map_size: u32) -> Scene {
     scene
 }
 
-/// Small maps and pictures.
+/// Settings with small maps and pictures.
 pub fn settings(map_size: u32, image_size: [u32; 2]) -> Settings {
     Settings::default().with(|s| {
         s.map.size = map_size;

@@ -1,6 +1,6 @@
 //! The colour spaces of FLIP, in f64.
 
-/// From linear RGB of sRGB's primaries to XYZ, exact ratios as in the paper's own code.
+/// From linear RGB with sRGB's primaries to XYZ, with the exact ratios in the paper's own code.
 const XYZ_FROM_RGB: [[f64; 3]; 3] = [
     [10_135_552.0 / 24_577_794.0, 8_788_810.0 / 24_577_794.0, 4_435_075.0 / 24_577_794.0],
     [2_613_072.0 / 12_288_897.0, 8_788_810.0 / 12_288_897.0, 887_015.0 / 12_288_897.0],
@@ -16,7 +16,7 @@ fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// XYZ over that of white.
+/// XYZ relative to that of white.
 fn relative_xyz(rgb: [f64; 3]) -> [f64; 3] {
     let (xyz, white) = (times(&XYZ_FROM_RGB, rgb), times(&XYZ_FROM_RGB, [1.0; 3]));
     [xyz[0] / white[0], xyz[1] / white[1], xyz[2] / white[2]]

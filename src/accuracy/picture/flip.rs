@@ -1,8 +1,8 @@
 //! LDR-FLIP: Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem and Fairchild, "FLIP: A
 //! Difference Evaluator for Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2),
-//! 2020. How much a person sees who flips between two pictures: colour differences after the eye's
-//! own blur, raised where edges or points differ. Constants are the paper's; numbers in parentheses
-//! are its sections.
+//! 2020. It estimates the differences that a person perceives when flipping between two pictures:
+//! colour differences after a model of the eye's blur, increased where edges or points differ.
+//! Constants are the paper's; numbers in parentheses are its sections.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -10,32 +10,34 @@ use super::colour::{hunt_lab, linear_from_opponent, opponent_from_linear};
 use super::plane::{Plane, gaussian};
 use crate::image::linear_from_srgb;
 
-/// Pixels to a degree of vision: 0.7 m from a screen 0.7 m wide with 3840 pixels.
+/// Pixels per degree of vision: at 0.7 m from a screen that is 0.7 m wide with 3840 pixels.
 pub const PIXELS_PER_DEGREE: f64 = 67.020_643_276_582_26;
 
 /// The contrast sensitivities of the three opponent channels: a1, b1, a2, b2 (table 1).
 const SENSITIVITIES: [[f64; 4]; 3] =
     [[1.0, 0.0047, 0.0, 1e-5], [1.0, 0.0053, 0.0, 1e-5], [34.1, 0.04, 13.5, 0.025]];
-/// The widest b of them.
+/// The largest b among them.
 const WIDEST: f64 = 0.04;
-/// Compression of colour differences, and where its two straight parts meet (4.1.3).
+/// Exponent that compresses colour differences, and where the two linear parts of the map meet
+/// (4.1.3).
 const COLOUR_POWER: f64 = 0.7;
 const BEND: [f64; 2] = [0.4, 0.95];
-/// Width of the features looked for, degrees, and compression of their differences (4.2).
+/// Width of the detected features in degrees, and the exponent that compresses their differences
+/// (4.2).
 const FEATURE_WIDTH: f64 = 0.082;
 const FEATURE_POWER: f64 = 0.5;
 
-/// What one picture looks like to the eye: made once for a picture compared with several.
+/// A picture as the eye perceives it; computed once for a picture that is compared with several.
 #[derive(Clone, Debug)]
 pub(super) struct Seen {
     /// L, a, b with Hunt's adjustment, of the filtered picture.
     colours: Vec<[f64; 3]>,
-    /// Strength of edges and of points.
+    /// Strengths of edges and of points.
     features: Vec<[f64; 2]>,
 }
 
 impl Seen {
-    /// The picture of `width` and sRGB-encoded pixels in 0..1.
+    /// The perceived picture of sRGB-encoded pixels in 0..1, `width` per row.
     pub(super) fn of(width: usize, srgb: &[[f64; 3]], pixels_per_degree: f64) -> Self {
         let opponent = |c: usize| {
             let pixels = srgb.iter();
@@ -54,7 +56,7 @@ impl Seen {
         Self { colours: colours.collect(), features }
     }
 
-    /// Differences from another picture of the same size, each pixel 0..1.
+    /// Differences from another picture of the same size, 0..1 per pixel.
     pub(super) fn differences(&self, other: &Self) -> Vec<f64> {
         let most = hyab(hunt_lab([0.0, 1.0, 0.0]), hunt_lab([0.0, 0.0, 1.0])).powf(COLOUR_POWER);
         let colours = self.colours.iter().zip(&other.colours);
@@ -71,7 +73,7 @@ impl Seen {
     }
 }
 
-/// A channel as the eye resolves it: a Gaussian or the sum of two (4.1.1).
+/// A channel with the eye's resolution: filtered by one or two Gaussians (4.1.1).
 fn blurred(plane: &Plane, [a1, b1, a2, b2]: [f64; 4], pixels_per_degree: f64) -> Plane {
     let radius = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as usize;
     // a sqrt(pi / b) exp(-pi^2 x^2 / b), x in degrees.
@@ -87,7 +89,8 @@ fn blurred(plane: &Plane, [a1, b1, a2, b2]: [f64; 4], pixels_per_degree: f64) ->
     filtered.reduce(|sum, part| sum.plus(&part)).unwrap_or_else(|| plane.clone())
 }
 
-/// Strength of edges (first derivative of a Gaussian) and points (second) at every pixel (4.2.1).
+/// Strengths of edges (first derivative of a Gaussian) and of points (second derivative) at every
+/// pixel (4.2.1).
 fn features(grey: &Plane, pixels_per_degree: f64) -> Vec<[f64; 2]> {
     let deviation = 0.5 * FEATURE_WIDTH * pixels_per_degree;
     let radius = (3.0 * deviation).ceil() as usize;
@@ -98,7 +101,7 @@ fn features(grey: &Plane, pixels_per_degree: f64) -> Vec<[f64; 2]> {
         let at = |i: usize| i as f64 - radius as f64;
         let taps = smooth.iter().enumerate();
         let mut across: Vec<f64> = taps.map(|(i, g)| derivative(at(i), deviation) * g).collect();
-        // Positive weights sum to 1, negative ones to -1.
+        // Positive weights are normalised to a sum of 1, negative ones to -1.
         let positive: f64 = across.iter().filter(|w| **w > 0.0).sum();
         let negative: f64 = across.iter().filter(|w| **w < 0.0).sum();
         for w in &mut across {
@@ -112,12 +115,13 @@ fn features(grey: &Plane, pixels_per_degree: f64) -> Vec<[f64; 2]> {
     edges.into_iter().zip(points).map(|(edge, point)| [edge, point]).collect()
 }
 
-/// The distance of two colours: lightness apart, the others by Euclid (4.1.3).
+/// The distance of two colours: the difference in lightness plus the Euclidean distance in the
+/// other two channels (4.1.3).
 fn hyab([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
     (l1 - l2).abs() + (a1 - a2).hypot(b1 - b2)
 }
 
-/// Compressed differences up to `most` onto 0..1: small ones get most of the range (4.1.3).
+/// Maps compressed differences up to `most` to 0..1, with most of the range for small ones (4.1.3).
 fn bent(difference: f64, most: f64) -> f64 {
     let [place, value] = BEND;
     let bend = place * most;

@@ -1,7 +1,7 @@
-//! How far a picture is from the true one, as numbers and as a picture of the differences.
+//! The difference of a picture from the true one, as numbers and as a picture of the differences.
 //!
-//! Compared is what a screen shows: sRGB-encoded values in 0..1 over black, not yet cut to 8 bits,
-//! so that errors far below what a screen shows can still be told apart.
+//! The comparison uses what a screen shows: sRGB-encoded values in 0..1 over black. They are not
+//! rounded to 8 bits, so that errors far below that can still be distinguished.
 
 mod colour;
 mod flip;
@@ -14,12 +14,12 @@ use crate::image::{Image, srgb_from_linear};
 use flip::Seen;
 use plane::Plane;
 
-/// How far one picture is from another.
+/// The difference of one picture from another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// Peak signal-to-noise ratio of R, G, B, dB; infinite for equal pictures.
+    /// Peak signal-to-noise ratio of R, G, B in dB; infinite for equal pictures.
     pub psnr: f64,
-    /// Mean structural similarity of luma, 1 for equal pictures.
+    /// Mean structural similarity of luma; 1 for equal pictures.
     pub ssim: f64,
     /// Mean LDR-FLIP, 0 (equal) to 1.
     pub flip: f64,
@@ -27,7 +27,7 @@ pub struct Difference {
     pub map: Vec<f32>,
 }
 
-/// The true picture, prepared to be compared with several others.
+/// The true picture, prepared for comparison with several others.
 #[derive(Clone, Debug)]
 pub struct TruePicture {
     width: u32,
@@ -38,7 +38,7 @@ pub struct TruePicture {
 }
 
 impl TruePicture {
-    /// `image` under `exposure`.
+    /// Prepares `image`, multiplied by `exposure`.
     pub fn new(image: &Image, exposure: f32) -> Self {
         let srgb = encoded(image, exposure);
         let luma = luma(image.width, &srgb);
@@ -46,10 +46,10 @@ impl TruePicture {
         Self { width: image.width, srgb, luma, seen, exposure }
     }
 
-    /// How far `image` is from the truth.
+    /// The difference of `image` from the true picture.
     ///
     /// # Panics
-    /// If it has another size.
+    /// If its size differs.
     pub fn difference(&self, image: &Image) -> Difference {
         let size = (image.width, image.pixels.len());
         assert_eq!(size, (self.width, self.srgb.len()), "pictures of one size");

@@ -1,4 +1,4 @@
-//! One channel of a picture, and how it is filtered.
+//! One channel of a picture, and its filters.
 
 use rayon::prelude::*;
 
@@ -14,8 +14,8 @@ impl Plane {
         Self { width, values }
     }
 
-    /// The correlation with the product of an `across` and a `down` kernel, each of odd length and
-    /// centred; beyond its border the picture goes on with the border's values.
+    /// The correlation with the product of an `across` and a `down` kernel, each centred and of odd
+    /// length. Beyond its border the picture is extended with the border's values.
     pub(super) fn filtered(&self, across: &[f64], down: &[f64]) -> Self {
         let width = self.width;
         let height = self.values.len() / width.max(1);
@@ -51,7 +51,7 @@ impl Plane {
     }
 }
 
-/// exp(-x^2 / (2 `deviation`^2)) at whole numbers x from -`radius` to `radius`, not normalised.
+/// exp(-x^2 / (2 `deviation`^2)) at integers x from -`radius` to `radius`, not normalised.
 pub(super) fn gaussian(deviation: f64, radius: usize) -> Vec<f64> {
     let at = |i: usize| i as f64 - radius as f64;
     (0..=2 * radius).map(|i| (-0.5 * (at(i) / deviation).powi(2)).exp()).collect()

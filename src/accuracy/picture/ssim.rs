@@ -1,7 +1,7 @@
 //! Structural similarity: Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error
 //! Visibility to Structural Similarity", IEEE Transactions on Image Processing 13(4), 2004, with
-//! their window (a Gaussian of 1.5 pixels, 11 x 11) and constants. Beyond its border a picture goes
-//! on with the border's values, so that every pixel counts.
+//! their window (a Gaussian of 1.5 pixels, 11 x 11) and constants. Beyond its border a picture is
+//! extended with the border's values, so that every pixel counts.
 
 use super::plane::{Plane, gaussian};
 

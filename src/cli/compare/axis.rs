@@ -1,6 +1,6 @@
-//! Logarithmic axes: where they begin and end, and which numbers stand along them.
+//! Logarithmic axes: their ends, and the numbers along them.
 
-/// A logarithmic axis between two numbers above 0, drawn between two places.
+/// A logarithmic axis between two numbers above 0, drawn between two positions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LogAxis {
     ends: [f64; 2],
@@ -8,8 +8,8 @@ pub(super) struct LogAxis {
 }
 
 impl LogAxis {
-    /// The axis that holds all `values` with some room; those that are not above 0 and finite do
-    /// not count. `places` are where its ends are drawn.
+    /// An axis with room for all `values`; those that are not above 0 and finite are ignored.
+    /// `places` are the positions of its ends.
     pub(super) fn around(values: impl Iterator<Item = f64>, places: [f64; 2]) -> Self {
         let [low, high] = values
             .filter(|v| *v > 0.0 && v.is_finite())
@@ -19,7 +19,7 @@ impl LogAxis {
         Self { ends, places }
     }
 
-    /// Where `value` is drawn; what lies beyond the axis at its end.
+    /// The position of `value`; values beyond the axis are drawn at its end.
     pub(super) fn place(&self, value: f64) -> f64 {
         let [low, high] = self.ends;
         let share = (value / low).ln() / (high / low).ln();
@@ -27,7 +27,8 @@ impl LogAxis {
         self.places[0] + share * (self.places[1] - self.places[0])
     }
 
-    /// The numbers 1, 2, 5 times powers of ten along the axis, of a long one the powers alone.
+    /// The numbers 1, 2, 5 times powers of ten along the axis; for a long axis only the powers of
+    /// ten.
     pub(super) fn ticks(&self) -> Vec<f64> {
         let [low, high] = self.ends;
         let decades = (high / low).log10();
@@ -39,7 +40,8 @@ impl LogAxis {
     }
 }
 
-/// The next number 1, 2 or 5 times a power of ten, not above (`way` -1) or not below (1) `value`.
+/// The nearest number of the form 1, 2 or 5 times a power of ten that is not above (`way` -1) or
+/// not below (1) `value`.
 fn round(value: f64, way: i32) -> f64 {
     let base = 10_f64.powf(value.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|f| f * base);
@@ -50,7 +52,7 @@ fn round(value: f64, way: i32) -> f64 {
     }
 }
 
-/// A number along an axis: plain where that is short.
+/// A number along an axis, without exponent if that is short.
 pub(super) fn tick_label(value: f64) -> String {
     if (1e-3..1e5).contains(&value) {
         let digits = (-value.log10().floor()).max(0.0) as usize;

@@ -1,4 +1,5 @@
-//! Transmittance over depth along the ray where a method errs most, over the truth: a small plot.
+//! A small plot: transmittance over depth along the ray where a method has its largest error, with
+//! the truth.
 
 use std::fmt::Write;
 
@@ -10,7 +11,7 @@ const HEIGHT: f64 = 200.0;
 /// Left, top, right, bottom of the drawing area.
 const AREA: [f64; 4] = [34.0, 8.0, 312.0, 166.0];
 
-/// The curve of a method's worst texel; nothing where there is none.
+/// The curve of a method's worst texel; `None` if there is none.
 pub(super) fn svg(row: &Row, id: usize) -> Option<String> {
     let curve = row.worst.as_ref()?;
     let [left, top, right, bottom] = AREA;

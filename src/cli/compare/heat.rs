@@ -1,11 +1,11 @@
-//! Pictures for the page: PNG in data URIs, and the colours of differences.
+//! Pictures for the page: PNG as data URIs, and the colours of differences.
 
 use crate::error::Result;
 use crate::image::Image;
 use crate::io::png;
 
 /// The colour map "magma" (Smith and van der Walt 2015) at equal distances: lightness rises evenly,
-/// also for the colour-blind.
+/// also for colour-blind people.
 const MAGMA: [[u8; 3]; 9] = [
     [0, 0, 4],
     [28, 16, 68],
@@ -17,22 +17,22 @@ const MAGMA: [[u8; 3]; 9] = [
     [254, 194, 135],
     [252, 253, 191],
 ];
-/// The least difference that is not black; the colours' scale is logarithmic from here to 1.
+/// The smallest difference that is not black; the scale of colours is logarithmic from here to 1.
 pub(super) const LEAST: f64 = 0.001;
 
-/// The picture as a screen shows it, as a data URI.
+/// The picture as on a screen, as a data URI.
 pub(super) fn picture(image: &Image, exposure: f32) -> Result<String> {
     Ok(data_uri(&png::encode(image, exposure)?))
 }
 
-/// Differences of 0..1, `width` a row, as a data URI of their colours.
+/// Differences in 0..1, `width` per row, as colours in a data URI.
 pub(super) fn differences(width: u32, values: &[f32]) -> Result<String> {
     let rgb: Vec<u8> = values.iter().flat_map(|&value| colour(value.into())).collect();
     let height = values.len() / (width as usize).max(1);
     Ok(data_uri(&png::encode_rgb(width, height as u32, &rgb)?))
 }
 
-/// The colours from left to right, for CSS.
+/// The colours from left to right, as a CSS gradient.
 pub(super) fn gradient() -> String {
     let stops = MAGMA.map(|[r, g, b]| format!("rgb({r},{g},{b})"));
     format!("linear-gradient(to right,{})", stops.join(","))

@@ -1,11 +1,11 @@
-//! Labels beside points, none over another or over a point.
+//! Places labels beside points so that none covers another one or a point.
 
-/// Half the height of a label, and the width of a letter, in the plot's units.
+/// Half the height of a label, in the plot's units.
 const HALF_HEIGHT: f64 = 7.0;
 const LETTER: f64 = 6.5;
-/// Room kept around a point.
+/// Room kept free around a point.
 const RADIUS: f64 = 6.0;
-/// Ways from a point to its label, right first.
+/// Directions from a point to its label, right first.
 const WAYS: [[f64; 2]; 12] = [
     [1.0, 0.0],
     [-1.0, 0.0],
@@ -24,8 +24,8 @@ const WAYS: [[f64; 2]; 12] = [
 /// A box: left, top, right, bottom.
 pub(super) type Area = [f64; 4];
 
-/// A label's place: the left end of its text and the height of its middle; and from where to where
-/// a line leads to its point, if it stands apart.
+/// A placed label: the left end of its text, the height of its middle, and, if it stands apart from
+/// its point, the line that connects them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placed {
     pub left: f64,
@@ -33,8 +33,8 @@ pub(super) struct Placed {
     pub leader: Option<[f64; 4]>,
 }
 
-/// Places for a label at each of `points`, of as many letters, inside `frame`, not over another one
-/// or a point, and beside the `lines` where there is room.
+/// Places a label of the given number of letters at each of `points`, inside `frame`. Labels do not
+/// cover each other or points, and avoid the `lines` where there is room.
 pub(super) fn place(
     points: &[[f64; 2]],
     letters: &[usize],
@@ -44,7 +44,7 @@ pub(super) fn place(
     let around = |[x, y]: [f64; 2]| [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS];
     let mut taken: Vec<Area> = points.iter().copied().map(around).collect();
     let mut placed = vec![None; points.len()];
-    // Points with few neighbours have room anyway: the crowded ones choose first.
+    // Points with few neighbours have room anyway, so the crowded ones choose first.
     let near = |i: usize| {
         let [x, y] = points[i];
         points.iter().filter(|[a, b]| (a - x).abs() < 90.0 && (b - y).abs() < 30.0).count()
@@ -58,7 +58,7 @@ pub(super) fn place(
         let found = candidates(points[i], width)
             .find(|candidate| fits(candidate) && free(candidate.0, lines))
             .or_else(|| candidates(points[i], width).find(fits));
-        // A plot too full for all of them still names the point.
+        // A plot that is too full for all labels still has this one.
         let (area, placing) =
             found.or_else(|| candidates(points[i], width).next()).unwrap_or_default();
         taken.push(area);
@@ -73,7 +73,7 @@ impl Default for Placed {
     }
 }
 
-/// Where a label may stand, the nearest first.
+/// Candidate positions of a label, the nearest first.
 fn candidates([x, y]: [f64; 2], width: f64) -> impl Iterator<Item = (Area, Placed)> {
     let distances = (0..14).map(|i| 9.0 + 8.0 * f64::from(i));
     distances.flat_map(move |distance| {

@@ -1,8 +1,8 @@
-//! Where and when a report was made.
+//! The machine and the time of a report.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The processor, for people.
+/// The processor's name, for people.
 pub(super) fn processor() -> String {
     let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;
@@ -14,14 +14,14 @@ pub(super) fn processor() -> String {
     format!("{model}, {threads} thread{plural}, {}", std::env::consts::OS)
 }
 
-/// Now, as `2026-01-31T12:34:56Z`.
+/// The current time, as `2026-01-31T12:34:56Z`.
 pub(super) fn now() -> String {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     date_of(since.as_secs())
 }
 
-/// Seconds since 1970 as a date of the Gregorian calendar: years begin in March, so that the day
-/// that some lack is their last.
+/// Converts seconds since 1970 to a date of the Gregorian calendar. Years begin in March here, so
+/// that the leap day is a year's last day.
 fn date_of(seconds: u64) -> String {
     let (days, second) = (seconds / 86_400 + 719_468, seconds % 86_400);
     let (era, day) = (days / 146_097, days % 146_097);

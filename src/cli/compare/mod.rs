@@ -1,4 +1,5 @@
-//! `compare`: every kind of shadow map against the exact line integral, as a report.
+//! Command `compare`: measures every kind of shadow map against the exact line integral, and writes
+//! a report.
 
 mod axis;
 mod curves;
@@ -25,12 +26,11 @@ use crate::io::PendingFolder;
 use crate::scene::{Light, LightKind, Scene};
 use crate::settings::Filter;
 
-/// Texels along the edge of the maps, pixels of the pictures and points of each place, where nobody
-/// says otherwise.
+/// Defaults: texels along each edge of the maps, pixels of the pictures, and points of each place.
 const MAP_SIZE: u32 = 256;
 const IMAGE_SIZE: [u32; 2] = [256, 256];
 const POINTS: u32 = 100_000;
-/// Where the random numbers begin.
+/// The default seed of random numbers.
 const SEED: u64 = 1;
 /// The files of a report.
 const FILES: [&str; 3] = ["report.html", "results.csv", "results.json"];
@@ -78,17 +78,17 @@ fn known(text: &str) -> Result<String, String> {
     Method::list(text).map(|_| text.to_owned()).map_err(|error| error.to_string())
 }
 
-/// All that a report is made of.
+/// Everything that a report is made of.
 struct Findings<'a> {
     bench: &'a Bench<'a>,
     about: About,
-    /// What the map's resolution alone costs.
+    /// The error of the map's resolution alone.
     floor: Row,
-    /// By rising size.
+    /// Sorted by rising size.
     rows: Vec<Row>,
 }
 
-/// The circumstances.
+/// The circumstances of the measurement.
 struct About {
     program: &'static str,
     date: String,
@@ -100,7 +100,7 @@ struct About {
 }
 
 impl Arguments {
-    /// Threads that are asked for.
+    /// The requested number of threads.
     pub(super) fn threads(&self) -> Option<u32> {
         self.source.threads
     }
@@ -185,7 +185,7 @@ fn default_folder(input: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// The lights, for people.
+/// Description of the lights, for people.
 fn light(scene: &Scene) -> String {
     let short = |v: glam::DVec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
     let light = |light: &Light| match light.kind {

@@ -11,15 +11,15 @@ const HEIGHT: f64 = 420.0;
 /// Left, top, right, bottom of the drawing area.
 const AREA: [f64; 4] = [70.0, 16.0, 654.0, 366.0];
 
-/// One plot: less is better on both axes.
+/// A plot in which less is better on both axes.
 pub(super) struct Plot<'a> {
-    /// Unique in the page.
+    /// An id that is unique in the page.
     pub id: &'a str,
     pub title: &'a str,
     pub x: &'a str,
     pub y: &'a str,
     pub points: Vec<Point<'a>>,
-    /// A line across that no point can be below, and its name.
+    /// A horizontal line that no point can be below, and its name.
     pub floor: Option<(f64, &'a str)>,
 }
 
@@ -29,7 +29,8 @@ pub(super) struct Point<'a> {
     pub y: f64,
 }
 
-/// Which of `points` no other one beats: none is as good on one axis and better on the other.
+/// Which of `points` are on the Pareto front: no other point is as good on both axes and better on
+/// one.
 fn front(points: &[Point<'_>]) -> Vec<bool> {
     let beats = |a: &Point<'_>, b: &Point<'_>| a.x <= b.x && a.y <= b.y && (a.x < b.x || a.y < b.y);
     points.iter().map(|p| !points.iter().any(|other| beats(other, p))).collect()
@@ -95,14 +96,14 @@ impl Plot<'_> {
         svg
     }
 
-    /// The line that no point can be below, with its name. Returns where they are.
+    /// Draws the line that no point can be below, with its name. Returns the areas that they cover.
     fn draw_floor(&self, svg: &mut String, y: &LogAxis) -> Vec<Area> {
         let [left, _, right, bottom] = AREA;
         let Some((floor, name)) = self.floor.filter(|(floor, _)| *floor > 0.0) else {
             return Vec::new();
         };
         let at = y.place(floor);
-        // The small maps are far above: there is room on the left.
+        // Small maps are far above the line, so there is room on the left.
         let text = if at + 20.0 < bottom { at + 14.0 } else { at - 6.0 };
         let _ = write!(
             svg,
@@ -153,8 +154,8 @@ impl Plot<'_> {
     }
 }
 
-/// Steps from best point to best point: what can be had for at most so much. Returns where they
-/// are.
+/// Draws the Pareto front as steps from best point to best point: the least error for at most a
+/// given cost. Returns the areas that it covers.
 fn draw_front(svg: &mut String, places: &[[f64; 2]], best: &[bool]) -> Vec<Area> {
     let mut corners: Vec<[f64; 2]> =
         places.iter().zip(best).filter_map(|(&place, &best)| best.then_some(place)).collect();
@@ -176,7 +177,7 @@ fn draw_front(svg: &mut String, places: &[[f64; 2]], best: &[bool]) -> Vec<Area>
     lines
 }
 
-/// A number of any size in a few letters.
+/// A number of any magnitude in a few characters.
 pub(super) fn short(value: f64) -> String {
     if value == 0.0 {
         "0".to_owned()

@@ -1,4 +1,4 @@
-//! The page: one file that needs no other.
+//! The report as a page: one HTML file that needs no other.
 
 use std::borrow::Cow;
 use std::ffi::OsStr;
@@ -11,7 +11,7 @@ use crate::accuracy::Place;
 use crate::compare::Row;
 use crate::error::Result;
 
-/// What stays the same; `{{name}}` stands for what does not.
+/// The fixed part of the page; `{{name}}` stands for a variable part.
 const TEMPLATE: &str = include_str!("report.html");
 
 /// The report as HTML.
@@ -56,7 +56,7 @@ pub(super) fn html(findings: &Findings<'_>) -> Result<String> {
     Ok(filled(TEMPLATE, &parts))
 }
 
-/// `template` with every `{{name}}` as its part; parts are not looked through again.
+/// Replaces every `{{name}}` in `template` by the part of that name; parts are not searched again.
 fn filled(template: &str, parts: &[(&str, String)]) -> String {
     let mut pieces = template.split("{{");
     let mut page = pieces.next().unwrap_or_default().to_owned();
@@ -70,12 +70,12 @@ fn filled(template: &str, parts: &[(&str, String)]) -> String {
     page
 }
 
-/// An input without its folder.
+/// An input's name without its folder.
 fn name(input: &str) -> Cow<'_, str> {
     Path::new(input).file_name().map_or(Cow::Borrowed(input), OsStr::to_string_lossy)
 }
 
-/// Text as HTML.
+/// Text escaped for HTML.
 pub(super) fn escaped(text: &str) -> String {
     let mut html = String::with_capacity(text.len());
     for letter in text.chars() {

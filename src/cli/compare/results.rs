@@ -12,7 +12,8 @@ use crate::compare::Row;
 /// The version of the JSON's layout.
 const LAYOUT: u32 = 1;
 
-/// Everything but pictures and curves. JSON has no infinity: the PSNR of equal pictures is "inf".
+/// Everything except pictures and curves. JSON has no infinity, so the PSNR of equal pictures is
+/// "inf".
 pub(super) fn json(findings: &Findings<'_>) -> String {
     let Findings { bench, about, .. } = findings;
     let settings = bench.settings;
@@ -88,7 +89,7 @@ fn errors(errors: &Errors) -> Json {
     })
 }
 
-/// A line a method; the first one is the floor.
+/// One line per method; the first one is the floor.
 pub(super) fn csv(findings: &Findings<'_>) -> String {
     let mut text = "method,bytes,bytes_per_texel,build_seconds,lookup_nanoseconds".to_owned();
     for place in Place::ALL {

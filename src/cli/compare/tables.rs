@@ -8,8 +8,8 @@ use super::report::escaped;
 use crate::accuracy::{Errors, Place};
 use crate::compare::Row;
 
-/// A column: its head, what a row holds there (`None`: it has no such number), and how it is
-/// written.
+/// A column: its heading, the value of a row (`None` if it has no such number), and the number
+/// format.
 struct Column {
     head: &'static str,
     value: Value,
@@ -17,10 +17,10 @@ struct Column {
     best: Best,
 }
 
-/// What a row holds in a column.
+/// A row's value in a column.
 type Value = Box<dyn Fn(&Row) -> Option<f64>>;
 
-/// Which number of a column stands out.
+/// Which number of a column is highlighted.
 #[derive(Clone, Copy, PartialEq)]
 enum Best {
     Least,
@@ -59,7 +59,7 @@ pub(super) fn summary(findings: &Findings<'_>) -> String {
     table("All methods", &groups, &columns, findings)
 }
 
-/// All measures of the errors at one place.
+/// All error measures at one place.
 pub(super) fn of_place(findings: &Findings<'_>, place: Place) -> String {
     let measure = |head, pick: fn(&Errors) -> f64, write, best| {
         let value = move |row: &Row| {
@@ -78,7 +78,7 @@ pub(super) fn of_place(findings: &Findings<'_>, place: Place) -> String {
     table(&format!("Errors: {}", place.name()), &[], &columns, findings)
 }
 
-/// RMS errors of each channel or light on its own; nothing where there is only one.
+/// RMS errors of each channel or light separately; empty if there is only one.
 pub(super) fn of_channels(findings: &Findings<'_>) -> String {
     let names = findings.floor.channels.iter().map(|(name, _)| name.as_str());
     let groups: Vec<(&str, u32)> = std::iter::once(("", 1)).chain(names.map(|n| (n, 4))).collect();

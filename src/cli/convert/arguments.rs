@@ -1,4 +1,4 @@
-//! What was typed after `convert`, and what it means.
+//! Parses the arguments of `convert`.
 
 use std::path::PathBuf;
 
@@ -61,7 +61,7 @@ pub(in crate::cli) struct Arguments {
     file: FileArguments,
 }
 
-/// What the options ask for.
+/// The operations that the options request.
 pub(super) struct Wanted {
     /// Number type of the output.
     pub to_type: Option<ValueType>,
@@ -75,7 +75,7 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
-    /// Whether the voxels stay as they are.
+    /// Whether the voxels stay unchanged.
     pub(super) fn is_nothing(&self) -> bool {
         self.to_type.is_none()
             && self.range.is_none()
@@ -88,13 +88,13 @@ impl Wanted {
 }
 
 impl Arguments {
-    /// How the input is read, and what is done with it.
+    /// How the input is read, and which operations are requested.
     pub(super) fn meaning(&self) -> Result<(ReadOptions, Wanted)> {
         let mut table = VolumeTable::default();
         self.file.overlay(&mut table);
         let mut to_type = self.to_type.clone();
-        // `--type` speaks of raw input only beside --dims, without which there is no raw input but
-        // one with a sidecar.
+        // `--type` refers to raw input only together with --dims; without that, raw input has a
+        // sidecar.
         if table.dims.is_none()
             && let Some(given) = table.value_type.take()
         {

@@ -1,4 +1,4 @@
-//! `convert`: a volume file in another format.
+//! Command `convert`: writes a volume file in another format.
 
 mod arguments;
 mod output;
@@ -19,7 +19,7 @@ pub(super) use arguments::Arguments;
 use arguments::Wanted;
 use output::{Output, Target};
 
-/// What is to be done, and who is told.
+/// The requested conversion, with its way to report to the user.
 struct Job<'a> {
     options: ReadOptions,
     wanted: Wanted,
@@ -61,18 +61,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// The files that were written, and what is in them, for people.
+/// The written files, and a description of their contents for people.
 type Converted = (Vec<PathBuf>, String);
 
 impl Job<'_> {
-    /// Puts a line for people on stderr, unless they asked for quiet.
+    /// Prints a line for people on stderr, unless `--quiet` was given.
     fn note(&self, line: &str) {
         if !self.quiet {
             say(line);
         }
     }
 
-    /// Says what the output does not hold of the input.
+    /// Reports what the output does not hold of the input.
     fn note_lost(&self, lost: &[String]) {
         if !lost.is_empty() {
             self.note(&format!("{} cannot hold {}", self.output.display(), lost.join("; ")));
@@ -83,7 +83,7 @@ impl Job<'_> {
         self.options.max_bytes
     }
 
-    /// What becomes of a file of dense voxels.
+    /// Converts a file of dense voxels.
     fn dense_file(&self, file: &DenseFile, output: Output) -> Result<Converted> {
         let read = || {
             let grid = DenseGrid::read(file)?;
@@ -99,7 +99,7 @@ impl Job<'_> {
         }
     }
 
-    /// All steps but the last, which gives the numbers another type.
+    /// All operations except the last, which changes the number type.
     fn edited(&self, mut grid: DenseGrid) -> Result<DenseGrid> {
         if let Some(bounds) = self.wanted.crop {
             grid = grid.cropped(bounds)?;
@@ -120,7 +120,7 @@ impl Job<'_> {
         }
     }
 
-    /// The files of a dense format.
+    /// Writes the files of a dense format.
     fn encode(
         &self,
         mut grid: DenseGrid,
@@ -138,7 +138,7 @@ impl Job<'_> {
         }
         let remap = self.remap(|| grid.span(), grid.value_type, to);
         grid = grid.retyped(to, remap)?;
-        // Who gives a range wants new values; without one they stay what they were.
+        // With a range, new values are requested; without one, values keep their meaning.
         if self.wanted.range.is_none() {
             grid.value_scale = remap.value_scale();
         }
@@ -150,7 +150,7 @@ impl Job<'_> {
         Ok((written.paths, what))
     }
 
-    /// How values become numbers of type `to`, said aloud where they change.
+    /// How values become numbers of type `to`; reported if it changes them.
     fn remap(&self, span: impl FnOnce() -> Span, from: ValueType, to: ValueType) -> Remap {
         let range = self.wanted.range;
         let is_float = |one: ValueType| one.limits().is_none();
@@ -176,7 +176,7 @@ impl Job<'_> {
         remap
     }
 
-    /// Half floats end at 65504.
+    /// Reports values beyond 65504, the largest half float.
     fn note_overflow(&self, span: Span) {
         let [low, high] = span.range.unwrap_or([0.0; 2]);
         if low.abs().max(high.abs()) >= 65520.0 {
@@ -186,7 +186,7 @@ impl Job<'_> {
     }
 }
 
-/// Voxels for people.
+/// A description of voxels for people.
 fn described([x, y, z]: [usize; 3], components: usize, value_type: ValueType) -> String {
     let vector = if components > 1 { format!(" x {components}") } else { String::new() };
     format!("{x} x {y} x {z} voxels of {}{vector}", value_type.name())

@@ -1,4 +1,5 @@
-//! Where a conversion goes: the format that the name's ending asks for, and its files, all or none.
+//! The output of a conversion: the format for the name's ending, and its files, which are written
+//! all or none.
 
 use std::path::Path;
 
@@ -7,10 +8,10 @@ use crate::io::dense::{DenseOutput, DenseTarget};
 use crate::io::vdb::Compression;
 use crate::io::{Inputs, PendingFile};
 
-/// The endings of all formats that are written.
+/// The endings of all output formats.
 const ENDINGS: &str = ".vdb, .npy, .nrrd, .nhdr, .mha, .mhd, .raw";
 
-/// The format of the output, and how it is packed.
+/// The output format and its compression.
 #[derive(Clone, Copy)]
 pub(super) enum Target {
     OpenVdb(Compression),
@@ -45,15 +46,15 @@ impl Target {
     }
 }
 
-/// Files that are promised.
+/// Output files that are prepared.
 pub(super) enum Output {
     OpenVdb(PendingFile, Compression),
     Dense(DenseOutput, DenseTarget),
 }
 
 impl Output {
-    /// Makes sure, before the work, that there is a place for all files of a conversion, where none
-    /// of the `inputs` lies.
+    /// Checks, before the work, that all files of a conversion can be written, and that none of
+    /// them is one of the `inputs`.
     pub(super) fn promise(path: &Path, target: Target, inputs: &Inputs) -> Result<Self> {
         Ok(match target {
             Target::OpenVdb(compression) => {

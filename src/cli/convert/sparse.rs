@@ -1,4 +1,4 @@
-//! Conversions from and to OpenVDB, whose grids stay sparse as long as they can.
+//! Conversions from and to OpenVDB, whose grids stay sparse as long as possible.
 
 use std::collections::BTreeMap;
 
@@ -15,13 +15,13 @@ use crate::io::vdb::{
     ValueType, VdbFile, VdbWriter,
 };
 
-/// Metadata that other fields of a dense grid hold, or that speaks of the file it comes from.
+/// Metadata that other fields of a dense grid hold, or that describe the input file.
 const UNDERSTOOD: [&str; 4] = ["name", "class", "is_saved_as_half_float", SPACE];
 
-/// The metadata that says what a grid's world is, by a name of NRRD's.
+/// The metadata key for the coordinate system of a grid's world, by NRRD's name.
 const SPACE: &str = "space";
 
-/// What a grid without another name is called in OpenVDB files, where programs look for it.
+/// The name in OpenVDB files of a grid without a name, which programs look for.
 const DENSITY: &str = "density";
 
 impl Job<'_> {
@@ -41,7 +41,7 @@ impl Job<'_> {
                 .instance_of
                 .as_ref()
                 .and_then(|name| headers[..at].iter().position(|other| other.unique_name == *name));
-            // Resampling changes the transform, too.
+            // Resampling also changes the transform.
             if let (Some(parent), None) = (parent, self.wanted.resample) {
                 writer.add_instance(header, parent)?;
                 self.progress.advance(2);
@@ -84,7 +84,7 @@ impl Job<'_> {
         self.written(writer, output, &known, sparse.then_some(count), compression)
     }
 
-    /// A file whose voxels can go into leaves as they come, if nothing is to be done with them.
+    /// Packs a file's voxels into leaves as they are read, if no operation is requested.
     pub(super) fn packed_vdb(
         &self,
         file: &DenseFile,
@@ -93,7 +93,7 @@ impl Job<'_> {
         if self.wanted.is_nothing() { file.packed_vdb(compression) } else { Ok(None) }
     }
 
-    /// The same as [`Self::dense_to_vdb`] for voxels that are in leaves already.
+    /// Like [`Self::dense_to_vdb`], for voxels that are already in leaves.
     pub(super) fn streamed_to_vdb(
         &self,
         (known, packed): (DenseGrid, PackedGrid),
@@ -110,7 +110,7 @@ impl Job<'_> {
         self.written(writer, output, &known, count, compression)
     }
 
-    /// Says what becomes of a dense grid's numbers and what is lost of it.
+    /// Reports changes of a dense grid's numbers, and what is lost of it.
     fn note_numbers(&self, grid: &DenseGrid) {
         if let Some(up) = grid.up {
             self.note_lost(&[format!("that {} points up (render it with --up)", up.name())]);
@@ -121,7 +121,7 @@ impl Job<'_> {
         }
     }
 
-    /// The file of a dense grid, of which `active` voxels are active if not all.
+    /// Writes the file of a dense grid; `active` is the number of active voxels if not all are.
     fn written(
         &self,
         writer: VdbWriter,
@@ -139,7 +139,7 @@ impl Job<'_> {
         )
     }
 
-    /// The active bounding box of one grid, or the box that was asked for, in the grid's own type.
+    /// The active bounding box of one grid, or the requested box, in the grid's own type.
     pub(super) fn dense_of_vdb(&self, file: &VdbFile) -> Result<DenseGrid> {
         let index = fog::chosen(file, self.options.grid.as_deref())?;
         let header = &file.grids()[index];
@@ -172,7 +172,7 @@ impl Job<'_> {
         }
         dense.name.clone_from(&header.name);
         dense.class = Some(header.class().to_owned());
-        // What the grid says comes before what the whole file says.
+        // The grid's metadata take precedence over the file's.
         let all = file.metadata().iter().chain(header.metadata.iter());
         let kept = all.filter(|(key, _)| !key.starts_with("file_") && !UNDERSTOOD.contains(key));
         let texts: BTreeMap<String, String> =
@@ -181,7 +181,7 @@ impl Job<'_> {
         self.resampled(dense)
     }
 
-    /// The grids that are to be written: the one that was asked for, or all that can be read.
+    /// The grids to be written: the requested one, or all that can be read.
     fn chosen_grids(&self, file: &VdbFile) -> Result<Vec<usize>> {
         if let Some(name) = self.options.grid.as_deref() {
             return Ok(vec![fog::chosen(file, Some(name))?]);
@@ -202,7 +202,7 @@ impl Job<'_> {
         Ok(chosen)
     }
 
-    /// A grid of a file, unless it takes more memory than allowed.
+    /// Loads a grid of a file, unless it takes more memory than allowed.
     fn loaded(&self, file: &VdbFile, index: usize) -> Result<Grid> {
         let needed = file.survey(index, SurveyDepth::Topology)?.memory_bytes;
         if needed > self.max_bytes() {
@@ -225,8 +225,8 @@ impl Job<'_> {
         if self.wanted.magnitude { grid.magnitude() } else { grid }
     }
 
-    /// The grid with other voxels and its new place, if it was asked for: this goes through a dense
-    /// box around the active voxels.
+    /// The grid after resampling, with its new transform, if that was requested. It goes through a
+    /// dense box around the active voxels.
     fn sparsely_resampled(
         &self,
         grid: Grid,
@@ -240,7 +240,7 @@ impl Job<'_> {
         let place = affine(header).map_err(refused)?;
         let boolean = matches!(grid, Grid::Bool(_));
         let Some(bounds) = grid.active_bounds() else {
-            // Nothing but the background, at another place.
+            // There is only the background, at another place.
             let origin = IndexBox { min: IVec3::ZERO, max: IVec3::ZERO };
             let nowhere = DenseGrid::of_vdb(&grid, origin, place, self.max_bytes())?;
             let place = self.resampled(nowhere)?.world_from_index;
@@ -252,7 +252,7 @@ impl Job<'_> {
         drop(grid);
         let mut dense = self.resampled(dense)?;
         let place = dense.world_from_index;
-        // Without a word the voxels of the background would be taken for inactive ones.
+        // Without marks, voxels with the background's value would become inactive.
         dense.active.get_or_insert_with(|| vec![true; dense.dims.iter().product()]);
         let grid = match dense.into_vdb()? {
             Grid::Float(tree) if boolean => tree.map(|value| value != 0.0).into(),
@@ -261,7 +261,7 @@ impl Job<'_> {
         Ok((grid, Some(place)))
     }
 
-    /// The grid with numbers of the type that was asked for.
+    /// The grid with numbers of the requested type.
     fn retyped(&self, grid: Grid) -> Result<Grid> {
         let from = match grid.value_type() {
             ValueType::Float | ValueType::Vec3s => Number::F32,
@@ -311,12 +311,12 @@ impl Job<'_> {
     }
 }
 
-/// What a dense grid is called in OpenVDB files.
+/// The name of a dense grid in OpenVDB files.
 fn vdb_name(grid: &DenseGrid) -> &str {
     if grid.name.is_empty() { DENSITY } else { &grid.name }
 }
 
-/// A file of a dense grid.
+/// A writer for the file of a dense grid.
 fn vdb_writer(grid: &DenseGrid, compression: Compression) -> VdbWriter {
     let mut metadata = Metadata::default();
     let creator = concat!("deepshadow ", env!("CARGO_PKG_VERSION"));
@@ -324,7 +324,7 @@ fn vdb_writer(grid: &DenseGrid, compression: Compression) -> VdbWriter {
     VdbWriter::new(&[vdb_name(grid)], compression, &metadata)
 }
 
-/// A new grid with the class and the metadata of a dense one.
+/// Adds the class and the metadata of a dense grid to a new grid.
 fn described(new: NewGrid, grid: &DenseGrid) -> NewGrid {
     let scalar = if grid.components == 1 { "fog volume" } else { "unknown" };
     let mut new = new.with_class(grid.class.as_deref().unwrap_or(scalar));
@@ -335,7 +335,7 @@ fn described(new: NewGrid, grid: &DenseGrid) -> NewGrid {
     new
 }
 
-/// The place of a grid; why there is none that can be used.
+/// The transform of a grid, or why it cannot be used.
 fn affine(header: &GridHeader) -> Result<DMat4, String> {
     match &header.transform {
         Transform::Affine(matrix) => Ok(*matrix),
@@ -343,7 +343,7 @@ fn affine(header: &GridHeader) -> Result<DMat4, String> {
     }
 }
 
-/// An error of too much memory that says what helps.
+/// Adds advice to an error of too much memory.
 fn with_advice(error: Error, advice: &str) -> Error {
     match error.kind() {
         ErrorKind::Limit { what, needed, limit } => ErrorKind::Limit {

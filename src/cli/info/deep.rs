@@ -1,4 +1,4 @@
-//! What `info` finds out about a deep image, and how it is said.
+//! The report of `info` on a deep image, and its text.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::text::{Lines, in_memory};
 use crate::error::Result;
 use crate::io::deep_exr::{Attribute, Channel, DeepFile, DeepHeader, DeepStatistics, Window};
 
-/// A deep image; what is not known is `None`.
+/// What is known of a deep image; `None` for what is not known.
 pub(super) struct DeepReport {
     size: [u32; 2],
     header: DeepHeader,
@@ -19,7 +19,7 @@ pub(super) struct DeepReport {
 }
 
 impl DeepReport {
-    /// Looks through the file, at samples if `values`; no line is kept.
+    /// Examines the file, including samples if `values`; keeps no line.
     pub(super) fn of(path: &Path, max_bytes: u64, values: bool) -> Result<Self> {
         let mut file = DeepFile::open(path, max_bytes)?;
         let statistics = if values { Some(file.statistics()?) } else { None };
@@ -32,7 +32,7 @@ impl DeepReport {
         })
     }
 
-    /// All attributes but those that have fields of their own.
+    /// All attributes without fields of their own.
     pub(super) fn metadata(&self) -> Vec<(String, Json)> {
         let attributes = self.header.attributes.iter();
         attributes.map(|(name, value)| (name.clone(), attribute(value))).collect()
@@ -72,7 +72,7 @@ impl DeepReport {
         })
     }
 
-    /// Bytes of memory that the image takes once read.
+    /// Bytes of memory that the image takes once it is read.
     fn memory_bytes(&self) -> Option<u64> {
         let found = self.statistics.as_ref()?;
         Some(4 * found.pixels + found.samples * self.header.sample_bytes() as u64)
@@ -115,7 +115,7 @@ impl DeepReport {
     }
 }
 
-/// An attribute; bytes of unknown types by their number.
+/// An attribute as JSON; for unknown types the number of bytes.
 fn attribute(value: &Attribute) -> Json {
     let floats = |values: &[f32]| values.iter().map(|&value| number(value.into())).collect();
     match value {

@@ -54,7 +54,7 @@ fn object(entries: &[(String, Json)]) -> Json {
     Json::Object(entries.iter().cloned().collect::<Map<_, _>>())
 }
 
-/// A number, or its name where JSON has none.
+/// A number, or its name if JSON cannot represent it.
 pub(in crate::cli) fn number(value: f64) -> Json {
     if value.is_nan() {
         "nan".into()
@@ -89,7 +89,7 @@ pub(super) fn value(value: AnyValue) -> Json {
     }
 }
 
-/// All entries; bytes of unknown types by their number.
+/// All entries; for unknown types the number of bytes.
 pub(super) fn metadata(metadata: &Metadata) -> Vec<(String, Json)> {
     let json = |value: &MetaValue| match value {
         MetaValue::Bool(value) => (*value).into(),

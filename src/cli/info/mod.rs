@@ -1,4 +1,4 @@
-//! `info`: what a volume file or a deep image holds, for people or for programs.
+//! Command `info`: describes a volume file or a deep image, for people or for programs.
 
 mod deep;
 mod json;

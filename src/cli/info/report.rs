@@ -1,4 +1,4 @@
-//! What `info` finds out, before it is written in any way.
+//! Collects what `info` reports, independently of the output format.
 
 use std::path::{Path, PathBuf};
 
@@ -19,14 +19,14 @@ pub(super) struct Report {
     pub path: PathBuf,
     pub format: Format,
     pub metadata: Vec<(String, Json)>,
-    /// Why there may be more grids than are listed.
+    /// Why the list of grids may be incomplete.
     pub unreachable: Option<String>,
     pub grids: Vec<GridReport>,
-    /// Of a deep image, which has no grids.
+    /// The report on a deep image, which has no grids.
     pub deep: Option<DeepReport>,
 }
 
-/// One grid; what is not known is `None`.
+/// A grid; `None` for what is not known.
 pub(super) struct GridReport {
     pub name: String,
     pub value_type: String,
@@ -34,11 +34,11 @@ pub(super) struct GridReport {
     /// Why its voxels cannot be read.
     pub refused: Option<String>,
     pub active_voxels: Option<u64>,
-    /// Lowest and highest index, both included.
+    /// Lowest and highest index, inclusive.
     pub active_bounds: Option<[[i64; 3]; 2]>,
     pub background: Json,
     pub world_from_index: Option<DMat4>,
-    /// One for each component.
+    /// One per component.
     pub statistics: Vec<Statistics>,
     pub histogram: Option<Histogram>,
     pub metadata: Vec<(String, Json)>,
@@ -50,7 +50,7 @@ pub(super) struct GridReport {
 const BINS: usize = 16;
 
 impl Report {
-    /// Looks through the file `path`: at values if `statistics`, and for a histogram too if
+    /// Examines the file `path`, including values if `statistics`, and with a histogram if
     /// `histograms`.
     pub(super) fn of(
         path: &Path,
@@ -197,7 +197,7 @@ impl GridReport {
                 report.statistics = vec![sparse.statistics];
             }
         } else if values {
-            // Nothing is kept: voxels may be more than memory holds.
+            // Nothing is kept, because the voxels may exceed the memory.
             let mut tallies = vec![Tally::default(); header.components];
             let mut range = FiniteRange::default();
             file.scan(|values, densities| {
@@ -219,7 +219,7 @@ impl GridReport {
     }
 }
 
-/// What statistics are made from.
+/// Accumulates statistics.
 #[derive(Clone, Copy)]
 struct Tally {
     min: f64,

@@ -8,7 +8,8 @@ use super::report::{GridReport, Report};
 use crate::error::quote::{LONGEST_LINE, one_line};
 use crate::io::Histogram;
 
-/// Lines for people; whatever a line quotes of a file, it stays one, and steers no terminal.
+/// Lines for people. Text that is quoted from a file stays on one line and cannot control a
+/// terminal.
 pub(super) struct Lines(String);
 
 impl Lines {
@@ -60,7 +61,7 @@ fn table(text: &mut Lines, grid: &GridReport) {
             let steps = [0, 1, 2].map(|axis| matrix.col(axis).truncate());
             let lengths = steps.map(glam::DVec3::length);
             text.add(format_args!("  voxel size  {}", list(&lengths)));
-            // Axes that only have a length are the usual case.
+            // Usually the axes of a grid are parallel to the world's, so their lengths are enough.
             if steps.iter().enumerate().any(|(axis, step)| step[axis] != lengths[axis]) {
                 let steps = steps.map(|step| list(&step.to_array()));
                 text.add(format_args!("  axes        {}", steps.join("; ")));
@@ -89,7 +90,7 @@ fn table(text: &mut Lines, grid: &GridReport) {
     }
 }
 
-/// What follows the bytes in a file, if those in memory are known.
+/// The text behind the bytes in a file, if the bytes in memory are known.
 pub(super) fn in_memory(bytes: Option<u64>) -> String {
     bytes.map_or_else(String::new, |bytes| format!(", {bytes} bytes in memory"))
 }
@@ -105,7 +106,8 @@ fn metadata(text: &mut Lines, entries: &[(String, Json)]) {
     }
 }
 
-/// A bar a bin; its length grows with the square root of the count, so that rare values are seen.
+/// One bar per bin. Its length is proportional to the square root of the count, so that rare values
+/// are visible.
 fn bars(text: &mut Lines, histogram: &Histogram) {
     const WIDTH: f64 = 40.0;
     let most = histogram.counts.iter().copied().max().unwrap_or(0).max(1) as f64;

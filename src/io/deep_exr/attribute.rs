@@ -17,9 +17,9 @@ pub enum Attribute {
     IntVec3([i32; 3]),
     FloatVec2([f32; 2]),
     FloatVec3([f32; 3]),
-    /// Row after row.
+    /// Row by row.
     Matrix3x3([f32; 9]),
-    /// Row after row; this crate's are for column vectors.
+    /// Row by row; the matrices that this crate writes are for column vectors.
     Matrix4x4([f32; 16]),
     /// The lowest x, y and the highest x, y, both included.
     IntBox2([i32; 4]),
@@ -54,7 +54,7 @@ impl From<DVec3> for Attribute {
     }
 }
 
-/// Row after row, as the maps of [`crate::io::exr`] have their matrices.
+/// Row by row, for column vectors, like the matrices in the maps of [`crate::io::exr`].
 impl From<&DMat4> for Attribute {
     fn from(matrix: &DMat4) -> Self {
         Self::Matrix4x4(matrix.transpose().to_cols_array().map(|x| x as f32))
@@ -101,7 +101,7 @@ impl Attribute {
         }
     }
 
-    /// The value of `bytes`; a known type of a wrong size keeps its bytes.
+    /// The value in `bytes`; if the size does not fit a known type, the bytes are kept.
     pub(super) fn from_bytes(type_name: &str, bytes: &[u8]) -> Self {
         let mut cursor = Cursor::new(bytes);
         let known = match type_name {

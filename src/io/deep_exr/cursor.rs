@@ -1,6 +1,6 @@
-//! A cursor over bytes that never reads beyond them. Knows nothing of what they mean.
+//! A cursor over bytes that never reads beyond their end. Knows nothing of their meaning.
 
-/// Bytes not read yet.
+/// The bytes that are not read yet.
 #[derive(Clone)]
 pub(super) struct Cursor<'a> {
     rest: &'a [u8],
@@ -23,7 +23,7 @@ impl<'a> Cursor<'a> {
         self.rest.len()
     }
 
-    /// All that is left.
+    /// All remaining bytes.
     pub(super) fn rest(&mut self) -> &'a [u8] {
         std::mem::take(&mut self.rest)
     }
@@ -65,7 +65,7 @@ impl<'a> Cursor<'a> {
         Ok(values)
     }
 
-    /// A name and the zero behind it; empty where a list of names ends.
+    /// A name and the zero behind it; an empty name ends a list of names.
     pub(super) fn name(&mut self) -> Result<String, String> {
         let end = self.rest.iter().take(LONGEST_NAME + 1).position(|&byte| byte == 0);
         let end = end.ok_or_else(|| {

@@ -1,5 +1,5 @@
-//! Deep images as bytes of an OpenEXR file: one scanline part, lines from top to bottom. The same
-//! image gives the same bytes, however many threads pack it.
+//! Encodes deep images as OpenEXR: one scanline part, lines from top to bottom. The same image
+//! gives the same bytes, however many threads pack it.
 
 use super::attribute::Attribute;
 use super::header::{Channel, DeepHeader, PixelType};
@@ -10,12 +10,12 @@ use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
 use crate::parallel;
 
-/// Lines that are packed at once, so that no more of them are in memory than that.
+/// Number of lines that are packed at a time, which bounds the memory for packed lines.
 const BATCH: usize = 64;
-/// Names of more bytes make a file one with long names.
+/// A longer name requires the flag for long names.
 const SHORT_NAME: usize = 31;
 
-/// A line, packed.
+/// A packed line.
 struct Chunk {
     counts: Vec<u8>,
     samples: Vec<u8>,
@@ -23,13 +23,14 @@ struct Chunk {
     most_samples: u32,
 }
 
-/// A deep image whose lines `fill` makes one by one: it gets the number of a line, 0 on top, and an
-/// empty line, to which it pushes samples, front to back, and ends each pixel. Lines are made by
-/// all threads of rayon's current pool, in any order; only a few are in memory at a time.
+/// Encodes a deep image whose lines are made one by one. `fill` receives the number of a line, 0 on
+/// top, and an empty line; it pushes the samples of each pixel, front to back, and ends each pixel.
+/// All threads of rayon's current pool make lines, in any order; only a few are in memory at a
+/// time.
 ///
 /// # Errors
-/// If `fill` fails, if a line has not the header's width, or if the header holds what a file
-/// cannot.
+/// If `fill` fails, if a line does not have the header's width, or if a file cannot store the
+/// header.
 pub fn encode(
     header: &DeepHeader,
     fill: impl Fn(u32, &mut DeepRow) -> Result<()> + Sync,
@@ -41,17 +42,17 @@ pub fn encode(
     })
 }
 
-/// A deep image of slabs of fog, with the float channels A, Z and ZBack: `slabs(x, y)` are those of
-/// the pixel in column `x` of row `y`, by depth and without overlap. The channels of `header` are
-/// replaced.
+/// Encodes a deep image of slabs of fog with the float channels A, Z and ZBack. `slabs(x, y)`
+/// returns the slabs of the pixel in column `x` of row `y`, by rising depth and without overlap.
+/// The channels of `header` are replaced.
 ///
-/// Opacity inside a slab follows 1 - (1 - A)^x, so that optical depth is linear in depth. A slab of
-/// more than [`Slab::MOST_OPTICAL_DEPTH`] is written as several, because opacity loses its optical
-/// depth where it nears 1.
+/// Opacity over a share x of a slab is 1 - (1 - A)^x, so that optical depth is linear in depth. A
+/// slab of more than [`Slab::MOST_OPTICAL_DEPTH`] is written as several, because an opacity close
+/// to 1 does not preserve its optical depth.
 ///
 /// # Errors
-/// If a depth is not finite, a slab ends before it begins, begins before the one in front of it
-/// ends (by more than rounding), or has a negative optical depth; as [`encode`].
+/// If a depth is not finite, if a slab ends before it begins or begins before the one in front of
+/// it ends (by more than rounding), or if an optical depth is negative. As [`encode`].
 pub fn encode_slabs<I: IntoIterator<Item = Slab>>(
     header: &DeepHeader,
     slabs: impl Fn(u32, u32) -> I + Sync,
@@ -77,11 +78,11 @@ pub fn encode_slabs<I: IntoIterator<Item = Slab>>(
 }
 
 impl DeepImage {
-    /// The bytes of a file that holds this image.
+    /// Encodes this image as a file.
     ///
     /// # Errors
-    /// If a line has not the header's width and channels, or if the header holds what a file
-    /// cannot.
+    /// If a line does not have the header's width and channels, or if a file cannot store the
+    /// header.
     pub fn encode(&self) -> Result<Vec<u8>> {
         let due = self.header.size()?[1] as usize;
         if self.rows.len() != due {
@@ -95,7 +96,7 @@ impl DeepImage {
 /// Bytes before the packed counts of a line.
 const CHUNK_HEAD: usize = 28;
 
-/// Puts a file together from its packed lines.
+/// Assembles a file from its packed lines.
 fn assemble(header: &DeepHeader, chunk: impl Fn(u32) -> Result<Chunk> + Sync) -> Result<Vec<u8>> {
     header.check_names()?;
     let [_, height] = header.size()?;
@@ -165,14 +166,15 @@ fn pack(header: &DeepHeader, row: &DeepRow) -> Result<Chunk> {
     })
 }
 
-/// The header's channels in the order of a file.
+/// Indices of the header's channels in the order of a file, which is alphabetical.
 fn sorted(header: &DeepHeader) -> Vec<usize> {
     let mut order: Vec<usize> = (0..header.channels.len()).collect();
     order.sort_by_key(|&at| &header.channels[at].name);
     order
 }
 
-/// Writes everything before the table of offsets; returns where the largest number of samples goes.
+/// Writes everything in front of the table of offsets. Returns the position for the largest number
+/// of samples.
 fn write_header(header: &DeepHeader, height: u32, bytes: &mut Vec<u8>) -> Result<usize> {
     const MOST_SAMPLES: &str = "maxSamplesPerPixel";
     let other = |type_name: &str, bytes| Attribute::Other { type_name: type_name.into(), bytes };
@@ -238,7 +240,7 @@ fn channel_list(header: &DeepHeader) -> Vec<u8> {
         list.extend(channel.name.bytes().chain([0]));
         list.extend(code.to_le_bytes());
         list.extend([u8::from(channel.linear), 0, 0, 0]);
-        // A sample at every pixel.
+        // The sampling: one for every pixel.
         list.extend([1_i32, 1].map(i32::to_le_bytes).concat());
     }
     list.push(0);

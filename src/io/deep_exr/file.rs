@@ -1,6 +1,6 @@
-//! Opened deep files: headers first, lines when asked for. Every size is held against the bytes
-//! that are there, so that a broken or hostile file ends in an error and not in a panic or in more
-//! memory than it justifies.
+//! Opened deep files: headers first, lines on request. Every size is checked against the bytes that
+//! exist, so that a broken or hostile file causes an error, and neither a panic nor more memory
+//! than its size justifies.
 
 use std::fs::File;
 use std::io::{Cursor as Memory, Read, Seek, SeekFrom};
@@ -15,14 +15,15 @@ use super::{DEEP_FLAG, MAGIC};
 use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
 
-/// Bytes that the headers may take.
+/// The largest number of bytes for headers.
 const LONGEST_HEAD: u64 = 1 << 20;
 
-/// What a file may be read from.
+/// What a file can be read from.
 trait Stream: Read + Seek + Send {}
 impl<T: Read + Seek + Send> Stream for T {}
 
-/// A deep file whose headers have been read. Of several parts it is the first of deep lines.
+/// A deep file whose headers have been read. Of several parts, the first with deep scanlines is
+/// used.
 pub struct DeepFile {
     path: PathBuf,
     stream: Box<dyn Stream>,
@@ -30,23 +31,24 @@ pub struct DeepFile {
     max_bytes: u64,
     start: Start,
     size: [u32; 2],
-    /// Where each line begins.
+    /// Offset of each line.
     offsets: Vec<u64>,
 }
 
 impl DeepFile {
     /// Whether a file that starts with these bytes (eight or more) is OpenEXR with deep data;
-    /// `None` if it is no OpenEXR at all.
+    /// `None` if it is not OpenEXR.
     pub fn recognizes(start: &[u8]) -> Option<bool> {
         let mut cursor = Cursor::new(start.strip_prefix(&MAGIC)?);
         cursor.i32().ok().map(|version| version as u32 & DEEP_FLAG != 0)
     }
 
-    /// Opens a file and reads its headers; what is read of it takes `max_bytes` of memory at most.
+    /// Opens a file and reads its headers. Lines and images that are read from it take at most
+    /// `max_bytes` of memory.
     ///
     /// # Errors
-    /// `File` if the system refuses; `Contents` if this is no deep OpenEXR file of lines, or its
-    /// headers are broken.
+    /// `File` if the system refuses; `Contents` if this is not a deep OpenEXR file of scanlines, or
+    /// if its headers are broken.
     pub fn open(path: impl AsRef<Path>, max_bytes: u64) -> Result<Self> {
         let path = path.as_ref();
         let file = File::open(path).map_err(|error| Error::file(path, error))?;
@@ -85,7 +87,7 @@ impl DeepFile {
         Ok(Self { path: path.to_owned(), stream, length, max_bytes, start, size, offsets })
     }
 
-    /// What the image says of itself.
+    /// The image's header.
     pub fn header(&self) -> &DeepHeader {
         &self.start.header
     }
@@ -100,18 +102,18 @@ impl DeepFile {
         self.length
     }
 
-    /// Name and type of the parts that are not read.
+    /// Name and type of each part that is not read.
     pub fn other_parts(&self) -> &[String] {
         &self.start.other_parts
     }
 
-    /// Runs `visit` on each line, from top to bottom, keeping none.
+    /// Calls `visit` for each line, from top to bottom, without keeping any.
     ///
     /// # Errors
-    /// `Contents` if a line is broken or missing, `Limit` if it takes more memory than allowed;
-    /// what `visit` fails with.
+    /// `Contents` if a line is broken or missing, `Limit` if it takes more memory than allowed, and
+    /// errors of `visit`.
     pub fn for_each_row(&mut self, mut visit: impl FnMut(DeepRow) -> Result<()>) -> Result<()> {
-        // Lines that share bytes could unpack to far more than the file justifies.
+        // Lines that share bytes in the file could unpack to far more than its size justifies.
         let mut unread = self.length;
         for y in 0..self.size[1] {
             visit(self.read_row(y, &mut unread)?)?;
@@ -136,7 +138,7 @@ impl DeepFile {
         Ok(DeepImage { header: self.header().clone(), rows })
     }
 
-    /// How many samples there are, how deep, how opaque; no line is kept.
+    /// The numbers of samples, their depths and their opacity, without keeping lines.
     ///
     /// # Errors
     /// As [`DeepFile::for_each_row`].
@@ -160,7 +162,7 @@ impl DeepFile {
                 return Err(bad(format!("it ends early: {count} bytes are due at byte {at}")));
             }
             *unread -= count;
-            // The file has as many bytes.
+            // The count was checked against the bytes of the file.
             let mut bytes = memory::filled(count as usize, 0, "a line of samples")?;
             stream.seek(SeekFrom::Start(at)).map_err(failed)?;
             stream.read_exact(&mut bytes).map_err(failed)?;
@@ -194,7 +196,7 @@ impl DeepFile {
         if due != expected {
             return Err(bad(format!("{due} bytes for {last} samples, {expected} are due")));
         }
-        // Where a line begins is checked against the file's length, so this cannot overflow.
+        // The line's offset was checked against the file's length, so this cannot overflow.
         let samples = piece(at + head_bytes + packed_counts, packed_samples)?;
         let samples = compression.unpack(&samples, due).map_err(bad)?;
         let mut samples = Cursor::new(&samples);
@@ -206,8 +208,8 @@ impl DeepFile {
     }
 }
 
-/// The number of a line and its three sizes: of the packed numbers of samples, of the packed
-/// samples, of the unpacked samples.
+/// The number of a line and three sizes: of the packed sample counts, of the packed samples and of
+/// the unpacked samples.
 fn read_chunk_head(head: &[u8], part: Option<i32>) -> Result<[u64; 4], String> {
     let mut cursor = Cursor::new(head);
     if let Some(part) = part {

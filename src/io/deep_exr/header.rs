@@ -1,11 +1,11 @@
-//! What a deep file says of itself: windows, channels, attributes. Knows nothing of samples.
+//! Headers of deep files: windows, channels, attributes. Knows nothing of samples.
 
 use super::attribute::Attribute;
 use super::cursor::LONGEST_NAME;
 use super::pack::Compression;
 use crate::error::{Error, Result};
 
-/// Attributes that the fields of [`DeepHeader`] stand for, or that follow from the samples.
+/// Attributes that are fields of [`DeepHeader`], or that follow from the samples.
 pub(super) const OWN_ATTRIBUTES: [&str; 9] = [
     "channels",
     "chunkCount",
@@ -18,19 +18,19 @@ pub(super) const OWN_ATTRIBUTES: [&str; 9] = [
     "version",
 ];
 
-/// What the samples of a channel are.
+/// The number type of a channel's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelType {
-    /// Whole numbers of 32 bits, such as an object's number.
+    /// 32-bit integers, such as an object's number.
     Uint,
-    /// Floating point, 16 bits.
+    /// 16-bit floating point.
     Half,
-    /// Floating point, 32 bits.
+    /// 32-bit floating point.
     Float,
 }
 
 impl PixelType {
-    /// Its name, as `half`.
+    /// The type's name, such as `half`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Uint => "uint",
@@ -39,7 +39,7 @@ impl PixelType {
         }
     }
 
-    /// Bytes of a sample.
+    /// Bytes per sample.
     pub fn size(self) -> usize {
         if self == Self::Half { 2 } else { 4 }
     }
@@ -48,13 +48,13 @@ impl PixelType {
 /// A channel, such as Z.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Its name. Those with a meaning here: `Z` and `ZBack` (distances where a sample begins and
-    /// ends), `A` (opacity of the sample, 0..1) or `AR`, `AG`, `AB` (by colour), `R`, `G`, `B`
-    /// (radiance, premultiplied by the sample's opacity).
+    /// The channel's name. These have a meaning here: `Z` and `ZBack` (distances where a sample
+    /// begins and ends), `A` (opacity of the sample, 0..1) or `AR`, `AG`, `AB` (opacity per
+    /// colour), and `R`, `G`, `B` (radiance, premultiplied by the sample's opacity).
     pub name: String,
-    /// What its samples are.
+    /// The number type of its samples.
     pub pixel_type: PixelType,
-    /// `pLinear`: a hint to programs that compress with loss, which nobody does to deep files.
+    /// `pLinear`: a hint for lossy compression, which deep files do not have.
     pub linear: bool,
 }
 
@@ -75,17 +75,17 @@ impl Channel {
 pub struct Window {
     /// Lowest x and y.
     pub min: [i32; 2],
-    /// Highest x and y, which still belong to it.
+    /// Highest x and y, inclusive.
     pub max: [i32; 2],
 }
 
 impl Window {
-    /// The window of `width` by `height` pixels from (0, 0) on.
+    /// The window of `width` x `height` pixels with its lowest corner at (0, 0).
     pub fn of_size([width, height]: [u32; 2]) -> Self {
         Self { min: [0; 2], max: [width, height].map(|n| n.wrapping_sub(1) as i32) }
     }
 
-    /// Pixels across and down; `None` if there are none, or more than [`i32::MAX`] in a direction.
+    /// Width and height in pixels; `None` if the window is empty or longer than [`i32::MAX`].
     pub fn size(&self) -> Option<[u32; 2]> {
         let length = |axis: usize| {
             let length = i64::from(self.max[axis]) - i64::from(self.min[axis]) + 1;
@@ -103,23 +103,23 @@ impl Window {
     }
 }
 
-/// What a deep image says of itself.
+/// The header of a deep image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeepHeader {
-    /// The pixels that are stored.
+    /// The window of the pixels that are stored.
     pub data_window: Window,
-    /// The whole picture that they are part of.
+    /// The window of the whole picture.
     pub display_window: Window,
-    /// How they are packed.
+    /// How the lines are packed.
     pub compression: Compression,
-    /// In alphabetical order where they come from a file; in any order to write.
+    /// The channels; in alphabetical order if read from a file, in any order for writing.
     pub channels: Vec<Channel>,
-    /// All other attributes by name.
+    /// All other attributes as (name, value).
     pub attributes: Vec<(String, Attribute)>,
 }
 
 impl DeepHeader {
-    /// A header for an image of `width` by `height` pixels, packed with ZIPS.
+    /// A header for an image of `size` (width, height) in pixels, packed with ZIPS.
     pub fn new(size: [u32; 2], channels: Vec<Channel>) -> Self {
         Self {
             data_window: Window::of_size(size),
@@ -130,7 +130,7 @@ impl DeepHeader {
         }
     }
 
-    /// The same with an attribute more.
+    /// The same header with one more attribute.
     #[must_use]
     pub fn with(mut self, name: &str, value: impl Into<Attribute>) -> Self {
         self.attributes.push((name.to_owned(), value.into()));
@@ -142,12 +142,12 @@ impl DeepHeader {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value)
     }
 
-    /// Where the channel `name` stands among the channels.
+    /// Index of the channel `name` in `channels`.
     pub fn channel(&self, name: &str) -> Option<usize> {
         self.channels.iter().position(|channel| channel.name == name)
     }
 
-    /// Pixels across and down.
+    /// Width and height in pixels.
     ///
     /// # Errors
     /// If the data window is empty or too large.
@@ -157,12 +157,12 @@ impl DeepHeader {
         self.data_window.size().ok_or_else(empty)
     }
 
-    /// Bytes of one sample in all channels.
+    /// Bytes of one sample over all channels.
     pub fn sample_bytes(&self) -> usize {
         self.channels.iter().map(|channel| channel.pixel_type.size()).sum()
     }
 
-    /// Refuses names that a file cannot hold.
+    /// Checks that a file can store all names.
     pub(super) fn check_names(&self) -> Result<()> {
         let attributes = self.attributes.iter().map(|(name, _)| name);
         let own = attributes.clone().find(|name| OWN_ATTRIBUTES.contains(&name.as_str()));

@@ -1,6 +1,7 @@
-//! Deep OpenEXR: images with any number of samples in each pixel, each with its depth and opacity.
-//! Writes and reads parts of deep lines (`deepscanline`), packed with none, RLE or ZIPS, in safe
-//! Rust, as the `exr` crate has no deep data. It knows nothing of maps or renderers.
+//! Deep OpenEXR: images with any number of samples per pixel, each with its depth and opacity.
+//! Reads and writes parts of deep scanlines (`deepscanline`), packed with none, RLE or ZIPS, in
+//! safe Rust, because the `exr` crate does not support deep data. Knows nothing of maps or
+//! renderers.
 //!
 //! ```
 //! use deepshadow::io::deep_exr::{Attribute, DeepFile, DeepHeader, Slab, encode_slabs};
@@ -22,10 +23,10 @@
 //! # Ok::<(), deepshadow::Error>(())
 //! ```
 //!
-//! In practice: [`encode_slabs`] and [`encode`] make lines on all threads and keep few of them in
-//! memory; [`DeepFile::for_each_row`] reads one at a time; [`DeepImage`] holds all of them.
+//! In practice: [`encode_slabs`] and [`encode`] make lines on all threads and keep only few in
+//! memory; [`DeepFile::for_each_row`] reads one line at a time; [`DeepImage`] holds all of them.
 //!
-//! Deliberately absent: deep tiles, and parts behind the first of deep lines.
+//! Deliberately absent: deep tiles, and parts behind the first one with deep scanlines.
 
 mod attribute;
 mod cursor;
@@ -47,13 +48,13 @@ pub use row::{DeepImage, DeepRow, Samples};
 pub use slab::{Slab, SlabChannels};
 pub use statistics::DeepStatistics;
 
-/// What every OpenEXR file begins with.
+/// The first bytes of every OpenEXR file.
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-/// The format's version, in the low byte of the word behind it.
+/// The format's version, in the low byte of the next word.
 const VERSION: u32 = 2;
-/// Names have more than 31 bytes.
+/// Flag: names may have more than 31 bytes.
 const LONG_NAMES_FLAG: u32 = 0x400;
-/// Some part is deep.
+/// Flag: some part is deep.
 const DEEP_FLAG: u32 = 0x800;
-/// There may be several parts.
+/// Flag: there may be several parts.
 const MULTIPART_FLAG: u32 = 0x1000;

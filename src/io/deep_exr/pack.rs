@@ -1,5 +1,5 @@
-//! The compressions that deep files may have, of one block of bytes at a time. Sizes are known
-//! beforehand on both ways, so nothing here grows beyond them. Knows nothing of pixels.
+//! Compressions of deep files, which pack one block of bytes at a time. Sizes are known before
+//! packing and unpacking, so nothing grows beyond them. Knows nothing of pixels.
 
 use std::io::Write;
 
@@ -7,25 +7,26 @@ use flate2::write::ZlibEncoder;
 use miniz_oxide::inflate::TINFLStatus;
 use miniz_oxide::inflate::core::{DecompressorOxide, decompress, inflate_flags};
 
-/// How the blocks of a deep file are packed. A block that does not shrink is stored as it is.
+/// How the blocks of a deep file are packed. A block that does not shrink is stored unpacked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
-    /// Not at all.
+    /// Unpacked.
     None,
-    /// Runs of equal bytes.
+    /// Run-length encoding.
     Rle,
-    /// Deflated, one line at a time.
+    /// Deflate, one line at a time.
     #[default]
     Zips,
 }
 
-/// Bytes that one packed byte stands for at most: deflate's 258 bytes for two bits, and some more.
+/// The largest number of bytes that one packed byte can stand for: deflate's 258 bytes for two
+/// bits, and some more.
 const DEFLATE_RATIO: u64 = 1040;
-/// The same of runs: 128 bytes for two.
+/// The same for run-length encoding: 128 bytes for two.
 const RLE_RATIO: u64 = 64;
 
 impl Compression {
-    /// Its name, as the format's documents have it.
+    /// The name in the format's documentation.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -34,7 +35,7 @@ impl Compression {
         }
     }
 
-    /// Its number in a file.
+    /// The code in a file.
     pub(super) fn code(self) -> u8 {
         match self {
             Self::None => 0,
@@ -43,7 +44,7 @@ impl Compression {
         }
     }
 
-    /// The compression of that number; the error names those that deep files cannot have.
+    /// The compression for a code; the error names compressions that deep files cannot have.
     pub(super) fn from_code(code: u8) -> Result<Self, String> {
         match code {
             0 => Ok(Self::None),
@@ -53,7 +54,7 @@ impl Compression {
         }
     }
 
-    /// The packed block; the block itself where packing does not shrink it.
+    /// Packs a block; returns it unchanged if packing does not shrink it.
     pub(super) fn pack(self, block: Vec<u8>) -> std::io::Result<Vec<u8>> {
         if self == Self::None || block.is_empty() {
             return Ok(block);
@@ -70,7 +71,7 @@ impl Compression {
         Ok(if packed.len() < block.len() { packed } else { block })
     }
 
-    /// The block of `due` bytes that `packed` holds.
+    /// Unpacks a block of `due` bytes.
     pub(super) fn unpack(self, packed: &[u8], due: u64) -> Result<Vec<u8>, String> {
         if packed.len() as u64 == due {
             return Ok(packed.to_vec());
@@ -102,7 +103,7 @@ impl Compression {
     }
 }
 
-/// Bytes at even places first, then those at odd ones; each minus the one before, plus 128.
+/// Bytes at even positions first, then those at odd ones; then each minus the one before, plus 128.
 fn to_differences(block: &[u8]) -> Vec<u8> {
     let ordered = block.iter().step_by(2).chain(block.iter().skip(1).step_by(2));
     let mut before = 128_u8;
@@ -115,7 +116,7 @@ fn to_differences(block: &[u8]) -> Vec<u8> {
         .collect()
 }
 
-/// Undoes [`to_differences`].
+/// The inverse of [`to_differences`].
 fn from_differences(mut bytes: Vec<u8>) -> Vec<u8> {
     let mut before = 128_u8;
     for byte in &mut bytes {
@@ -131,7 +132,7 @@ fn from_differences(mut bytes: Vec<u8>) -> Vec<u8> {
     block
 }
 
-/// Fills all of `block`; the output cannot grow, so a bomb ends there.
+/// Fills all of `block`. The output cannot grow, which stops a decompression bomb.
 fn inflate(packed: &[u8], block: &mut [u8]) -> Result<(), String> {
     let flags = inflate_flags::TINFL_FLAG_PARSE_ZLIB_HEADER
         | inflate_flags::TINFL_FLAG_USING_NON_WRAPPING_OUTPUT_BUF;
@@ -143,7 +144,8 @@ fn inflate(packed: &[u8], block: &mut [u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// A count c of 0 to 127 and a byte: the byte c + 1 times. A count of -c: c bytes as they are.
+/// Run-length encoding. A count c from 0 to 127 and a byte: the byte c + 1 times. A count of -c: c
+/// literal bytes.
 fn pack_runs(bytes: &[u8]) -> Vec<u8> {
     const LONGEST: usize = 128;
     const SHORTEST: usize = 3;
@@ -170,7 +172,7 @@ fn pack_runs(bytes: &[u8]) -> Vec<u8> {
     packed
 }
 
-/// Fills all of `block` from what [`pack_runs`] makes.
+/// Fills all of `block` from the output of [`pack_runs`].
 fn unpack_runs(packed: &[u8], block: &mut [u8]) -> Result<(), String> {
     let short = || "rle: it ends within a run".to_owned();
     let due = block.len();

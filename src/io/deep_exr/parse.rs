@@ -1,4 +1,4 @@
-//! Headers of deep files, from bytes that may hold anything. Knows nothing of samples.
+//! Parses headers of deep files from bytes that may hold anything. Knows nothing of samples.
 
 use super::attribute::Attribute;
 use super::cursor::Cursor;
@@ -6,24 +6,24 @@ use super::header::{Channel, DeepHeader, OWN_ATTRIBUTES, PixelType, Window};
 use super::pack::Compression;
 use super::{DEEP_FLAG, LONG_NAMES_FLAG, MAGIC, MULTIPART_FLAG, VERSION};
 
-/// The most parts that are looked through.
+/// The largest number of parts that are examined.
 const MOST_PARTS: usize = 1024;
 
-/// What comes before the lines.
+/// Everything in front of the lines.
 pub(super) struct Start {
     pub header: DeepHeader,
-    /// The number that the part's chunks begin with, in a file of several parts.
+    /// In a multi-part file, the number with which the part's chunks begin.
     pub part: Option<i32>,
-    /// Where the part's table of offsets begins.
+    /// Offset of the part's table of offsets.
     pub table_at: u64,
-    /// What the parts are that are not read.
+    /// Name and type of the parts that are not read.
     pub other_parts: Vec<String>,
 }
 
 /// All attributes of a part.
 struct Part(Vec<(String, Attribute)>);
 
-/// Reads the headers at the beginning of a file and finds the first part of deep lines.
+/// Reads the headers at the beginning of a file and selects the first part with deep scanlines.
 pub(super) fn read_start(head: &[u8]) -> Result<Start, String> {
     let mut cursor = Cursor::new(head);
     if cursor.take(MAGIC.len())? != MAGIC {
@@ -71,7 +71,7 @@ pub(super) fn read_start(head: &[u8]) -> Result<Start, String> {
 }
 
 impl Part {
-    /// The next header; `None` where an empty one ends the list.
+    /// The next header; `None` at the empty one that ends the list.
     fn read(cursor: &mut Cursor) -> Result<Option<Self>, String> {
         let mut attributes = Vec::new();
         loop {
@@ -123,7 +123,7 @@ impl Part {
         }
     }
 
-    /// The bytes of an attribute of a type of the format's own.
+    /// The bytes of an attribute that must have one of the format's own types.
     fn bytes(&self, name: &str, of_type: &str) -> Result<&[u8], String> {
         match self.get(name) {
             Some(Attribute::Other { type_name, bytes }) if type_name == of_type => Ok(bytes),
@@ -131,7 +131,7 @@ impl Part {
         }
     }
 
-    /// The header of a part of deep lines.
+    /// The header of a part with deep scanlines.
     fn header(&self) -> Result<DeepHeader, String> {
         if let Some(version) = self.get("version")
             && *version != Attribute::Int(1)

@@ -24,7 +24,7 @@ impl Samples {
         }
     }
 
-    /// What they are.
+    /// The samples' number type.
     pub fn pixel_type(&self) -> PixelType {
         match self {
             Self::Uint(_) => PixelType::Uint,
@@ -33,7 +33,7 @@ impl Samples {
         }
     }
 
-    /// How many they are.
+    /// The number of samples.
     pub fn len(&self) -> usize {
         match self {
             Self::Uint(samples) => samples.len(),
@@ -47,8 +47,8 @@ impl Samples {
         self.len() == 0
     }
 
-    /// The sample at `index` as a floating point number (whole numbers above 2^24 are rounded);
-    /// `None` if there are fewer.
+    /// The sample at `index` as a floating-point number (integers above 2^24 are rounded); `None`
+    /// beyond the last one.
     pub fn get(&self, index: usize) -> Option<f32> {
         match self {
             Self::Uint(samples) => samples.get(index).map(|&sample| sample as f32),
@@ -89,57 +89,57 @@ fn numbers<T, const N: usize>(bytes: &[u8], number: impl Fn([u8; N]) -> T) -> Ve
 /// A line of pixels, each with any number of samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeepRow {
-    /// Samples up to and with each pixel: pixel `x` has those from `ends[x - 1]` (0 for the first)
-    /// to `ends[x]`.
+    /// Number of samples in all pixels up to and including each: pixel `x` has the samples from
+    /// `ends[x - 1]` (0 for the first pixel) to `ends[x]`.
     pub ends: Vec<u32>,
-    /// Of each channel, in the header's order.
+    /// The samples of each channel, in the header's order.
     pub channels: Vec<Samples>,
 }
 
 impl DeepRow {
-    /// A line without pixels yet, for these channels.
+    /// A line without pixels, for these channels.
     pub fn new(channels: &[Channel]) -> Self {
         let channels = channels.iter().map(|channel| Samples::new(channel.pixel_type)).collect();
         Self { ends: Vec::new(), channels }
     }
 
-    /// Adds a sample to the pixel that is being filled: a value for each channel, in the header's
-    /// order; what is missing is 0.
+    /// Adds a sample to the current pixel: one value per channel, in the header's order; missing
+    /// values are 0.
     pub fn push(&mut self, sample: &[f32]) {
         for (at, channel) in self.channels.iter_mut().enumerate() {
             channel.push(sample.get(at).copied().unwrap_or(0.0));
         }
     }
 
-    /// Ends the pixel that is being filled; the next sample belongs to its right neighbour.
+    /// Ends the current pixel; the next sample belongs to its right neighbour.
     pub fn end_pixel(&mut self) {
         let count = self.channels.first().map_or(0, Samples::len);
         self.ends.push(u32::try_from(count).unwrap_or(u32::MAX));
     }
 
-    /// Pixels in the line.
+    /// Number of pixels in the line.
     pub fn width(&self) -> usize {
         self.ends.len()
     }
 
-    /// Samples in the line.
+    /// Number of samples in the line.
     pub fn sample_count(&self) -> usize {
         self.ends.last().map_or(0, |&end| end as usize)
     }
 
-    /// Which samples pixel `x` has; none beyond the last pixel.
+    /// Indices of the samples of pixel `x`; an empty range beyond the last pixel.
     pub fn pixel(&self, x: usize) -> Range<usize> {
         let end = |x: usize| self.ends.get(x).map_or(0, |&end| end as usize);
         if x == 0 { 0..end(0) } else { end(x - 1)..end(x) }
     }
 
-    /// Samples in each pixel.
+    /// Number of samples in each pixel.
     pub fn counts(&self) -> impl Iterator<Item = u32> + '_ {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         self.ends.iter().zip(starts).map(|(end, start)| end.saturating_sub(start))
     }
 
-    /// The value of `channel` in the sample at `index`; `missing` where there is none.
+    /// The value of `channel` in the sample at `index`; `missing` without such a channel or sample.
     pub(super) fn value(&self, channel: Option<usize>, index: usize, missing: f32) -> f32 {
         let samples = channel.and_then(|channel| self.channels.get(channel));
         samples.and_then(|samples| samples.get(index)).unwrap_or(missing)
@@ -149,8 +149,8 @@ impl DeepRow {
 /// A deep image: any number of samples in each pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeepImage {
-    /// What it says of itself.
+    /// The header.
     pub header: DeepHeader,
-    /// Its lines, row 0 on top.
+    /// The lines, row 0 on top.
     pub rows: Vec<DeepRow>,
 }

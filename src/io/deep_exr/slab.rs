@@ -1,34 +1,34 @@
-//! Slabs of fog along a ray, as the channels Z, ZBack and A hold them.
+//! Slabs of fog along a ray, as the channels Z, ZBack and A store them.
 
 use super::header::{Channel, DeepHeader};
 use super::row::DeepRow;
 
-/// A piece of a ray and what it takes of the light. Optical depth is linear in depth inside; a slab
-/// that ends where it begins is a surface.
+/// A piece of a ray, with its optical depth. Inside, optical depth is linear in depth; a slab that
+/// ends where it begins is a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slab {
-    /// Depth where it begins, in the image's unit (world lengths, where this crate writes it).
+    /// Depth where it begins, in the image's unit (world lengths in files that this crate writes).
     pub front: f32,
-    /// Depth where it ends, `front` or more.
+    /// Depth where it ends; at least `front`.
     pub back: f32,
-    /// What it takes: transmittance is exp of minus this; infinite for what lets nothing through.
+    /// Optical depth: transmittance is exp of minus this. Infinite for an opaque slab.
     pub optical_depth: f32,
 }
 
-/// Depths that overlap by less than this share of themselves do so by rounding.
+/// An overlap of less than this share of the depth is a rounding error.
 const ROUNDING: f32 = 1e-6;
 
 impl Slab {
-    /// The optical depth up to which f32 opacity keeps it well: to 3e-6 of 4.
+    /// The largest optical depth that f32 opacity stores accurately: to 3e-6 at 4.
     pub const MOST_OPTICAL_DEPTH: f32 = 4.0;
 
-    /// A slab of opacity `alpha`, cut to 0..1.
+    /// A slab of opacity `alpha`, clamped to 0..1.
     pub fn with_alpha(front: f32, back: f32, alpha: f32) -> Self {
         let optical_depth = -f64::from(-alpha.clamp(0.0, 1.0)).ln_1p() as f32;
         Self { front, back, optical_depth }
     }
 
-    /// Its opacity, 0..1.
+    /// The slab's opacity, 0..1.
     pub fn alpha(&self) -> f32 {
         -f64::from(-self.optical_depth).exp_m1() as f32
     }
@@ -38,7 +38,7 @@ impl Slab {
         ["A", "Z", "ZBack"].map(Channel::float).into()
     }
 
-    /// The slab, if it lies behind depth `last`; what overlaps by rounding is cut.
+    /// The slab, which must lie behind depth `last`; a rounding error of overlap is cut off.
     pub(super) fn behind(mut self, last: f32) -> Result<Self, String> {
         let Self { front, back, optical_depth } = self;
         if !(front.is_finite() && back.is_finite() && back >= front) {
@@ -56,7 +56,7 @@ impl Slab {
         Ok(self)
     }
 
-    /// The same medium in slabs whose opacity keeps their optical depth.
+    /// The same medium as several slabs, whose opacities preserve their optical depth.
     pub(super) fn parts(self) -> impl Iterator<Item = Self> {
         const MOST: f32 = 64.0;
         let Self { front, back, optical_depth } = self;
@@ -76,7 +76,7 @@ impl Slab {
     }
 }
 
-/// Where a header has the channels of slabs.
+/// Indices of a header's slab channels.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabChannels {
     z: usize,
@@ -85,14 +85,15 @@ pub struct SlabChannels {
 }
 
 impl SlabChannels {
-    /// The channels of `header`; `None` without Z. Without A samples are opaque, without ZBack they
-    /// are surfaces.
+    /// The slab channels of `header`; `None` without Z. Without A samples are opaque; without ZBack
+    /// they are surfaces.
     pub fn of(header: &DeepHeader) -> Option<Self> {
         let [z, z_back, alpha] = ["Z", "ZBack", "A"].map(|name| header.channel(name));
         Some(Self { z: z?, z_back, alpha })
     }
 
-    /// The slabs of pixel `x`, as they are stored: in a tidy file by depth and without overlap.
+    /// The slabs of pixel `x` as they are stored; in a tidy file by rising depth and without
+    /// overlap.
     pub fn slabs<'a>(&self, row: &'a DeepRow, x: usize) -> impl Iterator<Item = Slab> + 'a {
         let Self { z, z_back, alpha } = *self;
         row.pixel(x).map(move |index| {

@@ -1,43 +1,43 @@
-//! What a deep image looks like as a whole: how many samples, how deep, how opaque, and the flat
-//! picture of it. Knows nothing of files.
+//! Statistics of a deep image (numbers of samples, depths, opacity), and its flattened picture.
+//! Knows nothing of files.
 
 use super::header::DeepHeader;
 use super::row::{DeepImage, DeepRow};
 use crate::error::Result;
 use crate::image::Image;
 
-/// What a deep image holds.
+/// Statistics of a deep image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeepStatistics {
-    /// Pixels in all.
+    /// Number of pixels.
     pub pixels: u64,
-    /// Pixels without samples.
+    /// Number of pixels without samples.
     pub empty_pixels: u64,
-    /// Samples in all.
+    /// Number of samples.
     pub samples: u64,
-    /// Fewest samples in a pixel.
+    /// Smallest number of samples in a pixel.
     pub fewest: u32,
-    /// Most samples in a pixel.
+    /// Largest number of samples in a pixel.
     pub most: u32,
-    /// Smallest and largest depth of Z and ZBack; `None` without finite ones.
+    /// Smallest and largest finite depth in Z and ZBack; `None` if there is none.
     pub depth: Option<[f64; 2]>,
-    /// Smallest, mean and largest opacity of a flattened pixel.
+    /// Smallest, mean and largest opacity of the flattened pixels, 0..1.
     pub opacity: [f64; 3],
 }
 
 impl DeepStatistics {
-    /// Samples in a pixel on average.
+    /// Mean number of samples per pixel.
     pub fn mean_samples(&self) -> f64 {
         self.samples as f64 / self.pixels as f64
     }
 }
 
 impl DeepImage {
-    /// The flat picture: samples over one another, nearest in front.
+    /// The flattened picture: samples composited over one another, the nearest in front.
     ///
-    /// Samples are taken in the order of their depth; where they overlap, which they do not in tidy
-    /// files, opacity is right and colours are as if they did not. Opacity of a coloured image (AR,
-    /// AG, AB) is the mean of the three. An image without R, G, B is black.
+    /// Samples are composited in the order of their depth. Where they overlap, which does not occur
+    /// in tidy files, opacity is exact and colours are as without overlap. The opacity of a
+    /// coloured image (AR, AG, AB) is the mean of the three. An image without R, G, B is black.
     ///
     /// # Errors
     /// If the header's data window is empty or too large.
@@ -48,7 +48,7 @@ impl DeepImage {
         Ok(Image { width, height, pixels: pixels.collect() })
     }
 
-    /// How many samples there are, how deep, how opaque.
+    /// Numbers of samples, their depths and their opacity.
     pub fn statistics(&self) -> DeepStatistics {
         let mut tally = Tally::new(&self.header);
         self.rows.iter().for_each(|row| tally.add(row));
@@ -56,7 +56,7 @@ impl DeepImage {
     }
 }
 
-/// Where the channels stand that have a meaning.
+/// Indices of the channels with a meaning.
 struct Channels {
     depth: [Option<usize>; 2],
     colour: [Option<usize>; 3],
@@ -72,13 +72,13 @@ impl Channels {
         Self { depth, colour, alpha: coloured }
     }
 
-    /// Front and back of a sample; a back that is missing or nearer is the front.
+    /// Front and back of a sample; the back is the front if it is missing or nearer.
     fn depths(&self, row: &DeepRow, index: usize) -> [f32; 2] {
         let front = row.value(self.depth[0], index, 0.0);
         [front, row.value(self.depth[1], index, front).max(front)]
     }
 
-    /// Opacity by colour; samples without it are opaque.
+    /// Opacity per colour; samples without it are opaque.
     fn opacity(&self, row: &DeepRow, index: usize) -> [f64; 3] {
         let alpha = self.alpha.map(|channel| f64::from(row.value(channel, index, 1.0)));
         alpha.map(|alpha| if alpha.is_nan() { 0.0 } else { alpha.clamp(0.0, 1.0) })
@@ -117,7 +117,7 @@ impl Channels {
     }
 }
 
-/// What statistics are made from, line by line.
+/// Accumulates statistics, line by line.
 pub(super) struct Tally {
     channels: Channels,
     found: DeepStatistics,

@@ -1,5 +1,5 @@
-//! Voxels in a file of their own beside a header: names that say which voxels they are, so that no
-//! header ever finds those of another one.
+//! Files that hold the voxels of a header: their names contain a hash of the voxels, so that no
+//! header finds the voxels of another one.
 
 use std::hash::{DefaultHasher, Hasher};
 use std::path::Path;
@@ -8,11 +8,11 @@ use super::DenseTarget;
 use crate::error::{Error, Result};
 use crate::io::output::folder_of;
 
-/// What such names end in.
+/// The endings of such names.
 const ENDINGS: [&str; 3] = ["raw", "raw.gz", "zraw"];
 
-/// The name of the file that holds a header's voxels: what an older header names is not written
-/// over.
+/// The name of the file for a header's voxels. It differs from the name that an older header with
+/// other voxels refers to, so that file is not overwritten.
 pub(super) fn name(
     format: DenseTarget,
     header: &Path,
@@ -35,7 +35,7 @@ pub(super) fn name(
     Ok(format!("{name}.{:016x}.{ending}", hasher.finish()))
 }
 
-/// Removes voxels of earlier headers of the same name: files named as [`name`] names them but
+/// Removes the voxel files of earlier headers of the same name: those named by [`name`], except
 /// `kept`.
 pub(super) fn remove_older(header: &Path, kept: &str) {
     let Some(name) = header.file_name().and_then(|name| name.to_str()) else { return };
@@ -48,7 +48,7 @@ pub(super) fn remove_older(header: &Path, kept: &str) {
             hash.len() == 16 && is_hex && ENDINGS.contains(&ending)
         });
         if is_ours && other != kept {
-            // One that stays is a waste of room and no harm.
+            // A file that cannot be removed wastes space but does no harm.
             let _ = std::fs::remove_file(entry.path());
         }
     }

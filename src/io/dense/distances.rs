@@ -1,18 +1,18 @@
-//! Whether numbers look like signed distances to a surface, which render inside out where they are
-//! taken for densities. Knows no format.
+//! Detects numbers that look like signed distances to a surface, which would render inside out if
+//! they were taken for densities. Knows no format.
 
 use ndarray::ArrayView3;
 
-/// Voxels beside the surface that must be there for an answer.
+/// The least number of voxels beside the surface for a decision.
 const FEWEST: usize = 32;
-/// How far slopes may be from the one in their middle, as shares of it.
+/// Slopes in this range, as shares of the median slope, count as equal to it.
 const SAME: std::ops::Range<f64> = 0.7..1.3;
-/// How many of ten must be as near.
+/// How many of ten slopes must be equal.
 const MOST: usize = 8;
 
-/// What values of shape (z, y, x), of voxels that are `steps` (x, y, z) long, change by over a
-/// length beside where they change their sign, if they look like distances: positive all around,
-/// and of one slope. It is 1 for distances in the lengths of `steps`.
+/// The slope, per world length, of `values` of shape (z, y, x) beside their zero crossing, if they
+/// look like distances: positive all around and of one slope. `steps` are the voxels' lengths along
+/// x, y, z; for distances in the same unit the slope is 1.
 pub(super) fn slope_of_distances(values: &ArrayView3<'_, f32>, steps: [f64; 3]) -> Option<f64> {
     let (nz, ny, nx) = values.dim();
     if nx.min(ny).min(nz) < 3 {

@@ -1,5 +1,5 @@
-//! Voxels of a box on their way from one format to another, in their own type. It knows no format:
-//! readers and OpenVDB's grids make them, writers take them.
+//! Voxels of a box in their own type, on their way from one format to another. It knows no format:
+//! readers and OpenVDB's grids produce them, writers consume them.
 
 use glam::{DMat4, IVec3};
 
@@ -11,40 +11,40 @@ use crate::io::vdb::{AnyValue, Grid, IndexBox};
 use crate::parallel;
 use crate::volume::Axis;
 
-/// All voxels of a box, and what is known of them.
+/// All voxels of a box, with what is known about them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DenseGrid {
-    /// What it is called; empty if nobody says.
+    /// The grid's name; empty if unknown.
     pub name: String,
-    /// OpenVDB's class, where it is known.
+    /// OpenVDB's class, if known.
     pub class: Option<String>,
-    /// Voxels along x, y, z.
+    /// Voxel counts along x, y, z.
     pub dims: [usize; 3],
-    /// Numbers in a voxel, beside each other.
+    /// Numbers per voxel, stored next to each other.
     pub components: usize,
     /// Number type of `bytes`.
     pub value_type: ValueType,
     /// The numbers, little endian: components, then x, then y, then z.
     pub bytes: Vec<u8>,
-    /// Whether each voxel is active, where some are not.
+    /// Whether each voxel is active; `None` if all are.
     pub active: Option<Vec<bool>>,
-    /// The value around the box, a number for each component, where it is known.
+    /// The value outside of the box, one number per component, if known.
     pub background: Option<Vec<f64>>,
-    /// From indices to the world.
+    /// Transform from indices to the world.
     pub world_from_index: DMat4,
     /// Index of the first voxel.
     pub origin: IVec3,
     /// Slope and intercept: a value is the stored number times the first plus the second.
     pub value_scale: [f64; 2],
-    /// What the world is, where it is known.
+    /// The coordinate system of the world, if known.
     pub space: Option<Space>,
-    /// The axis that points up, where it is known.
+    /// The axis that points up, if known.
     pub up: Option<Axis>,
-    /// Everything else.
+    /// All other metadata as (key, value).
     pub metadata: Vec<(String, String)>,
 }
 
-/// What readers put into other fields, or what says how a file is laid out.
+/// Keys whose values readers put into other fields, or that describe a file's layout.
 const UNDERSTOOD: [&str; 34] = [
     "AnatomicalOrientation",
     "BinaryDataByteOrderMSB",
@@ -83,8 +83,8 @@ const UNDERSTOOD: [&str; 34] = [
 ];
 
 impl DenseGrid {
-    /// The voxels of a file. Where it gives numbers a scale, they are its values, as `f32` or,
-    /// where that has fewer digits than the numbers, `f64`.
+    /// Reads the voxels of a file. If the file scales its numbers, the result holds the scaled
+    /// values, as `f32` or, where `f32` has fewer digits than the numbers, `f64`.
     ///
     /// # Errors
     /// As [`DenseFile::voxels`].
@@ -98,7 +98,7 @@ impl DenseGrid {
         }
     }
 
-    /// All but the voxels of a file.
+    /// Everything about a file's grid except its voxels.
     pub(super) fn without_voxels(file: &DenseFile) -> Self {
         let header = file.header();
         let DenseHeader { dims, components, value_type, .. } = *header;
@@ -126,7 +126,7 @@ impl DenseGrid {
         }
     }
 
-    /// All that is known but the voxels.
+    /// Everything about the grid except its voxels.
     #[must_use]
     pub fn without_bytes(&self) -> Self {
         Self {
@@ -140,7 +140,7 @@ impl DenseGrid {
         }
     }
 
-    /// The voxels of `bounds` of an OpenVDB grid; booleans become bytes of 0 and 1.
+    /// The voxels in `bounds` of an OpenVDB grid; booleans become bytes of 0 and 1.
     ///
     /// # Errors
     /// [`crate::ErrorKind::Limit`] if they take more than `max_bytes`.
@@ -194,15 +194,15 @@ impl DenseGrid {
         }
     }
 
-    /// Bytes of a voxel.
+    /// Bytes per voxel.
     pub fn voxel_bytes(&self) -> usize {
         self.components * self.value_type.size()
     }
 
-    /// The box of indices.
+    /// The box of voxel indices.
     ///
     /// # Errors
-    /// If it goes beyond the 32-bit indices.
+    /// If an index does not fit 32 bits.
     pub fn bounds(&self) -> Result<IndexBox> {
         let last = self.dims.map(|length| i32::try_from(length).unwrap_or(i32::MAX) - 1);
         let max = self.origin.checked_add(IVec3::from_array(last));
@@ -212,22 +212,22 @@ impl DenseGrid {
         Ok(IndexBox { min: self.origin, max })
     }
 
-    /// From the index within the box, 0 for the first voxel, to the world.
+    /// Transform from the index within the box, which is 0 for the first voxel, to the world.
     pub fn world_from_voxel(&self) -> DMat4 {
         self.world_from_index * DMat4::from_translation(self.origin.as_dvec3())
     }
 
-    /// A voxel of these numbers, as it lies in `bytes`.
+    /// A voxel with these numbers, encoded as in `bytes`.
     pub(super) fn encoded(&self, values: &[f64]) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.value_type.encode(values, &mut bytes);
         bytes
     }
 
-    /// Only the voxels that are also in `bounds`.
+    /// The grid without the voxels outside of `bounds`.
     ///
     /// # Errors
-    /// If there are none.
+    /// If no voxel is in `bounds`.
     pub fn cropped(self, bounds: IndexBox) -> Result<Self> {
         let own = self.bounds()?;
         let Some(part) = own.intersection(&bounds) else {
@@ -250,7 +250,7 @@ impl DenseGrid {
     }
 }
 
-/// The part of `dims` voxels from `offset` on of a box of `size` voxels, `width` items each.
+/// A part of a box of `size` voxels with `width` items each: the `dims` voxels from `offset` on.
 fn rows<T: Copy>(
     items: &[T],
     size: [usize; 3],
@@ -268,7 +268,8 @@ fn rows<T: Copy>(
     Ok(part)
 }
 
-/// Numbers as [`DenseGrid`] has them: little endian, x fastest, unscaled.
+/// Numbers in the form that [`DenseGrid`] has: little endian, x fastest, with the file's scale
+/// applied.
 fn plain(header: &DenseHeader, mut bytes: Vec<u8>) -> Result<(ValueType, Vec<u8>)> {
     let (mut value_type, [slope, intercept]) = (header.value_type, header.scale);
     let size = value_type.size();

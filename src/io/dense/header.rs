@@ -1,4 +1,4 @@
-//! What a dense file says of its voxels, whatever its format. Knows no voxels.
+//! What a dense file says about its voxels, whatever its format. Knows no voxels.
 
 use glam::{DMat4, IVec3};
 
@@ -7,7 +7,7 @@ use crate::io::number::{Endian, ValueType};
 use crate::io::vdb::{IndexBox, Statistics};
 use crate::volume::Axis;
 
-/// Which index runs fastest.
+/// Order of the voxels in a file, by the index that varies fastest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
     /// x, then y, then z.
@@ -17,14 +17,14 @@ pub enum Order {
     ZFastest,
 }
 
-/// What a file says of its voxels.
+/// What a file says about its voxels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DenseHeader {
-    /// What the file calls them, if it does.
+    /// The name in the file, if it has one.
     pub name: Option<String>,
-    /// Voxels along x, y, z.
+    /// Voxel counts along x, y, z.
     pub dims: [usize; 3],
-    /// Numbers in a voxel, beside each other; more than one are a vector or a colour.
+    /// Numbers per voxel, stored next to each other; more than one are a vector or a colour.
     pub components: usize,
     /// Number type, as stored.
     pub value_type: ValueType,
@@ -34,42 +34,44 @@ pub struct DenseHeader {
     pub order: Order,
     /// Slope and intercept: a value is the stored number times the first plus the second.
     pub scale: [f64; 2],
-    /// From voxel index (x, y, z), centres at integers, to the file's own world.
+    /// Transform from voxel index (x, y, z), with voxel centres at integers, to the file's own
+    /// world.
     pub world_from_index: DMat4,
-    /// What that world is, where the file says so. A patient's is LPS, whatever the file's own was.
+    /// The coordinate system of that world, if the file says so. A patient's is always LPS here,
+    /// whatever the file uses.
     pub space: Option<Space>,
-    /// The axis that points up, where the file says so.
+    /// The axis that points up, if the file says so.
     pub up: Option<Axis>,
-    /// The larger grid of indices that the voxels are a box of, where the file says so.
+    /// The larger grid of indices of which the voxels are a box, if the file says so.
     pub lattice: Option<Lattice>,
-    /// The value around the voxels, a number for each component, where the file says so.
+    /// The value outside of the voxels, one number per component, if the file says so.
     pub background: Option<Vec<f64>>,
-    /// OpenVDB's class, where the file says so.
+    /// OpenVDB's class, if the file says so.
     pub class: Option<String>,
-    /// What a sparse grid says beyond its box.
+    /// Further properties if the voxels come from a sparse grid.
     pub sparse: Option<SparsePart>,
-    /// CRC-32 that the voxels' bytes have, where the file says so.
+    /// CRC-32 that the voxels' bytes must have, if the file says so.
     pub crc32: Option<u32>,
-    /// How the voxels are packed, in a word.
+    /// Name of the voxels' compression.
     pub compression: &'static str,
-    /// Everything else that it says, in the order of the file.
+    /// All other metadata as (key, value), in the order of the file.
     pub metadata: Vec<(String, String)>,
-    /// What was taken for granted where the file leaves it open, in words, with the option that
-    /// decides.
+    /// Assumptions that were made where the file is ambiguous, as text, with the option that
+    /// overrides each.
     pub notes: Vec<String>,
 }
 
-/// Indices that go on beyond a box of voxels.
+/// A grid of indices that is larger than a box of voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
-    /// From these indices to the file's own world.
+    /// Transform from these indices to the file's own world.
     pub world_from_index: DMat4,
     /// Index of the box's first voxel.
     pub origin: IVec3,
 }
 
-/// What is known of a sparse grid that was made dense: the box has one voxel of its surroundings on
-/// every side of the active ones.
+/// Properties of a sparse grid that was made dense. The box extends one voxel beyond the active
+/// voxels on every side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparsePart {
     /// The box around the active voxels, in the grid's own indices.
@@ -80,7 +82,7 @@ pub struct SparsePart {
     pub background: f32,
     /// Whether the values are distances to a surface, negative inside.
     pub level_set: bool,
-    /// Of the active values.
+    /// Statistics of the active values.
     pub statistics: Statistics,
 }
 
@@ -108,13 +110,13 @@ impl DenseHeader {
         }
     }
 
-    /// Bytes of all voxels as stored.
+    /// Bytes of all voxels in the file's number type.
     pub(in crate::io) fn bytes(&self) -> u128 {
         let [x, y, z] = self.dims.map(|n| n as u128);
         x * y * z * self.components as u128 * self.value_type.size() as u128
     }
 
-    /// Bytes of all voxels as densities.
+    /// Bytes of all voxels as densities, which are f32.
     pub fn memory_bytes(&self) -> u128 {
         self.dims.iter().map(|&n| n as u128).product::<u128>() * size_of::<f32>() as u128
     }

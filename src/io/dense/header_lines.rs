@@ -1,33 +1,33 @@
-//! Headers made of lines, each a key and a value, before the voxels: those of NRRD and MetaImage.
-//! It knows no keys.
+//! Text headers of lines with a key and a value each, in front of the voxels: those of NRRD and
+//! MetaImage. Knows no particular key.
 
 use super::input::Input;
 use crate::error::Result;
 
-/// How a format writes its lines.
+/// The syntax of a format's lines.
 pub(super) struct Style {
-    /// What stands between key and value; the first that a line has counts.
+    /// Separators between key and value; of those in a line, the one listed first counts.
     pub separators: &'static [&'static str],
-    /// The separator behind a user's own key.
+    /// The separator behind user-defined keys.
     pub key_separator: Option<&'static str>,
-    /// Lines before the first key.
+    /// Number of lines before the first key.
     pub skipped_lines: usize,
-    /// The key of the last line; without one, an empty line or the file's end ends the header, and
-    /// lines that begin with `#` are comments.
+    /// The key of the header's last line. If `None`, the header ends at an empty line or at the
+    /// file's end, and lines that begin with `#` are comments.
     pub last_key: Option<&'static str>,
-    /// Whether keys are the same in capitals.
+    /// Whether keys are case-insensitive.
     pub any_case: bool,
-    /// What a line looks like, for people.
+    /// The form of a line, for error messages.
     pub form: &'static str,
 }
 
-/// What some editors begin a text with.
+/// The byte order mark that some editors write at the beginning of a text.
 pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// The lines of a header, and where it ends.
+/// The lines of a header, and where the header ends.
 pub(super) struct HeaderLines {
     lines: Vec<(String, String)>,
-    /// Whether each is the user's own key, which says nothing to a reader.
+    /// Whether each line has a user-defined key, which readers ignore.
     keys: Vec<bool>,
     end: usize,
     any_case: bool,
@@ -39,7 +39,7 @@ impl HeaderLines {
             Self { lines: Vec::new(), keys: Vec::new(), end: 0, any_case: style.any_case };
         for (number, line) in input.head.split_inclusive(|&byte| byte == b'\n').enumerate() {
             header.end += line.len();
-            // Some editors put a byte order mark in front.
+            // Some editors write a byte order mark first.
             let line =
                 if number == 0 { line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line) } else { line };
             let line = String::from_utf8_lossy(line);
@@ -57,7 +57,7 @@ impl HeaderLines {
                 .find_map(|separator| line.split_once(separator).map(|parts| (*separator, parts)));
             let names_files = |(_, value): &(String, String)| value.starts_with("LIST");
             if parts.is_none() && header.lines.last().is_some_and(names_files) {
-                // The names of further files follow, and nothing else.
+                // Only names of further files follow.
                 return Ok(header);
             }
             let Some((separator, (key, value))) = parts else {
@@ -89,7 +89,7 @@ impl HeaderLines {
         fields.map(|(line, _)| line).find(|(key, _)| named(key)).map(|(_, value)| value.as_str())
     }
 
-    /// All lines but the fields of these names.
+    /// All lines except the fields with these names.
     pub(super) fn without(&self, fields: &[&str]) -> Vec<(String, String)> {
         let kept = self.lines.iter().zip(&self.keys).filter(|((key, _), own)| {
             let same = |name: &&str| {

@@ -1,5 +1,4 @@
-//! The beginning of a file, where its header is, read once and looked at with care. Knows no
-//! format.
+//! The beginning of a file with its header, read once, and checked access to it. Knows no format.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,7 +7,7 @@ use std::path::Path;
 use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
 
-/// Bytes that a header may take.
+/// The largest number of bytes for a header.
 const LONGEST_HEADER: u64 = 1 << 20;
 
 /// A file whose header is being read.
@@ -18,7 +17,7 @@ pub(super) struct Input<'a> {
     pub(super) head: Vec<u8>,
     /// Bytes in the whole file.
     pub(super) size: u64,
-    /// Bytes that may be unpacked.
+    /// The largest number of bytes for unpacked data.
     pub(super) max_bytes: u64,
 }
 
@@ -32,7 +31,7 @@ impl<'a> Input<'a> {
         Ok(Self { path, head, size, max_bytes })
     }
 
-    /// All of the file, for formats whose header is not at its beginning only.
+    /// The whole file, for formats whose header is not only at its beginning.
     pub(super) fn whole(&self) -> Result<Vec<u8>> {
         if self.size > self.max_bytes {
             return Err(self.too_large("the file", u128::from(self.size)));
@@ -40,12 +39,12 @@ impl<'a> Input<'a> {
         let failed = |error| Error::file(self.path, error);
         let mut bytes = memory::room(self.size as usize, &self.path.display().to_string())?;
         let file = File::open(self.path).map_err(failed)?;
-        // Not more than there is room for, should it have grown meanwhile.
+        // Bounded by the room that was reserved, in case the file has grown meanwhile.
         file.take(self.size).read_to_end(&mut bytes).map_err(failed)?;
         Ok(bytes)
     }
 
-    /// The file says something that cannot be.
+    /// The error for contents that are invalid.
     pub(super) fn bad(&self, why: impl Into<String>) -> Error {
         Error::contents(self.path, why)
     }
@@ -64,7 +63,7 @@ impl<'a> Input<'a> {
         })
     }
 
-    /// Three lengths that a header gives as some integer, as voxels along x, y, z.
+    /// Voxel counts along x, y, z, checked, from a header's integers.
     pub(super) fn dims(&self, lengths: [i64; 3]) -> Result<[usize; 3]> {
         let [x, y, z] = lengths;
         if lengths.iter().any(|&n| n < 1 || n > crate::volume::MAX_DIM as i64) {
@@ -74,7 +73,7 @@ impl<'a> Input<'a> {
         Ok(lengths.map(|n| n as usize))
     }
 
-    /// `N` numbers of a header's line, with white space or commas between them.
+    /// Parses `N` numbers, separated by white space or commas, from a header's line.
     pub(super) fn numbers<T: std::str::FromStr, const N: usize>(
         &self,
         key: &str,

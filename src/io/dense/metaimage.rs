@@ -12,7 +12,7 @@ use super::{DenseHeader, Space, named_by, placed};
 use crate::error::{Error, Result};
 use crate::io::number::{Endian, ValueType};
 
-/// `Key = value` up to the line that says where the voxels are.
+/// `Key = value` lines; the last one says where the voxels are.
 const STYLE: Style = Style {
     separators: &["="],
     key_separator: None,
@@ -43,7 +43,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         header.endian = Endian::Big;
     }
     header.world_from_index = transform(input, &fields)?;
-    // Places are a patient's, in LPS, where the file says how that one lies.
+    // Positions are in a patient's space, LPS, if the file gives the patient's orientation.
     let orientation = fields.get(&["AnatomicalOrientation"]);
     header.space = orientation.filter(|text| !text.starts_with('?')).map(|_| Space::Lps);
     header.name = fields.get(&["Name"]).map(str::to_owned);
@@ -54,7 +54,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
 }
 
 fn number_type(input: &Input, text: &str) -> Result<ValueType> {
-    // An array of channels has the same numbers.
+    // Arrays of channels use the same number types.
     let name = text.strip_suffix("_ARRAY").unwrap_or(text);
     Ok(match name {
         "MET_CHAR" => ValueType::I8,
@@ -81,7 +81,7 @@ fn transform(input: &Input, fields: &HeaderLines) -> Result<glam::DMat4> {
     let mut steps = [DVec3::X, DVec3::Y, DVec3::Z];
     let names = ["TransformMatrix", "Rotation", "Orientation"];
     if let Some(text) = fields.get(&names) {
-        // Three numbers after each other are the direction of one axis.
+        // Three numbers in sequence are the direction of one axis.
         let numbers = input.numbers::<f64, 9>("TransformMatrix", text)?;
         for (step, direction) in steps.iter_mut().zip(numbers.as_chunks::<3>().0) {
             *step = DVec3::from(*direction);
@@ -114,7 +114,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
         let size = std::fs::metadata(&path).map_err(|error| Error::file(&path, error))?.len();
         (path, 0, size)
     };
-    // -1 says that the voxels are the last bytes of the file.
+    // -1 means that the voxels are the last bytes of the file.
     let offset = match fields.get(&["HeaderSize"]) {
         None => start,
         Some(text) => match input.numbers::<i64, 1>("HeaderSize", text)? {
@@ -132,8 +132,8 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     Ok(Payload::Stored { path, offset, packing, skip: 0 })
 }
 
-/// The header for the voxels of `grid`, deflated to `packed` bytes or not, in the file `data_file`
-/// or right behind it.
+/// The header for the voxels of `grid`. They are deflated to `packed` bytes or not, and lie in the
+/// file `data_file` or directly behind the header.
 pub(super) fn head(grid: &DenseGrid, packed: Option<usize>, data_file: Option<&str>) -> String {
     let number_type = match grid.value_type {
         ValueType::F16 | ValueType::F32 => "MET_FLOAT",

@@ -1,5 +1,5 @@
-//! Mitsuba's grid volumes (`.vol`, version 3): a bounding box that the voxels fill, as Mitsuba 3
-//! has it, and interleaved channels.
+//! Mitsuba's grid volumes (`.vol`, version 3): voxels that fill a bounding box, as in Mitsuba 3,
+//! and interleaved channels.
 
 use glam::DVec3;
 
@@ -39,7 +39,8 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let [x0, y0, z0, x1, y1, z1] = corners;
     let mut bounds = Aabb { min: DVec3::new(x0, y0, z0), max: DVec3::new(x1, y1, z1) };
     if bounds.size().max_element() < f64::from(f32::MIN_POSITIVE) {
-        // Some writers put integers here, which read as next to nothing: Mitsuba's own unit cube.
+        // Some writers put integers here, which read as tiny numbers; then take Mitsuba's unit
+        // cube.
         bounds = Aabb { min: DVec3::ZERO, max: DVec3::ONE };
     }
     header.world_from_index = world_from_index_in_bounds(dims, &bounds, Axis::Y)

@@ -1,11 +1,11 @@
-//! Files with a value at every voxel: one module a format reads its header, and what is common to
-//! all of them is here. Values, transform and metadata come out as the file has them; it knows
-//! nothing of rendering but how a value becomes a density.
+//! Files with a value at every voxel. Each format has a module that reads its header; this module
+//! has what they share. Values, transform and metadata are returned as the file has them. Apart
+//! from how a value becomes a density, nothing here concerns rendering.
 //!
-//! In practice: [`DenseFile::open`] reads headers only (PVM, VTK and NanoVDB files, whose headers
-//! are wound up with their voxels, as a whole). [`DenseFile::voxels`] gives the voxels in their own
-//! type; [`Voxels::density`] makes them numbers to render, and [`DenseFile::volume`] a volume of
-//! those, where it can without holding both.
+//! In practice: [`DenseFile::open`] reads headers only, except that PVM, VTK and NanoVDB files,
+//! whose headers are interleaved with their voxels, are read completely. [`DenseFile::voxels`]
+//! returns the voxels in their own type, and [`Voxels::density`] turns them into numbers to render.
+//! [`DenseFile::volume`] makes a volume of those, where possible without holding both in memory.
 
 mod den;
 mod detached;
@@ -61,16 +61,16 @@ pub use voxels::Voxels;
 use voxels::{arranged, beyond_f32, densities};
 pub use write::{DenseOutput, Written};
 
-/// Bytes that a volume may take, unless the user says otherwise.
+/// The largest number of bytes for a volume, unless the user sets another limit.
 pub const DEFAULT_MAX_BYTES: u64 = 4 << 30;
 
-/// Bytes that are looked through at once.
+/// Number of bytes that are scanned at a time.
 const SCANNED: usize = 1 << 20;
 
-/// The most numbers that a voxel may have.
+/// The largest number of components per voxel.
 const MAX_COMPONENTS: usize = 16;
 
-/// A file whose header has been read. Voxels are read when asked for.
+/// A file whose header has been read. Voxels are read on request.
 #[derive(Debug)]
 pub struct DenseFile {
     path: PathBuf,
@@ -83,12 +83,12 @@ pub struct DenseFile {
 }
 
 impl DenseFile {
-    /// Opens the file `path`, which is a `format`, and reads its header; `options` describe raw
-    /// voxels, name an array of a VTK file, and limit memory.
+    /// Opens the file `path` of format `format` and reads its header. `options` describe raw
+    /// voxels, select an array of a VTK file, and limit memory.
     ///
     /// # Errors
-    /// If the system refuses to read, if the file is not what it is said to be, or if it holds
-    /// what a volume cannot.
+    /// If the file cannot be read, is not of this format, or holds something that a volume cannot
+    /// represent.
     pub fn open(path: &Path, format: Format, options: &ReadOptions) -> Result<Self> {
         let max_bytes = options.max_bytes;
         let input = Input::open(path, max_bytes)?;
@@ -123,7 +123,7 @@ impl DenseFile {
             header.world_from_index = respaced(header.world_from_index, spacing)?;
             if let Some(lattice) = &mut header.lattice {
                 lattice.world_from_index = respaced(lattice.world_from_index, spacing)?;
-                // The first voxel stays where it is.
+                // The first voxel keeps its position.
                 let moved = lattice.world_from_index.transform_vector3(lattice.origin.as_dvec3());
                 let corner = header.world_from_index.w_axis.truncate() - moved;
                 lattice.world_from_index.w_axis = corner.extend(1.0);
@@ -148,27 +148,28 @@ impl DenseFile {
         Ok(Self { path: path.to_owned(), format, header, payload, files, file_bytes, max_bytes })
     }
 
-    /// All files that it is read from: itself, one that holds its voxels, a sidecar.
+    /// All files from which the voxels are read: the file itself, one that holds its voxels, a
+    /// sidecar.
     pub fn files(&self) -> &[PathBuf] {
         &self.files
     }
 
-    /// What the file is.
+    /// The file's format.
     pub fn format(&self) -> Format {
         self.format
     }
 
-    /// What it says of its voxels.
+    /// The header's contents.
     pub fn header(&self) -> &DenseHeader {
         &self.header
     }
 
-    /// Bytes of the file, without those of a second file that holds the voxels.
+    /// Bytes of the file, without a second file that holds the voxels.
     pub fn file_bytes(&self) -> u64 {
         self.file_bytes
     }
 
-    /// What the volume is called: by the file, or as the file.
+    /// The volume's name: that in the file, or else the file's own name.
     pub fn name(&self) -> String {
         let named = self.header.name.clone().filter(|name| !name.is_empty());
         named.unwrap_or_else(|| {
@@ -181,7 +182,7 @@ impl DenseFile {
     /// Reads the voxels.
     ///
     /// # Errors
-    /// [`ErrorKind::Limit`] if they take more memory than allowed; if they cannot be read or are
+    /// [`ErrorKind::Limit`] if they take more memory than allowed. If they cannot be read, or are
     /// fewer than the header says.
     pub fn voxels(&self) -> Result<Voxels> {
         self.check_memory(self.header.bytes() + self.header.memory_bytes())?;
@@ -189,8 +190,8 @@ impl DenseFile {
         Ok(Voxels::new(self.header.clone(), bytes))
     }
 
-    /// The voxels as numbers to render, shape (z, y, x). The file's own are not held beside them,
-    /// unless it is text or was unpacked with its header.
+    /// The voxels as numbers to render, shape (z, y, x). The file's own bytes are not held at the
+    /// same time, unless they are text or were unpacked with the header.
     fn density(&self) -> Result<Array3<f32>> {
         let header = &self.header;
         let mut needed = header.memory_bytes();
@@ -198,7 +199,7 @@ impl DenseFile {
             needed += header.bytes();
         }
         if header.order == Order::ZFastest {
-            // They are turned from one array into another.
+            // Reordering the axes needs a second array.
             needed += header.memory_bytes();
         }
         self.check_memory(needed)?;
@@ -207,7 +208,7 @@ impl DenseFile {
         let mut values = Vec::new();
         self.payload.read_parts(&self.path, header.bytes() as usize, rows, &mut |part| {
             if values.is_empty() && part.len() == rows {
-                // As many as are due: a first part has come.
+                // The full size is reserved once a first part has arrived.
                 memory::reserve(&mut values, header.dims.iter().product(), "voxels")?;
             }
             let own = densities(header, &part);
@@ -221,8 +222,8 @@ impl DenseFile {
         arranged(header, values)
     }
 
-    /// Looks through the voxels without keeping them: `each` is given the numbers of some rows, one
-    /// for each component, and what a renderer would make of them.
+    /// Scans the voxels without keeping them. `each` receives some rows at a time: all numbers, one
+    /// per component, and the densities that a renderer would use.
     ///
     /// # Errors
     /// As [`DenseFile::voxels`].
@@ -239,7 +240,7 @@ impl DenseFile {
     }
 
     /// # Errors
-    /// [`ErrorKind::Limit`] if so many bytes are more than allowed.
+    /// [`ErrorKind::Limit`] if `needed` bytes are more than allowed.
     fn check_memory(&self, needed: u128) -> Result<()> {
         if needed <= u128::from(self.max_bytes.min(isize::MAX as u64)) {
             return Ok(());
@@ -250,8 +251,8 @@ impl DenseFile {
         Err(ErrorKind::Limit { what, needed, limit }.into())
     }
 
-    /// The volume to render, with the file's axis `up` (`None`: as the file says, or y) along the
-    /// world's y, and the stored values of `window` mapped to 0..1.
+    /// The volume to render. The file's axis `up` (`None`: that in the file, else y) points along
+    /// the world's y; the stored values of `window` are mapped to 0..1.
     ///
     /// # Errors
     /// As [`DenseFile::voxels`], and if the window is empty.
@@ -259,7 +260,8 @@ impl DenseFile {
         self.volume_noted(up, window.into(), &mut Vec::new())
     }
 
-    /// The same with densities as `levels` says, and `notes` of what the values look like.
+    /// Like [`DenseFile::volume`] with densities by `levels`. Adds remarks about the values to
+    /// `notes`.
     pub(super) fn volume_noted(
         &self,
         up: Option<Axis>,
@@ -270,7 +272,7 @@ impl DenseFile {
         let up = up.or(self.header.up).unwrap_or_default();
         let world_from_file = DMat4::from_mat3(up.world_from_file());
         let placed = world_from_file * self.header.world_from_index;
-        // As for OpenVDB's grids: fog inside of surfaces, and a medium that ends in the background.
+        // As for OpenVDB's grids: fog inside of surfaces, and a medium that ends at the background.
         let class = self.header.class.as_deref();
         let sparse = self.header.sparse.as_ref();
         let level_set = class == Some("level set") || sparse.is_some_and(|s| s.level_set);
@@ -282,7 +284,7 @@ impl DenseFile {
             None
         };
         if level_set {
-            // Distances need not be in the lengths that voxels have.
+            // Distances need not have the same unit as the voxels' lengths.
             let voxel = (steps[0] * slope.unwrap_or(1.0)) as f32;
             values.mapv_inplace(|distance| fog(distance, voxel));
         } else if slope.is_some() && self.header.components == 1 {
@@ -299,7 +301,7 @@ impl DenseFile {
 }
 
 impl Payload {
-    /// A word on bytes of the file behind the `due` ones of the voxels.
+    /// A remark on bytes in the file behind the `due` bytes of the voxels, if there are any.
     fn surplus(&self, due: u128) -> Option<String> {
         let Self::Stored { path, offset, packing: Packing::Bare, .. } = self else { return None };
         let size = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
@@ -307,21 +309,21 @@ impl Payload {
         Some(format!("{}: {more} bytes behind the voxels are not read", path.display()))
     }
 
-    /// Voxels as they are from byte `offset` of `path` on.
+    /// Unpacked voxels from byte `offset` of `path` on.
     fn bare(path: &Path, offset: u64) -> Self {
         Self::Stored { path: path.to_owned(), offset, packing: Packing::Bare, skip: 0 }
     }
 }
 
-/// The file `name` that the header `path` names: beside it or, where it is a link and nothing is
-/// there, beside what the link leads to.
+/// The path of the file `name` to which the header `path` refers. It lies beside the header or, if
+/// the header is a link and nothing lies beside it, beside the link's target.
 fn named_by(path: &Path, name: &str) -> PathBuf {
     let beside = path.with_file_name("").join(name);
     let led_to = || path.canonicalize().ok().map(|path| path.with_file_name("").join(name));
     if beside.exists() { beside } else { led_to().filter(|path| path.exists()).unwrap_or(beside) }
 }
 
-/// The same place and axes with other distances between voxels.
+/// The same transform with other distances between voxels.
 fn respaced(world_from_index: DMat4, spacing: [f64; 3]) -> Result<DMat4> {
     let spacing = DVec3::from(spacing);
     if !(spacing.is_finite() && spacing.min_element() > 0.0) {
@@ -334,7 +336,7 @@ fn respaced(world_from_index: DMat4, spacing: [f64; 3]) -> Result<DMat4> {
     Ok(DMat4::from_cols(x, y, z, world_from_index.w_axis))
 }
 
-/// A transform of `origin` (the first voxel's centre) and the steps from voxel to voxel.
+/// The transform with the first voxel's centre at `origin` and the given steps from voxel to voxel.
 fn placed(origin: DVec3, steps: [DVec3; 3]) -> DMat4 {
     let [x, y, z] = steps.map(|step| step.extend(0.0));
     DMat4::from_cols(x, y, z, origin.extend(1.0))

@@ -19,15 +19,16 @@ use crate::error::memory;
 use crate::io::number::ValueType;
 use crate::io::vdb::{IndexBox, Statistics};
 
-/// Bytes of the file's header, of a grid's entry, of a grid before its tree, of the tree.
+/// Sizes in bytes of the file's header, of a grid's entry, of a grid before its tree, and of the
+/// tree.
 const FILE: usize = 16;
 const ENTRY: usize = 176;
 const GRID: usize = 672;
 const TREE: usize = 64;
 const FLOAT: u32 = 1;
 
-/// Where an inner node has its masks and its table, and the base-2 logarithms of its edge in slots
-/// and of a slot's edge in voxels.
+/// Layout of an inner node: where its masks and its table are, and the base-2 logarithms of its
+/// edge in slots and of a slot's edge in voxels.
 struct Level {
     child_mask: usize,
     table: usize,
@@ -44,7 +45,7 @@ const LEAF_BYTES: usize = 2144;
 const LEAF_VALUES: usize = 96;
 const LEAF_MASK: usize = 16;
 
-/// Little-endian numbers of a grid, by their place.
+/// The bytes of a grid, with access to little-endian numbers by position.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -80,7 +81,7 @@ impl Bytes<'_> {
         self.array::<1>(mask + slot / 8).map(|[byte]| byte >> (slot % 8) & 1 == 1)
     }
 
-    /// A place that is given from another one on.
+    /// The position at `offset` from another one.
     fn jump(&self, from: usize, offset: u64) -> Result<usize, String> {
         let place = usize::try_from(offset).ok().and_then(|offset| from.checked_add(offset));
         let place = place.filter(|&place| place < self.0.len());
@@ -108,7 +109,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     }
     let name_size = bytes.u32(FILE + 136).map_err(bad)? as usize;
     let codec = u16::from_le_bytes(bytes.array(FILE + 168).map_err(bad)?);
-    // All entries and names come before the first grid.
+    // All entries and names precede the first grid.
     let mut at = FILE;
     for _ in 0..count {
         at = at.saturating_add(ENTRY + bytes.u32(at.saturating_add(136)).map_err(bad)? as usize);
@@ -182,7 +183,7 @@ fn densify(input: &Input, grid: &Bytes) -> Result<(DenseHeader, Vec<u8>)> {
     Ok((header, dense.values.iter().flat_map(|value| value.to_le_bytes()).collect()))
 }
 
-/// The grid's map: a matrix in doubles, for column vectors, and a translation.
+/// The grid's transform: a matrix of doubles, for column vectors, and a translation.
 fn transform(grid: &Bytes) -> Result<DMat4, String> {
     const MATRIX: usize = 296 + 88;
     let mut numbers = [0.0; 9];
@@ -197,18 +198,18 @@ fn transform(grid: &Bytes) -> Result<DMat4, String> {
     Ok(DMat4::from_translation(DVec3::from(translation)) * matrix)
 }
 
-/// A box that is being filled from a tree.
+/// A box that is filled from a tree.
 struct Dense<'a> {
     grid: &'a Bytes<'a>,
     bounds: IndexBox,
     dims: [usize; 3],
     values: Vec<f32>,
-    /// Of active values that are not NaN.
+    /// Sum of the active values that are not NaN.
     sum: f64,
     range: [f64; 2],
-    /// Active voxels that are not NaN, and that are.
+    /// Number of active voxels that are not NaN, and of those that are.
     counts: [u64; 2],
-    /// Upper nodes, lower nodes and leaves that were met: a tree has each node once.
+    /// Numbers of upper nodes, lower nodes and leaves that were visited; a tree has each node once.
     nodes: [usize; 3],
 }
 
@@ -239,7 +240,7 @@ impl Dense<'_> {
         Ok(())
     }
 
-    /// Counts a node of `bytes`, of which no more can be than the grid has room for.
+    /// Counts a node of `bytes` bytes; there cannot be more than fit the grid.
     fn meet(&mut self, kind: usize, bytes: usize) -> Result<(), String> {
         self.nodes[kind] += 1;
         let room = self.grid.0.len() / bytes;

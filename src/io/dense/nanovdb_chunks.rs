@@ -1,5 +1,5 @@
-//! How NanoVDB files pack a grid: bare, or in chunks with their lengths before them. Knows nothing
-//! of grids.
+//! How NanoVDB files pack a grid: unpacked, or in chunks that are preceded by their lengths. Knows
+//! nothing of grids.
 
 use std::io::Read;
 
@@ -8,7 +8,8 @@ use flate2::read::ZlibDecoder;
 use crate::error::memory;
 use crate::io::vdb::decompress_blosc;
 
-/// The `size` bytes of the grid that starts where `data` does, and the packing's name.
+/// Unpacks the `size` bytes of the grid that starts where `data` starts. Also returns the name of
+/// the packing.
 pub(super) fn unpack(
     data: &[u8],
     codec: u16,
@@ -30,7 +31,7 @@ pub(super) fn unpack(
         }
         1 => {
             let chunk = next().ok_or_else(|| short(0))?;
-            // Deflate packs to 1 in 1032 at best.
+            // Deflate packs by at most 1 to 1032.
             let most = size.min(chunk.len().saturating_mul(1032));
             let mut grid = memory::room(most, "its grid").map_err(|error| error.to_string())?;
             let unpacked = ZlibDecoder::new(chunk).take(most as u64).read_to_end(&mut grid);
@@ -41,8 +42,8 @@ pub(super) fn unpack(
             let mut grid = Vec::new();
             while grid.len() < size {
                 let chunk = next().ok_or_else(|| short(grid.len()))?;
-                // A chunk says its own size in its header; LZ4 packs to 1 in 255 at best, which
-                // the type size's runs of zeros may raise once more.
+                // A chunk's header states its size. LZ4 packs by at most 1 to 255, and runs of
+                // zeros, one per byte of the type, may raise that once more.
                 let stated = chunk.get(4..8).and_then(|bytes| bytes.try_into().ok());
                 let length = stated.map_or(0, u32::from_le_bytes) as usize;
                 if length == 0 || length > size - grid.len() || length / 512 > chunk.len() {

@@ -1,6 +1,6 @@
-//! NIfTI-1 (`.nii`, `.nii.gz`, `.hdr` with `.img`): medical images with their place in the patient.
-//! Of the transforms that a file may have, the affine one (sform) comes before the rotation
-//! (qform), and that before bare voxel sizes.
+//! NIfTI-1 (`.nii`, `.nii.gz`, `.hdr` with `.img`): medical images with their position in the
+//! patient. A file may have an affine transform (sform), a rotation (qform) and plain voxel sizes,
+//! in this order of priority.
 
 use std::io::Read;
 
@@ -17,7 +17,7 @@ use crate::io::number::{Endian, ValueType};
 
 const HEADER: usize = 348;
 
-/// The header's bytes and their order.
+/// The header's bytes and their byte order.
 struct Fields {
     bytes: Vec<u8>,
     endian: Endian,
@@ -25,7 +25,7 @@ struct Fields {
 
 impl Fields {
     fn array<const N: usize>(&self, at: usize) -> [u8; N] {
-        // The header is whole, and the offsets are the format's.
+        // The header is complete, and the offsets are fixed by the format.
         let mut bytes: [u8; N] =
             self.bytes.get(at..at + N).and_then(|b| b.try_into().ok()).unwrap_or([0; N]);
         if self.endian == Endian::Big {
@@ -140,25 +140,26 @@ fn number_type(input: &Input, code: i64) -> Result<(ValueType, usize)> {
     })
 }
 
-/// Where the voxels are.
+/// The transform of the voxels.
 struct Place {
     world_from_index: DMat4,
-    /// Whether that is in a patient's space.
+    /// Whether it leads to a patient's space.
     of_patient: bool,
     note: Option<&'static str>,
 }
 
-/// Steps of sform and qform may differ by this share of their length and still be the same.
+/// The matrices of sform and qform count as equal up to this share of a step's length.
 const SAME: f64 = 1e-4;
 
 fn transform(fields: &Fields) -> Place {
-    // A size of 0 or less says nothing.
+    // A size of 0 is unknown; the sign of a size has no meaning.
     let sizes = fields.vector(80).to_array();
     let sizes = sizes.map(|size| if size == 0.0 { 1.0 } else { size.abs() });
     let (qform, sform) = (fields.short(252) > 0, fields.short(254) > 0);
     let affine = Some(affine(fields)).filter(|matrix| sform && is_place(matrix));
     let turned = qform.then(|| rotation(fields, sizes));
-    // As ITK chooses: an affine one of the scanner, and others where they are no second opinion.
+    // As in ITK: an sform that gives scanner coordinates is preferred; any other only if there is
+    // no different qform.
     let (world_from_index, note) = match (affine, turned) {
         (None, None) => {
             let steps = DMat4::from_scale(DVec3::from(sizes));
@@ -201,7 +202,7 @@ fn rotation(fields: &Fields, sizes: [f64; 3]) -> DMat4 {
     placed(fields.vector(268), [x, y, z])
 }
 
-/// Some programs say that there is a matrix and write zeros.
+/// Some programs declare a matrix but write zeros.
 fn is_place(matrix: &DMat4) -> bool {
     matrix.is_finite() && matrix.determinant().is_normal()
 }

@@ -1,5 +1,5 @@
-//! NumPy arrays (`.npy`, versions 1 to 3): axes (z, y, x), in C or Fortran order, and one more for
-//! vectors. A sidecar beside the file tells where its voxels lie, and how many numbers each has.
+//! NumPy arrays (`.npy`, versions 1 to 3): axes (z, y, x), in C or Fortran order, and one more axis
+//! for vectors. A sidecar beside the file gives the voxels' position and the number of components.
 
 use super::grid::DenseGrid;
 use super::input::Input;
@@ -62,22 +62,22 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     Ok((header, Payload::bare(input.path, start as u64 + length)))
 }
 
-/// What an array's axes are.
+/// Meaning of an array's axes.
 struct Meaning {
-    /// Voxels along z, y, x.
+    /// Voxel counts along z, y, x.
     lengths: [i64; 3],
     components: i64,
     note: Option<String>,
 }
 
-/// What axes of these `lengths` mean, if a sidecar has `said` how many numbers a voxel has. A
-/// fourth axis may be a vector's behind the others or one of batches or time before them: where the
-/// lengths do not tell, it is refused.
+/// The meaning of axes with these `lengths`; `said` is the number of components in a sidecar. A
+/// fourth axis may be one of vectors behind the others, or one of batches or time in front of them.
+/// Arrays whose lengths do not decide this are rejected.
 fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meaning> {
     let [z, y, x, last] = match *lengths {
         [z, y, x] => return Ok(Meaning { lengths: [z, y, x], components: 1, note: None }),
         [a, b, c, d] => [a, b, c, d],
-        // Batches of batches of one.
+        // Any number of leading axes of length 1.
         [1, .., b, c, d] if lengths[..lengths.len() - 3].iter().all(|&n| n == 1) => [1, b, c, d],
         _ => {
             let why = format!("an array of {} axes, a volume has three (z, y, x)", lengths.len());
@@ -114,7 +114,7 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
     }
 }
 
-/// `'<f4'`, `'|u1'` and their like.
+/// Parses `'<f4'`, `'|u1'` and similar.
 fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
     if text.starts_with('[') {
         return Err(input.bad("an array of structures, a volume has one number a voxel"));
@@ -145,7 +145,7 @@ fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
     Ok((value_type, endian))
 }
 
-/// The header for the voxels of `grid`: shape (z, y, x), and one axis more for vectors.
+/// The header for the voxels of `grid`: shape (z, y, x), and one more axis for vectors.
 pub(super) fn head(grid: &DenseGrid) -> Vec<u8> {
     let name = grid.value_type.name();
     let (kind, size) = (&name[..1], grid.value_type.size());

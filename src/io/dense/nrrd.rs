@@ -1,5 +1,5 @@
-//! NRRD (`.nrrd`, and `.nhdr` with the voxels in a second file): raw, gzip or text, with spacings
-//! or with axes and an origin in a world of the file's own.
+//! NRRD (`.nrrd`, and `.nhdr` with the voxels in a second file): raw, gzip or text, with spacings,
+//! or with axes and an origin in the file's own world.
 
 use std::path::Path;
 
@@ -14,7 +14,8 @@ use super::{DenseHeader, Space, named_by, placed};
 use crate::error::Result;
 use crate::io::number::{Endian, ValueType};
 
-/// `field: value` and `key:=value` behind the first line, which is the mark, up to an empty one.
+/// `field: value` and `key:=value` lines, from behind the first line, which is the magic number, up
+/// to an empty line.
 const STYLE: Style = Style {
     separators: &[":=", ":"],
     key_separator: Some(":="),
@@ -51,16 +52,15 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     Ok((header, payload))
 }
 
-/// Which axes are those of space.
+/// Which axes are spatial.
 struct Axes {
-    /// Numbers of a voxel.
+    /// Numbers per voxel.
     components: i64,
-    /// The first of the three, which follow one another.
+    /// Index of the first of three adjacent spatial axes.
     first: usize,
 }
 
-/// What `kinds` and `space directions` say of each axis; where they say nothing, three axes are
-/// space.
+/// The meaning of the axes by `kinds` and `space directions`; without them, three axes are spatial.
 fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
     let axes = sizes.len();
     let kinds: Vec<String> = fields
@@ -115,7 +115,7 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
     }
 }
 
-/// A word for each axis: `none`, or a vector in brackets.
+/// One word per axis: `none`, or a vector in brackets.
 fn direction_words(list: &str) -> Vec<&str> {
     let mut words = Vec::new();
     let mut rest = list.trim_start();
@@ -160,8 +160,8 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
     })
 }
 
-/// Fills in where the voxels are: `space directions` and `space origin` in `space`, or else
-/// `spacings`, `axis mins` and `axis maxs`, which know of no space. Of the file's axes, three from
+/// Sets the transform: from `space directions` and `space origin` in `space`, or else from
+/// `spacings`, `axis mins` and `axis maxs`, which have no space. Of the file's axes, three from
 /// `first` on are spatial.
 fn place(
     input: &Input,
@@ -206,7 +206,8 @@ fn place(
     Ok(())
 }
 
-/// The distance between the `count` samples of axis `axis` of `axes` and where the first one lies.
+/// For axis `axis` of `axes`, the distance between its `count` samples, and the position of the
+/// first one.
 fn along(
     input: &Input,
     fields: &HeaderLines,
@@ -220,11 +221,11 @@ fn along(
             return Err(input.bad(format!("{} {} for {axes} axes", words.len(), names[0])));
         }
         let [number] = input.numbers::<f64, 1>(names[0], words[axis])?;
-        // What is unknown is written as NaN.
+        // Unknown numbers are written as NaN.
         Ok(Some(number).filter(|number| !number.is_nan()))
     };
     let centerings = fields.get(&["centerings", "centers"]).unwrap_or_default();
-    // teem's choice where nothing is said is the cell.
+    // Without a centering, teem takes cells.
     let of_nodes = centerings.split_ascii_whitespace().nth(axis) == Some("node");
     let [low, high] = [number(&["axis mins", "axismins"])?, number(&["axis maxs", "axismaxs"])?];
     let lengths = if of_nodes { count as f64 - 1.0 } else { count as f64 };
@@ -234,7 +235,7 @@ fn along(
     Ok((spacing, first))
 }
 
-/// `(x,y,z)`; what a space with time has behind them counts for nothing.
+/// Parses `(x,y,z)`; further components, which a space with time has, are ignored.
 fn vector(input: &Input, field: &str, text: &str) -> Result<DVec3> {
     let inner = text.trim().trim_start_matches('(').trim_end_matches(')');
     let words: Vec<&str> = inner.split(',').collect();
@@ -277,7 +278,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     let lines =
         usize::try_from(lines).map_err(|_| input.bad(format!("line skip {lines} is below 0")))?;
     let start = if lines == 0 { start } else { behind_lines(input, &path, start, lines)? };
-    // -1 says that the voxels are the last bytes of the file.
+    // -1 means that the voxels are the last bytes of the file.
     let (offset, skip) = match u64::try_from(skip) {
         Ok(skip) if packing == Packing::Bare => (start.saturating_add(skip), 0),
         Ok(skip) => (start, skip),
@@ -293,7 +294,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     Ok(Payload::Stored { path, offset, packing, skip })
 }
 
-/// Where the voxels start that are the last bytes of a file of `size` bytes, none before `start`.
+/// The offset of voxels that are the last bytes of a file of `size` bytes; at least `start`.
 fn last_bytes(input: &Input, size: u64, start: u64, header: &DenseHeader) -> Result<u64> {
     let due = header.bytes();
     let offset = u128::from(size).checked_sub(due).filter(|&at| at >= u128::from(start));
@@ -303,10 +304,10 @@ fn last_bytes(input: &Input, size: u64, start: u64, header: &DenseHeader) -> Res
     })
 }
 
-/// Where line `lines` of the file behind byte `start` begins.
+/// The offset at which line number `lines` behind byte `start` of the file begins.
 fn behind_lines(input: &Input, path: &Path, start: u64, lines: usize) -> Result<u64> {
     let ends = || input.bad(format!("line skip {lines}: there are fewer lines"));
-    // A header may name any file: opening a pipe waits, and a device never ends.
+    // A header may name any file, but opening a pipe would block, and a device never ends.
     let metadata = std::fs::metadata(path).map_err(|e| crate::Error::file(path, e))?;
     if !metadata.is_file() {
         return Err(input.bad("the header's voxels are not in a file"));
@@ -318,7 +319,7 @@ fn behind_lines(input: &Input, path: &Path, start: u64, lines: usize) -> Result<
     breaks.nth(lines - 1).map(|(at, _)| start + at as u64 + 1).ok_or_else(ends)
 }
 
-/// Fields that are heeded, or that say nothing any more of what was made of the voxels.
+/// Fields that are interpreted, or that no longer apply to the converted voxels.
 const HEEDED: [&str; 18] = [
     "sizes",
     "dimension",
@@ -340,7 +341,7 @@ const HEEDED: [&str; 18] = [
     "content",
 ];
 
-/// The header for the voxels of `grid`, in the file `data_file` or right behind it.
+/// The header for the voxels of `grid`, which lie in the file `data_file` or directly behind it.
 pub(super) fn head(grid: &DenseGrid, packed: bool, data_file: Option<&str>) -> String {
     let number_type = match grid.value_type {
         ValueType::F16 | ValueType::F32 => "float",
@@ -379,7 +380,7 @@ pub(super) fn head(grid: &DenseGrid, packed: bool, data_file: Option<&str>) -> S
         lines.push(format!("content: {}", one_line(&grid.name)));
     }
     for (key, value) in &grid.metadata {
-        // A colon ends a field's name, and a sharp begins a comment.
+        // A colon ends a field's name, and a number sign begins a comment.
         let key = one_line(key).replace([':', '='], "_");
         let key = key.trim_start_matches('#');
         lines.push(format!("{key}:={}", one_line(value)));

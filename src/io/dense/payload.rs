@@ -1,5 +1,6 @@
-//! Where a file's voxels lie and how they are packed. Every size is known before memory is asked
-//! for: what is unpacked grows with what is there, and never beyond what is due. Knows no format.
+//! Where a file's voxels lie and how they are packed. Every size is known before memory is
+//! allocated: unpacked data grows with what the file really holds, and never beyond the expected
+//! size. Knows no format.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -12,7 +13,7 @@ use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::io::number::{ValueType, encode_text};
 
-/// Bytes of a file that are worked on at once, where it need not lie in memory as a whole.
+/// Number of bytes of a file that are processed at a time, if it need not be in memory as a whole.
 pub(super) const PART: usize = 1 << 22;
 
 /// How the voxels of a file are packed.
@@ -21,24 +22,24 @@ pub(super) enum Packing {
     Bare,
     Gzip,
     Zlib,
-    /// Numbers as text, to become little-endian numbers of this type.
+    /// Numbers as text, which become little-endian numbers of this type.
     Text(ValueType),
 }
 
-/// The bytes of all voxels, in a file or already at hand.
+/// The bytes of all voxels, in a file or already in memory.
 #[derive(Debug)]
 pub(super) enum Payload {
-    /// Packed from byte `offset` of the file on to its end; unpacked, the voxels come behind `skip`
-    /// bytes.
+    /// Packed from byte `offset` to the end of the file. In the unpacked bytes, the voxels come
+    /// behind the first `skip` bytes.
     Stored { path: PathBuf, offset: u64, packing: Packing, skip: u64 },
     /// Unpacked while the header was read.
     Unpacked(Vec<u8>),
-    /// Bytes that have this CRC-32, or are others than were meant.
+    /// Another payload, whose bytes must have this CRC-32.
     Checked(Box<Self>, u32),
 }
 
 impl Payload {
-    /// The first `due` bytes; more may follow in the file, less is an error.
+    /// Reads the first `due` bytes. More may follow in the file; fewer are an error.
     pub(super) fn read(&self, file: &Path, due: usize) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let stored = match self {
@@ -46,7 +47,7 @@ impl Payload {
             own => own,
         };
         let part = match stored {
-            // Nobody knows whether as much will come.
+            // The stream may be shorter than expected, so its size is not reserved in advance.
             Self::Stored { packing: Packing::Gzip | Packing::Zlib, .. } => PART,
             _ => due,
         };
@@ -64,7 +65,7 @@ impl Payload {
         Ok(bytes)
     }
 
-    /// Whether [`Payload::read_parts`] never holds more than a part.
+    /// Whether [`Payload::read_parts`] never holds more than one part in memory.
     pub(super) fn comes_in_parts(&self) -> bool {
         use Packing::{Bare, Gzip, Zlib};
         match self {
@@ -74,7 +75,7 @@ impl Payload {
         }
     }
 
-    /// The file that the bytes are in, if they are not at hand.
+    /// The file that contains the bytes, unless they are in memory.
     pub(super) fn path(&self) -> Option<&Path> {
         match self {
             Self::Stored { path, .. } => Some(path),
@@ -83,8 +84,8 @@ impl Payload {
         }
     }
 
-    /// Gives the first `due` bytes to `take` in order, `part` at a time and the rest at last; more
-    /// may follow in the file, less is an error.
+    /// Passes the first `due` bytes to `take` in order, `part` bytes at a time and the rest last.
+    /// More may follow in the file; fewer are an error.
     pub(super) fn read_parts(
         &self,
         file: &Path,
@@ -110,7 +111,7 @@ impl Payload {
             Self::Stored { path, offset, packing, skip } => (path, *offset, *packing, *skip),
         };
         let failed = |error| Error::file(path, error);
-        // A header may name any file: opening a pipe waits, and a device never ends.
+        // A header may name any file, but opening a pipe would block, and a device never ends.
         let metadata = std::fs::metadata(path).map_err(failed)?;
         if !metadata.is_file() {
             return Err(Error::contents(path, "the header's voxels are not in a file"));
@@ -129,8 +130,7 @@ impl Payload {
                 unpack(ZlibDecoder::new(stored), skip, parts, take)?.map_err(broken(path))?
             }
             Packing::Text(value_type) => {
-                // A number is a digit and a blank at least, and mostly much less than as many
-                // digits.
+                // A number takes at least a digit and a blank; the whole file is an upper bound.
                 let most = (metadata.len() - offset.min(metadata.len())) as usize;
                 let mut text = memory::room(most, "voxels as text")?;
                 stored.take(most as u64).read_to_end(&mut text).map_err(failed)?;
@@ -159,11 +159,11 @@ fn broken(path: &Path) -> impl Fn(std::io::Error) -> Error {
     move |error| Error::contents(path, format!("voxels cannot be unpacked: {error}"))
 }
 
-/// Gives at most `due` bytes behind the first `skip` to `take`, `part` at a time; memory grows with
-/// what comes. How many there were, or what is wrong with the stream.
+/// Passes at most `due` bytes behind the first `skip` to `take`, `part` at a time; memory grows
+/// with what arrives. Returns how many there were, or what is wrong with the stream.
 ///
 /// # Errors
-/// If there is no memory, and those of `take`.
+/// If there is not enough memory, and those of `take`.
 fn unpack(
     mut stream: impl Read,
     skip: u64,

@@ -50,7 +50,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     header.world_from_index = DMat4::from_scale(DVec3::from(spacing));
     header.compression = if found.is_some() { "dds" } else { "none" };
 
-    // Behind the voxels PVM3 has four strings, each with a zero at its end.
+    // PVM3 has four strings behind the voxels, each with a zero at its end.
     let voxels = usize::try_from(header.bytes()).unwrap_or(usize::MAX);
     let behind = at.checked_add(voxels).and_then(|end| bytes.get(end..)).unwrap_or_default();
     let names = ["description", "courtesy", "parameter", "comment"];
@@ -64,7 +64,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     Ok((header, Payload::Unpacked(bytes)))
 }
 
-/// The next line of text, of a hundred bytes at most; but for comments nothing is as long.
+/// The next line of text, of at most a hundred bytes; only comments are longer.
 fn line(input: &Input, bytes: &[u8], at: &mut usize) -> Result<String> {
     const LONGEST: usize = 4096;
     let rest = &bytes[*at..];

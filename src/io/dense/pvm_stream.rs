@@ -1,9 +1,9 @@
-//! The compression of the Erlangen volume library ("DDS v3d" and "v3e"): differences to a
-//! prediction, in runs of as many bits as each run needs. Knows nothing of volumes.
+//! The compression of the Erlangen volume library ("DDS v3d" and "v3e"): differences from a
+//! prediction, in runs whose numbers have as many bits as the run needs. Knows nothing of volumes.
 
 use crate::error::memory;
 
-/// Which of the two streams; they differ in how far apart interleaved bytes may lie.
+/// The two versions of the stream, which differ in how far apart interleaved bytes may lie.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Version {
     D,
@@ -13,10 +13,10 @@ pub(super) enum Version {
 /// Interleaved bytes of v3e lie within blocks of this many items.
 const BLOCK: usize = 1 << 24;
 
-/// Bits, the most significant of each byte first.
+/// A reader of bits, the most significant bit of each byte first.
 struct Bits<'a> {
     bytes: &'a [u8],
-    /// Bits taken.
+    /// Number of bits that were read.
     at: usize,
 }
 
@@ -35,14 +35,14 @@ impl Bits<'_> {
         Some((window >> shift) & ((1 << count) - 1))
     }
 
-    /// The next `count` bits, at most 16; those behind the end are zeros.
+    /// The next `count` bits, at most 16; missing bits at the end are zeros.
     fn take_padded(&mut self, count: u32) -> u32 {
         let left = (self.bytes.len() * 8).saturating_sub(self.at).min(count as usize) as u32;
         self.take(left).unwrap_or(0) << (count - left)
     }
 }
 
-/// Unpacks a stream, which says its own end, to at most `limit` bytes.
+/// Unpacks a stream, which marks its own end, to at most `limit` bytes.
 pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec<u8>, String> {
     let mut bits = Bits { bytes, at: 0 };
     let ends = || "its compressed stream ends early".to_owned();
@@ -50,7 +50,7 @@ pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec
     let strip = bits.take(16).ok_or_else(ends)? as usize + 1;
     let mut unpacked: Vec<u8> = Vec::new();
     loop {
-        // The library's own writer cuts the end's zeros where they would begin a byte.
+        // The library's own writer omits final zeros that would begin a byte.
         let count = bits.take_padded(7) as usize;
         if count == 0 {
             break;
@@ -87,7 +87,7 @@ pub(super) fn unpack(bytes: &[u8], version: Version, limit: usize) -> Result<Vec
     Ok(unpacked)
 }
 
-/// Puts bytes that lie in `skip` planes, one after the other, beside each other again.
+/// Interleaves again the bytes that are stored in `skip` planes, one after another.
 fn interleave(block: &mut [u8], skip: usize) -> Result<(), String> {
     let planes = memory::copied(block, "its voxels").map_err(|error| error.to_string())?;
     let mut stored = planes.into_iter();

@@ -1,5 +1,5 @@
-//! Fewer or more voxels for the same place: a box filter down, trilinear up, one axis after the
-//! other. It knows no format.
+//! Resamples voxels to a finer or coarser grid in the same place: a box filter downwards, trilinear
+//! interpolation upwards, one axis after another. Knows no format.
 
 use glam::{DMat4, DVec3, IVec3};
 
@@ -9,26 +9,26 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::io::number::{CHUNK, Endian};
 use crate::parallel;
 
-/// Less than this share of a voxel is rounding.
+/// Less than this share of a voxel is a rounding error.
 const ROUNDING: f64 = 1e-9;
 
-/// What the new voxels along an axis are made of.
+/// The weights of old voxels in the new voxels along one axis.
 struct Axis {
     /// Index of the first new voxel.
     first: i64,
-    /// For each: old voxels, counted from the first (`None` outside of the box), and their weights.
+    /// For each new voxel: old voxels, counted from the first (`None` for what lies outside of the
+    /// box), and their weights.
     parts: Vec<Vec<(Option<usize>, f64)>>,
-    /// For each: the old voxels of which one must be active.
+    /// For each new voxel: the old voxels that make it active if one of them is.
     near: Vec<Vec<usize>>,
 }
 
 impl Axis {
-    /// Of `count` old voxels from index `origin` on. Beyond them is something else if `open`, else
-    /// what is at the border goes on.
+    /// The weights for `count` old voxels from index `origin` on. Outside of the box there is the
+    /// background if `open`; else the border's values continue.
     fn new(origin: i64, count: usize, factor: f64, open: bool) -> Self {
         let (low, high) = (origin as f64, origin as f64 + count as f64);
-        // A voxel reaches from its index to the next one here; voxel j of the new ones from j /
-        // factor on.
+        // Here a voxel extends from its index to the next one. New voxel j extends from j / factor.
         let first = (low * factor + ROUNDING).floor() as i64;
         let last = (high * factor - ROUNDING).ceil() as i64 - 1;
         let indices = first..=last.max(first);
@@ -71,8 +71,8 @@ impl Axis {
         axis
     }
 
-    /// `old` with this axis resampled; `inner` numbers lie beside each other for every voxel of it,
-    /// and `outside` says what number k is beyond the box.
+    /// Resamples `old` along this axis. For each of its `count` voxels, `inner` numbers lie next to
+    /// each other; `outside` has the values beyond the box, one per component.
     fn apply(&self, old: &[f64], count: usize, inner: usize, outside: &[f64]) -> Result<Vec<f64>> {
         let mut new = memory::filled(old.len() / count * self.parts.len(), 0.0, "new voxels")?;
         // Some thousand numbers at a time, which may be many short rows.
@@ -121,14 +121,14 @@ impl Axis {
 }
 
 impl DenseGrid {
-    /// The same volume with `factor` times as many voxels along each axis: below 1 every new voxel
-    /// is the mean of what it covers, above 1 values are interpolated. A voxel that is cut by the
-    /// box's border takes the part that is there, or the background where that is known. New voxels
-    /// are active where one below them is. Work is done in `f64`; integers are rounded.
+    /// The same grid with `factor` times as many voxels along each axis. Below 1 every new voxel is
+    /// the mean of the old ones that it covers; above 1 values are interpolated. A voxel that
+    /// extends beyond the box uses the part inside, or the background if that is known. A new voxel
+    /// is active if one of the old voxels in its place is. Arithmetic is in `f64`; integers are
+    /// rounded.
     ///
     /// # Errors
-    /// If the factor is not above 0, or [`ErrorKind::Limit`] if the work takes more than
-    /// `max_bytes`.
+    /// If the factor is not above 0, and [`ErrorKind::Limit`] if more than `max_bytes` are needed.
     pub fn resampled(self, factor: f64, max_bytes: u64) -> Result<Self> {
         if !(factor > 0.0 && factor.is_finite() && factor.recip().is_finite()) {
             return Err(Error::value("resample", format!("{factor} is not above 0")));

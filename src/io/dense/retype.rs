@@ -1,5 +1,5 @@
-//! Voxels with other numbers: another type, vectors as lengths, nothing below a threshold. It knows
-//! no format.
+//! Voxels with other numbers: another type, lengths in place of vectors, no values below a
+//! threshold. Knows no format.
 
 use super::grid::DenseGrid;
 use crate::error::Result;
@@ -8,11 +8,11 @@ use crate::io::number::{Endian, ValueType, cast, transformed};
 use crate::io::remap::{Remap, Span};
 use crate::parallel;
 
-/// Numbers that a thread takes at once.
+/// Number of numbers per thread and task.
 const CHUNK: usize = 1 << 16;
 
 impl DenseGrid {
-    /// What all numbers are like.
+    /// Properties of all numbers together.
     pub fn span(&self) -> Span {
         let parts = parallel::map(self.bytes.chunks(CHUNK * self.value_type.size()), |chunk| {
             let values = self.value_type.decode(chunk, Endian::Little);
@@ -21,10 +21,10 @@ impl DenseGrid {
         parts.into_iter().fold(Span::EMPTY, Span::and)
     }
 
-    /// The same values as numbers of type `to`; the background goes with them.
+    /// The same values as numbers of type `to`, the background too.
     ///
     /// # Errors
-    /// If there is no memory for them.
+    /// If there is not enough memory.
     pub fn retyped(self, to: ValueType, remap: Remap) -> Result<Self> {
         if to == self.value_type && remap == Remap::Cast {
             return Ok(self);
@@ -47,10 +47,10 @@ impl DenseGrid {
         Ok(Self { value_type: to, bytes, background, ..self })
     }
 
-    /// Vectors as their length.
+    /// Vectors replaced by their length.
     ///
     /// # Errors
-    /// If there is no memory for them.
+    /// If there is not enough memory.
     pub fn magnitude(self) -> Result<Self> {
         if self.components == 1 {
             return Ok(self);
@@ -66,11 +66,11 @@ impl DenseGrid {
         Ok(Self { components: 1, value_type: to, bytes, background, ..self })
     }
 
-    /// The same with every voxel whose value (or length) is below `least` as the background, which
-    /// is 0 where nothing else is known, and inactive.
+    /// Every voxel whose value (or length) is below `least` becomes inactive and gets the
+    /// background's value, which is 0 if it is not known.
     ///
     /// # Errors
-    /// If there is no memory for which voxels are active.
+    /// If there is not enough memory to mark the active voxels.
     pub fn without_below(mut self, least: f64) -> Result<Self> {
         let voxel = self.voxel_bytes();
         let background = self.background.get_or_insert_with(|| vec![0.0; self.components]).clone();

@@ -1,23 +1,25 @@
-//! What a file's world is: a patient's, a scanner's or none in particular, and how what is said in
-//! other conventions comes into ours, which is LPS. It knows no format, only NRRD's names.
+//! The coordinate system of a file's world: a patient's, a scanner's, or none in particular.
+//! Patients' spaces of other conventions are converted to LPS, which this crate uses. Knows no
+//! format, only NRRD's names.
 
 use glam::{DMat4, DVec3};
 
-/// A named world that a file's places are in.
+/// A named coordinate system of positions in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
     /// The patient's: x to the left, y to the back (posterior), z to the head (superior). Patients'
-    /// spaces of other conventions are brought into this one when they are read, as ITK does.
+    /// spaces in other conventions are converted to this one when they are read, as in ITK.
     Lps,
-    /// The scanner's axes, whichever way the patient lies.
+    /// The scanner's axes, independent of the patient's position.
     ScannerXyz,
-    /// Right-handed, and nothing more is known.
+    /// Right-handed; nothing else is known.
     RightHanded,
-    /// Left-handed, and nothing more is known.
+    /// Left-handed; nothing else is known.
     LeftHanded,
 }
 
-/// NRRD's names, short ones, the space that it becomes, and what turns its places into that.
+/// For each of NRRD's spaces: its name, its short name, the space that it is converted to, and the
+/// signs that convert positions.
 const NAMES: [(&str, &str, Space, [f64; 3]); 6] = [
     ("left-posterior-superior", "LPS", Space::Lps, [1.0, 1.0, 1.0]),
     ("right-anterior-superior", "RAS", Space::Lps, [-1.0, -1.0, 1.0]),
@@ -27,17 +29,18 @@ const NAMES: [(&str, &str, Space, [f64; 3]); 6] = [
     ("3D-left-handed", "", Space::LeftHanded, [1.0, 1.0, 1.0]),
 ];
 
-/// From a world whose x points right and y forward (RAS: NIfTI's) to ours.
+/// Signs that convert a world with x to the right and y to the front (RAS, as in NIfTI) to LPS.
 pub(super) const LPS_FROM_RAS: DVec3 = DVec3::new(-1.0, -1.0, 1.0);
 
 impl Space {
-    /// Its name, as NRRD and sidecars have it.
+    /// The space's name in NRRD files and sidecars.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, _, space, _)| *space == self).map_or("", |(name, ..)| name)
     }
 
-    /// The space that NRRD calls `text` (in any case, with or without `-time` or `T` behind it),
-    /// and the transform from places in it to those that are kept here.
+    /// The space that NRRD calls `text` (in upper or lower case, with or without `-time` or `T` at
+    /// the end), and the transform from it to the space that is kept here. `None` if the name is
+    /// unknown.
     pub fn named(text: &str) -> Option<(Self, DMat4)> {
         let text = text.trim().to_ascii_lowercase();
         let found = NAMES.iter().find(|(long, short, ..)| {
@@ -49,16 +52,17 @@ impl Space {
         found.map(|(_, _, space, signs)| (*space, DMat4::from_scale(DVec3::from(*signs))))
     }
 
-    /// All names, for people.
+    /// All names, for messages.
     pub fn names() -> String {
         NAMES.map(|(name, ..)| name).join(", ")
     }
 }
 
-/// MetaImage's letters of a patient's axes: for each axis of the voxels where it comes from.
+/// MetaImage's letters of a patient's axes: for each axis of the voxels, the side that it comes
+/// from.
 pub(super) fn anatomical_orientation(steps: [DVec3; 3]) -> String {
-    // Each axis of the voxels takes the axis of the patient that it runs along most, and none
-    // twice.
+    // Each axis of the voxels is assigned the axis of the patient that is closest in direction;
+    // none is assigned twice.
     let size = |axis: usize, along: usize| (steps[axis].normalize_or_zero()[along]).abs();
     let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let fit = |order: &[usize; 3]| (0..3).map(|axis| size(axis, order[axis])).sum::<f64>();

@@ -1,6 +1,6 @@
-//! The voxels of a dense file as a sparse grid of OpenVDB's, a layer of leaves at a time: hardly
-//! more is in memory than what is written. It gives the very bytes that the way through all voxels
-//! gives.
+//! Converts the voxels of a dense file to a sparse OpenVDB grid, one layer of leaves at a time, so
+//! that little more is in memory than the output. It produces the same bytes as the conversion
+//! through all voxels.
 
 use super::grid::DenseGrid;
 use super::to_vdb::{EDGE, leaves_along, leaves_at};
@@ -13,10 +13,10 @@ use crate::io::vdb::{
     Compression, Grid, NewGrid, PackedBuilder, PackedTree, Tree, Value, VdbWriter,
 };
 
-/// Bytes that are to be left beside a layer of leaves.
+/// Memory that must stay available besides a layer of leaves, in bytes.
 const SPARE: u64 = 4 << 20;
 
-/// A grid whose voxels are packed, as one of the types that dense numbers become.
+/// A grid with packed voxels, in one of the types that dense numbers become.
 pub enum PackedGrid {
     /// Numbers of `f32`.
     Float(PackedTree<f32>),
@@ -29,7 +29,7 @@ pub enum PackedGrid {
 }
 
 impl PackedGrid {
-    /// Writes it as the next grid of a file; `like` says what is known of it.
+    /// Writes the grid as the next one of a file; `like` has its transform, class and metadata.
     ///
     /// # Errors
     /// As [`VdbWriter::add_packed`].
@@ -54,12 +54,11 @@ impl PackedGrid {
 }
 
 impl DenseFile {
-    /// What is known of the file's voxels, without them, and they themselves as a grid whose leaves
-    /// are packed; `None` for files that cannot be read in layers, and for numbers that have to be
-    /// looked at first.
+    /// The file's voxels as a grid with packed leaves, and everything else about them. `None` for
+    /// files that cannot be read in layers, and for numbers that must be examined first.
     ///
     /// # Errors
-    /// As [`DenseFile::voxels`], and if indices go beyond 32 bits.
+    /// As [`DenseFile::voxels`], and if indices do not fit 32 bits.
     pub fn packed_vdb(&self, compression: Compression) -> Result<Option<(DenseGrid, PackedGrid)>> {
         let header = self.header();
         let plain = header.order == Order::XFastest
@@ -89,7 +88,7 @@ impl DenseFile {
         let whole = grid.bounds()?;
         let layer = grid.dims[0] * grid.dims[1] * grid.voxel_bytes();
         let (from, to) = (grid.value_type, grid.vdb_type());
-        // The background as the tree's numbers are.
+        // The background in the tree's number type.
         let empty = DenseGrid { bytes: Vec::new(), ..grid.clone() }.retyped(to, Remap::Cast)?;
         let background = empty.tree_background::<T>();
         let mut builder = PackedBuilder::new(background, compression);
@@ -109,8 +108,8 @@ impl DenseFile {
             let next = slab.origin.z + slab.dims[2] as i32;
             if next % EDGE == 0 || next > whole.max.z {
                 let bounds = slab.bounds()?;
-                // Leaves ask for little pieces, which nobody can refuse: packed ones are hardly
-                // larger.
+                // Leaves allocate small pieces, which cannot fail gracefully; packed ones take
+                // little more.
                 memory::check(2 * slab.bytes.len() as u64 + SPARE, "leaves")?;
                 for x in leaves_along(&bounds, 0) {
                     builder.add(&leaves_at(&bounds, x), |origin, values| {

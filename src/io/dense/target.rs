@@ -1,4 +1,4 @@
-//! The formats that dense voxels are written in: what each has, and what it cannot hold.
+//! The formats that dense voxels are written in: their features, and what each cannot store.
 
 use std::path::Path;
 
@@ -12,22 +12,22 @@ use super::{Space, metaimage, nrrd};
 pub enum DenseTarget {
     /// NumPy, with a sidecar.
     Npy,
-    /// Numbers only, with a sidecar.
+    /// Numbers without a header, with a sidecar.
     Raw,
-    /// NRRD in one file, or as a header beside its voxels.
+    /// NRRD as one file, or as a header beside its voxels.
     Nrrd {
-        /// Whether the voxels lie in a second file.
+        /// Whether the voxels are in a second file.
         detached: bool,
     },
-    /// MetaImage in one file, or as a header beside its voxels.
+    /// MetaImage as one file, or as a header beside its voxels.
     MetaImage {
-        /// Whether the voxels lie in a second file.
+        /// Whether the voxels are in a second file.
         detached: bool,
     },
 }
 
 impl DenseTarget {
-    /// The format that the ending of a name stands for.
+    /// The format for the ending of a file name; `None` if it is none of these.
     pub fn of_path(path: &Path) -> Option<Self> {
         Some(match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "npy" => Self::Npy,
@@ -40,7 +40,7 @@ impl DenseTarget {
         })
     }
 
-    /// The name of its compression; `None` where it has none.
+    /// The name of the format's compression; `None` if it has none.
     pub fn compression(self) -> Option<&'static str> {
         match self {
             Self::Npy | Self::Raw => None,
@@ -49,13 +49,13 @@ impl DenseTarget {
         }
     }
 
-    /// Whether it holds half floats.
+    /// Whether the format can store half floats.
     pub fn has_half(self) -> bool {
         matches!(self, Self::Npy | Self::Raw)
     }
 
-    /// The header, whose voxels take `packed` bytes or are not packed, in the file `name` or behind
-    /// it.
+    /// The header for the voxels of `grid`. They are packed to `packed` bytes or not, and lie in
+    /// the file `name` or directly behind the header.
     pub(super) fn head(
         self,
         grid: &DenseGrid,
@@ -68,7 +68,7 @@ impl DenseTarget {
         }
     }
 
-    /// What it cannot hold of a grid, in words.
+    /// What the format cannot store of a grid, as text.
     pub(super) fn losses(self, grid: &DenseGrid) -> Vec<String> {
         let mut lost = Vec::new();
         if grid.active.is_some() {
@@ -113,7 +113,7 @@ impl DenseTarget {
     }
 }
 
-/// A cosine between axes that is no more than rounding: headers hold single precision, or text of
+/// Cosines between axes below this are rounding errors: headers have single precision, or text of
 /// six digits.
 const RIGHT_ANGLE: f64 = 1e-5;
 

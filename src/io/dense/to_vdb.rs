@@ -1,4 +1,4 @@
-//! Dense voxels as a sparse grid of OpenVDB's. It knows nothing of files.
+//! Converts dense voxels to a sparse OpenVDB grid. Knows nothing of files.
 
 use glam::IVec3;
 
@@ -14,8 +14,8 @@ use crate::parallel;
 pub(super) const EDGE: i32 = 8;
 
 impl DenseGrid {
-    /// The type that a grid of OpenVDB's holds these numbers in, each exactly but for 64-bit
-    /// integers without sign, which must fit those with one.
+    /// The number type of the OpenVDB grid for these voxels. It holds each number exactly; unsigned
+    /// 64-bit numbers must fit signed ones.
     pub fn vdb_type(&self) -> ValueType {
         use ValueType::{F16, F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
         match self.value_type {
@@ -27,11 +27,11 @@ impl DenseGrid {
         }
     }
 
-    /// The voxels as a tree. Those are active that are said to be; where nothing is said, those
-    /// that differ from the background; without a background, all of them.
+    /// Converts the voxels to a tree. Active are the voxels that are marked so. Without marks, it
+    /// is those that differ from the background; without a background, all.
     ///
     /// # Errors
-    /// If a voxel has neither 1 nor 3 numbers, or a number does not fit.
+    /// If a voxel has neither 1 nor 3 numbers, or if a number does not fit.
     pub fn into_vdb(self) -> Result<Grid> {
         let to = self.vdb_type();
         let limits = to.limits().filter(|_| self.value_type == ValueType::U64);
@@ -62,7 +62,7 @@ impl DenseGrid {
         memory::check(bytes as u64, "a tree of all voxels")?;
         let background = self.tree_background();
         let mut builder = TreeBuilder::new(background);
-        // A layer of leaves at a time.
+        // One layer of leaves at a time.
         for x in leaves_along(&bounds, 0) {
             let leaf = |origin| {
                 let mut values = vec![background; 512];
@@ -76,7 +76,7 @@ impl DenseGrid {
         Ok(builder.finish())
     }
 
-    /// The value around the box.
+    /// The value outside of the box.
     pub(super) fn tree_background<T: Value>(&self) -> T {
         let mut background = [T::default()];
         if let Some(values) = &self.background {
@@ -85,8 +85,8 @@ impl DenseGrid {
         background[0]
     }
 
-    /// Puts the 8^3 voxels from `origin` on, z fastest, and says which of them are active; `bounds`
-    /// are the box's.
+    /// Fills `values` with the 8^3 voxels from `origin` on, z fastest, and returns which of them
+    /// are active; `bounds` are those of the box.
     pub(super) fn fill_leaf<T: Value>(
         &self,
         origin: IVec3,
@@ -124,12 +124,12 @@ impl DenseGrid {
     }
 }
 
-/// Where leaves that touch a box begin along an axis.
+/// Origins, along an axis, of the leaves that touch a box.
 pub(super) fn leaves_along(bounds: &IndexBox, axis: usize) -> impl Iterator<Item = i32> + use<> {
     (bounds.min[axis] & !(EDGE - 1)..=bounds.max[axis]).step_by(EDGE as usize)
 }
 
-/// Where leaves that touch a box begin at place `x`.
+/// Origins of the leaves that touch a box, for those at `x` along the first axis.
 pub(super) fn leaves_at(bounds: &IndexBox, x: i32) -> Vec<IVec3> {
     let along_z = |y| leaves_along(bounds, 2).map(move |z| IVec3::new(x, y, z));
     leaves_along(bounds, 1).flat_map(along_z).collect()

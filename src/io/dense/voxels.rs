@@ -8,7 +8,7 @@ use crate::error::memory;
 use crate::io::number::{CHUNK, decode, is_beyond_f32};
 use crate::parallel;
 
-/// The voxels in some rows along x as numbers to render: the value itself, or the length of a
+/// The voxels of some rows along x as numbers to render: the value itself, or the length of a
 /// vector.
 pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
     let [slope, intercept] = header.scale;
@@ -28,7 +28,7 @@ pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
     densities
 }
 
-/// The first of the numbers in some rows that [`is_beyond_f32`]; `densities` are theirs.
+/// The first number in some rows that [`is_beyond_f32`]; `densities` are the same rows as f32.
 pub(super) fn beyond_f32(header: &DenseHeader, rows: &[u8], densities: &[f32]) -> Option<f64> {
     if !densities.contains(&f32::INFINITY) {
         return None;
@@ -37,7 +37,7 @@ pub(super) fn beyond_f32(header: &DenseHeader, rows: &[u8], densities: &[f32]) -
     numbers.chunks_exact(header.components).map(length).find(|&length| is_beyond_f32(length))
 }
 
-/// A number as it is, a vector's length.
+/// A single number unchanged, or a vector's length.
 fn length(vector: &[f64]) -> f64 {
     match vector {
         [single] => *single,
@@ -45,10 +45,10 @@ fn length(vector: &[f64]) -> f64 {
     }
 }
 
-/// Numbers in a file's order as an array of shape (z, y, x).
+/// Arranges numbers in the file's order as an array of shape (z, y, x).
 ///
 /// # Errors
-/// If they have to be turned and there is no memory for that.
+/// If they must be reordered and there is not enough memory.
 pub(super) fn arranged(header: &DenseHeader, mut values: Vec<f32>) -> Result<Array3<f32>> {
     let [nx, ny, nz] = header.dims;
     if header.order == Order::ZFastest {
@@ -60,7 +60,7 @@ pub(super) fn arranged(header: &DenseHeader, mut values: Vec<f32>) -> Result<Arr
         });
         values = turned;
     }
-    // The count is the shape's: the header's bytes were counted from it.
+    // The count matches the shape, because the header's bytes were computed from it.
     Ok(Array3::from_shape_vec((nz, ny, nx), values).unwrap_or_default())
 }
 
@@ -71,18 +71,18 @@ pub struct Voxels {
 }
 
 impl Voxels {
-    /// `bytes` has exactly the voxels that `header` says.
+    /// `bytes` must hold exactly the voxels that `header` describes.
     pub(super) fn new(header: DenseHeader, bytes: Vec<u8>) -> Self {
         Self { header, bytes }
     }
 
-    /// The numbers as they lie in the file: type, byte order and order of axes as the header says,
-    /// before its scale.
+    /// The bytes of the file: number type, byte order and order of axes are the header's, and its
+    /// scale is not applied.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// As [`Voxels::bytes`], without a copy.
+    /// Like [`Voxels::bytes`], without a copy.
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
@@ -90,13 +90,13 @@ impl Voxels {
     /// Numbers to render, shape (z, y, x): the value itself, or the length of a vector.
     ///
     /// # Errors
-    /// If there is no memory for them.
+    /// If there is not enough memory.
     pub fn density(&self) -> Result<Array3<f32>> {
         arranged(&self.header, densities(&self.header, &self.bytes))
     }
 
-    /// Runs `each` on every component of every voxel in the file's order: its value and which
-    /// component it is.
+    /// Calls `each` for every component of every voxel in the file's order, with its value (scale
+    /// applied) and the component's index.
     pub fn for_each(&self, mut each: impl FnMut(f64, usize)) {
         const BYTES: usize = 1 << 20;
         let DenseHeader { value_type, endian, scale, components, .. } = self.header;

@@ -1,5 +1,6 @@
-//! VTK image data (`.vti`): the XML around one array of points or cells. The first array of single
-//! numbers is the volume, unless the file marks another one as its scalars or a name is given.
+//! VTK image data (`.vti`): an XML document around arrays of points or cells. The first array with
+//! one component is the volume, unless the file marks another one as its scalars or a name is
+//! given.
 
 use std::borrow::Cow;
 
@@ -14,7 +15,7 @@ use super::{DenseHeader, placed};
 use crate::error::Result;
 use crate::io::number::{Endian, ValueType, encode_text};
 
-/// What the file says before and around its arrays.
+/// What the file says outside of its arrays.
 #[derive(Default)]
 struct Document<'a> {
     coding: Coding,
@@ -24,7 +25,7 @@ struct Document<'a> {
     direction: Option<String>,
     extents: Vec<String>,
     arrays: Vec<Array<'a>>,
-    /// Encoding of the appended data, and where it starts.
+    /// Encoding of the appended data, and the offset where it starts.
     appended: Option<(String, usize)>,
 }
 
@@ -37,18 +38,18 @@ struct Array<'a> {
     offset: String,
     texts: Vec<Cow<'a, [u8]>>,
     of_cells: bool,
-    /// Whether its section names it as the scalars.
+    /// Whether its section marks it as the scalars.
     marked: bool,
 }
 
 impl Array<'_> {
-    /// One number a voxel.
+    /// Whether it has one number per voxel.
     fn is_scalar(&self) -> bool {
         matches!(self.components.as_str(), "" | "0" | "1")
     }
 
-    /// Whether it is one of VTK's own, which say something of the other arrays: which values are
-    /// valid, where they come from.
+    /// Whether it is one of VTK's own arrays, which describe other arrays: which values are valid,
+    /// where they come from.
     fn serves(&self) -> bool {
         const OWN: [&str; 4] = ["vtkValid", "vtkGhost", "vtkOriginal", "vtkInterpolated"];
         OWN.iter().any(|own| self.name.starts_with(own))
@@ -93,11 +94,11 @@ fn attribute(tag: &BytesStart, name: &str) -> Option<String> {
     found.map(|attribute| String::from_utf8_lossy(&attribute.value).into_owned())
 }
 
-/// Goes through the XML up to the appended data, which need not be XML.
+/// Parses the XML up to the appended data, which need not be XML.
 fn parse<'a>(input: &Input, whole: &'a [u8]) -> Result<Document<'a>> {
     let mut document = Document::default();
     let mut reader = Reader::from_reader(whole);
-    // The section of arrays that is open, and whether one of its arrays is.
+    // The section of arrays that is open: whether it is one of cells, and the name of its scalars.
     let mut section: Option<(bool, Option<String>)> = None;
     let mut in_array = false;
     loop {
@@ -184,7 +185,7 @@ fn describe(input: &Input, document: &Document, array: &Array) -> Result<DenseHe
     };
     let [x0, x1, y0, y1, z0, z1] = input.numbers::<i64, 6>("Extent", extent)?;
     let low = [x0, y0, z0];
-    // Cells lie between points.
+    // Cells lie between points, so there is one less.
     let between = i64::from(array.of_cells);
     let mut lengths = [0; 3];
     for (length, (high, low)) in lengths.iter_mut().zip([x1, y1, z1].into_iter().zip(low)) {
@@ -218,7 +219,7 @@ fn describe(input: &Input, document: &Document, array: &Array) -> Result<DenseHe
     let origin = vector("Origin", &document.origin, DVec3::ZERO)?;
     let spacing = vector("Spacing", &document.spacing, DVec3::ONE)?;
     let turn = match &document.direction {
-        // Rows of a matrix whose columns are the axes.
+        // The rows of a matrix whose columns are the axes.
         Some(text) => DMat3::from_cols_array(&input.numbers("Direction", text)?).transpose(),
         None => DMat3::IDENTITY,
     };

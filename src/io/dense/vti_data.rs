@@ -1,5 +1,5 @@
-//! How VTK's XML files code an array of bytes: a header of lengths, blocks that may be compressed,
-//! perhaps as base64. Knows nothing of XML or of volumes.
+//! The encoding of an array of bytes in VTK's XML files: a header of lengths, blocks that may be
+//! compressed, optionally base64. Knows nothing of XML or of volumes.
 
 use std::io::Read;
 
@@ -8,7 +8,7 @@ use flate2::read::ZlibDecoder;
 use crate::error::memory;
 use crate::io::number::Endian;
 
-/// What compresses the blocks.
+/// The compression of the blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Packed {
     #[default]
@@ -27,17 +27,17 @@ impl Packed {
     }
 }
 
-/// How lengths and blocks are written.
+/// The encoding of lengths and blocks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Coding {
     pub(super) endian: Endian,
-    /// Lengths have 64 bits instead of 32.
+    /// Whether lengths have 64 bits instead of 32.
     pub(super) wide: bool,
     pub(super) packed: Packed,
 }
 
 impl Coding {
-    /// The first `due` bytes of an array that starts where `data` does.
+    /// Decodes the first `due` bytes of an array that starts where `data` starts.
     pub(super) fn raw(self, data: &[u8], due: usize) -> Result<Vec<u8>, String> {
         let mut rest = data;
         let count = self.length(&mut rest)?;
@@ -104,10 +104,10 @@ impl Coding {
         usize::try_from(number).map_err(|_| format!("a length of {number}"))
     }
 
-    /// Appends the `length` bytes of a block.
+    /// Appends a block of `length` bytes.
     fn unpack(self, data: &[u8], length: usize, unpacked: &mut Vec<u8>) -> Result<(), String> {
         let before = unpacked.len();
-        // Deflate packs to 1 in 1032 at best, LZ4 to 1 in 255.
+        // Deflate packs by at most 1 to 1032, LZ4 by at most 1 to 255.
         let most = length.min(data.len().saturating_mul(1032));
         refused(memory::grow(unpacked, most, "voxels"))?;
         if self.packed == Packed::Zlib {
@@ -127,13 +127,13 @@ impl Coding {
     }
 }
 
-/// A refusal of memory in words.
+/// An error of memory as text.
 fn refused<T>(result: crate::Result<T>) -> Result<T, String> {
     result.map_err(|error| error.to_string())
 }
 
-/// The bytes of a text up to the first `<`. Where padding ends a run another may follow: the
-/// lengths of compressed arrays are coded apart.
+/// Decodes base64 up to the first `<`. After padding another run may follow, because the lengths of
+/// compressed arrays are encoded separately.
 fn decode_base64(text: &[u8]) -> Result<Vec<u8>, String> {
     let mut bytes = refused(memory::room(text.len() / 4 * 3 + 3, "voxels"))?;
     let (mut group, mut count, mut padding) = (0_u32, 0, 0);

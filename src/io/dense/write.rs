@@ -1,5 +1,4 @@
-//! Dense voxels as files: which files a format becomes. How a header looks is each format's own
-//! matter.
+//! Writes dense voxels to files. Each format has its own module for its header.
 
 use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
@@ -16,34 +15,35 @@ use crate::io::output::{Inputs, PendingFile, commit, commit_then};
 use crate::io::remap::Remap;
 use crate::io::sidecar::{Background, Sidecar};
 
-/// Packed voxels that are kept in memory; more of them in a file without a name.
+/// Packed voxels are kept in memory up to this many bytes; more go to an unnamed file.
 const IN_MEMORY: usize = 1 << 24;
 
-/// The files of a grid in a format, promised.
+/// The prepared output files of a grid in one format.
 #[derive(Debug)]
 pub struct DenseOutput {
     format: DenseTarget,
     packed: bool,
     main: PendingFile,
-    /// A sidecar, or the voxels of a header.
+    /// The sidecar, or the file with a header's voxels.
     side: Option<PendingFile>,
     inputs: Inputs,
 }
 
-/// What became of a grid in a format.
+/// The result of writing a grid.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Written {
-    /// All files; the first is the one that was asked for.
+    /// All files; the first is the one that was requested.
     pub paths: Vec<PathBuf>,
-    /// What the format cannot hold, in words.
+    /// What the format cannot store, as text.
     pub lost: Vec<String>,
 }
 
 impl DenseTarget {
-    /// Promises the files that a grid becomes at `path`, the voxels `packed` where the format can.
+    /// Prepares the files for a grid at `path`; voxels are compressed if `packed` and the format
+    /// can.
     ///
     /// # Errors
-    /// As [`PendingFile::create`]; if there is something else where a sidecar belongs, or if a name
+    /// As [`PendingFile::create`]. If something else lies in a sidecar's place, or if the name
     /// cannot be put into a header.
     pub fn promise(self, path: &Path, packed: bool, inputs: &Inputs) -> Result<DenseOutput> {
         let packed = packed && self.compression().is_some();
@@ -60,7 +60,7 @@ impl DenseTarget {
                     let why = "a pipe or a device holds one file; name it .nrrd or .mha";
                     return Err(Error::contents(path, why));
                 }
-                // Its last name follows from the voxels.
+                // The final name depends on the voxels.
                 let name = detached::name(self, place, &[], packed)?;
                 Some(PendingFile::create(place.with_file_name(name), inputs)?)
             }
@@ -71,10 +71,10 @@ impl DenseTarget {
 }
 
 impl DenseOutput {
-    /// Writes `grid` and puts the files in their places, the one that was asked for last.
+    /// Writes `grid` and moves the files to their destinations, the requested one last.
     ///
     /// # Errors
-    /// If they cannot be written; then older ones are unchanged.
+    /// If they cannot be written; then older files are unchanged.
     pub fn write(mut self, grid: DenseGrid) -> Result<Written> {
         let mut lost = Vec::new();
         let grid = if grid.value_type == ValueType::F16 && !self.format.has_half() {
@@ -103,7 +103,7 @@ impl DenseOutput {
         Ok(Written { paths: [main].into_iter().chain(side).collect(), lost })
     }
 
-    /// Numbers alone.
+    /// Writes the numbers only.
     fn put_numbers(&mut self, grid: &DenseGrid) -> Result<()> {
         if self.format == DenseTarget::Npy {
             self.main.put(&npy::head(grid))?;
@@ -116,12 +116,13 @@ impl DenseOutput {
         commit(vec![self.main])
     }
 
-    /// Numbers and what stands beside them; where the latter lies.
+    /// Writes the numbers and the sidecar, and returns the sidecar's path.
     fn write_with_sidecar(mut self, mut side: PendingFile, grid: &DenseGrid) -> Result<PathBuf> {
         self.put_numbers(grid)?;
         let own = sidecar(grid);
         let mut files = Vec::new();
-        // First one of both voxels, the old and the new ones, then the new, then its own.
+        // First a sidecar that describes both the old and the new voxels, then the new voxels, then
+        // their own sidecar.
         if self.main.path().exists()
             && let Ok(Some((_, older))) = Sidecar::beside(self.main.path())
         {
@@ -141,7 +142,7 @@ impl DenseOutput {
         Ok(path)
     }
 
-    /// A header and its voxels in a second file; where the latter lies.
+    /// Writes a header and its voxels in a second file, and returns the second file's path.
     fn write_detached(mut self, mut side: PendingFile, grid: &DenseGrid) -> Result<PathBuf> {
         let size = self.format.put_voxels(&mut side, &grid.bytes, self.packed)?;
         let header = self.main.path().to_owned();
@@ -154,13 +155,13 @@ impl DenseOutput {
         Ok(path)
     }
 
-    /// A header with its voxels behind it.
+    /// Writes a header with its voxels behind it.
     fn write_attached(mut self, grid: &DenseGrid) -> Result<()> {
         let format = self.format;
         if self.packed
             && let DenseTarget::MetaImage { .. } = format
         {
-            // Its header says how long the packed voxels behind it are.
+            // The header states how long the packed voxels behind it are.
             let mut packed = tempfile::SpooledTempFile::new(IN_MEMORY);
             let target = self.main.target().to_owned();
             let failed = |error| Error::file(&target, error);
@@ -177,7 +178,7 @@ impl DenseOutput {
 }
 
 impl DenseTarget {
-    /// Writes voxels, packed or not; how many bytes they became.
+    /// Writes voxels, packed or not, and returns their size in the file.
     fn put_voxels(self, file: &mut PendingFile, voxels: &[u8], packed: bool) -> Result<usize> {
         if !packed {
             return file.put(voxels).map(|()| voxels.len());
@@ -187,7 +188,7 @@ impl DenseTarget {
     }
 }
 
-/// Packs `voxels` as the format does; how many bytes they became.
+/// Packs `voxels` with the format's compression, and returns their packed size.
 fn pack(format: DenseTarget, out: &mut dyn Write, voxels: &[u8]) -> std::io::Result<usize> {
     let (level, mut counted) = (Compression::default(), Counted { out, count: 0 });
     if let DenseTarget::MetaImage { .. } = format {
@@ -202,7 +203,7 @@ fn pack(format: DenseTarget, out: &mut dyn Write, voxels: &[u8]) -> std::io::Res
     Ok(counted.count)
 }
 
-/// Counts what goes through.
+/// Counts the bytes that pass through.
 struct Counted<'a> {
     out: &'a mut dyn Write,
     count: usize,
@@ -220,7 +221,7 @@ impl Write for Counted<'_> {
     }
 }
 
-/// What stands beside numbers that have no header, or one that knows no places.
+/// The sidecar of numbers without a header, or with one that has no transform.
 fn sidecar(grid: &DenseGrid) -> Sidecar {
     let rows = grid.world_from_index.transpose().to_cols_array_2d();
     let mut crc = Crc::new();
@@ -247,13 +248,13 @@ fn sidecar(grid: &DenseGrid) -> Sidecar {
     }
 }
 
-/// Numbers with `separator` between them, each with all its digits.
+/// Numbers, separated by `separator`, each with all its digits.
 pub(super) fn numbers(values: impl IntoIterator<Item = f64>, separator: &str) -> String {
     let words: Vec<String> = values.into_iter().map(|value| value.to_string()).collect();
     words.join(separator)
 }
 
-/// Text for one line of a header.
+/// Text as a single line, for a header.
 pub(super) fn one_line(text: &str) -> String {
     text.replace(char::is_control, " ").trim().to_owned()
 }

@@ -1,5 +1,5 @@
-//! A file in the making: without a name wherever the system has such files, so that whatever ends
-//! the program leaves nothing. It knows nothing of other files.
+//! A file that is being written, without a name where the system has unnamed files, so that nothing
+//! is left behind however the program ends. Knows nothing of other files.
 
 use std::fs::{File, Permissions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -11,25 +11,26 @@ use super::leftovers::{Leftover, PREFIX, take_away};
 use super::place::{Place, folder_of};
 use super::stream;
 
-/// Bytes that are collected before they are written.
+/// Number of bytes that are buffered before they are written.
 const BUFFER: usize = 1 << 18;
-/// Bytes on their way to a pipe that are kept in memory; more of them in a file without a name.
+/// Output for a pipe is kept in memory up to this many bytes; more goes to an unnamed file.
 const IN_MEMORY: usize = 1 << 24;
 
-/// What is written before it is in its place; gone when dropped.
+/// Output that is not yet at its destination; it is deleted when dropped.
 #[derive(Debug)]
 pub(super) enum Draft {
-    /// Without a name, on the file system of its place.
+    /// An unnamed file in the destination's file system.
     #[cfg(target_os = "linux")]
     Unnamed(BufWriter<File>),
-    /// With a name beside its place.
+    /// A named file in the destination's folder.
     Named(BufWriter<File>, Leftover),
-    /// For a pipe or a device.
+    /// A buffer for a pipe or a device.
     Held(tempfile::SpooledTempFile),
 }
 
 impl Draft {
-    /// An empty draft for `place`, with the mode and the owner of the file that is there.
+    /// An empty draft for `place`, with the mode and the owner of the file that exists there, if
+    /// any.
     pub(super) fn create(place: &Place) -> io::Result<Self> {
         let path = match place {
             Place::Stream(_) => return Ok(Self::Held(tempfile::spooled_tempfile(IN_MEMORY))),
@@ -46,7 +47,7 @@ impl Draft {
             #[cfg(unix)]
             {
                 use std::os::unix::fs::{MetadataExt, fchown};
-                // Only root may give files away; the mode is the same for all.
+                // Only root may change the owner; the mode can be set by everybody.
                 let _ = fchown(file, Some(older.uid()), Some(older.gid()));
             }
             // Some file systems have no modes.
@@ -62,7 +63,7 @@ impl Draft {
         let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
         match open(folder_of(path), flags, Mode::from_raw_mode(0o666)) {
             Ok(file) => Ok(Self::Unnamed(buffered(file.into()))),
-            // Not every file system has files without names.
+            // Some file systems have no unnamed files.
             Err(_) => Self::named_beside(path),
         }
     }
@@ -77,12 +78,12 @@ impl Draft {
         Ok(Self::Named(buffered(file), leftover))
     }
 
-    /// Everything is out of the program's own memory.
+    /// Writes everything from the program's memory to the system.
     pub(super) fn flushed(&mut self) -> io::Result<()> {
         self.flush()
     }
 
-    /// Gives what was written to the pipe or device.
+    /// Copies everything that was written to the pipe or device.
     pub(super) fn pour(self, stream: Option<File>, path: &Path) -> io::Result<()> {
         let Self::Held(mut held) = self else { return Ok(()) };
         let mut stream = match stream {
@@ -94,8 +95,8 @@ impl Draft {
         stream.flush()
     }
 
-    /// Puts the file at `path`, where nothing is yet; `None` if there is something after all, or
-    /// the file cannot be named at once.
+    /// Links the file to `path`, where nothing exists yet. `None` if something does exist after
+    /// all, or if the file cannot be linked directly.
     pub(super) fn link_new(&self, path: &Path) -> Option<()> {
         match self {
             #[cfg(target_os = "linux")]
@@ -107,8 +108,8 @@ impl Draft {
         }
     }
 
-    /// The file under a name of its own beside `path`: number `turn` of those that only the holder
-    /// of the folder's lock gives, or any.
+    /// Gives the file a temporary name beside `path`: name number `turn` of those that only the
+    /// holder of the folder's lock uses, or else a random one.
     pub(super) fn named(self, path: &Path, turn: Option<usize>) -> io::Result<Leftover> {
         match self {
             Self::Named(_, leftover) => Ok(leftover),
@@ -134,7 +135,7 @@ impl Draft {
                 if let Ok(leftover) = linked {
                     return Ok(leftover);
                 }
-                // Without /proc its contents go into a file that has a name.
+                // Without /proc, copy the contents to a named file.
                 let (mut copy, leftover) = named_beside(path)?;
                 copy.set_permissions(file.metadata()?.permissions())?;
                 file.rewind()?;
@@ -146,13 +147,14 @@ impl Draft {
     }
 }
 
-/// Names that files have between being written and being in their places, one after another: who
-/// holds the folder's lock gives them, and takes away what an ended run left under them.
+/// The temporary name number `turn`, for files between being written and being moved to their
+/// destinations. Only the holder of the folder's lock uses these names, and it removes files that
+/// an interrupted run left under them.
 fn turn_name(path: &Path, turn: usize) -> PathBuf {
     folder_of(path).join(format!("{PREFIX}{turn}"))
 }
 
-/// Takes away what an ended run left in `folder`, whose lock is held.
+/// Removes what an interrupted run left in `folder`, whose lock must be held.
 pub(super) fn sweep(folder: &Path) {
     const TURNS: usize = 8;
     for turn in 0..TURNS {
@@ -164,7 +166,7 @@ fn buffered(file: File) -> BufWriter<File> {
     BufWriter::with_capacity(BUFFER, file)
 }
 
-/// Gives the file without a name the name `path`.
+/// Links the unnamed file to the name `path`.
 #[cfg(target_os = "linux")]
 fn link(file: &File, path: &Path) -> io::Result<()> {
     use std::os::fd::AsRawFd;
@@ -175,7 +177,7 @@ fn link(file: &File, path: &Path) -> io::Result<()> {
     Ok(linkat(CWD, &from, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
 }
 
-/// A new file in the folder of `path`.
+/// A new file with a temporary name in the folder of `path`.
 fn named_beside(path: &Path) -> io::Result<(File, Leftover)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);
@@ -186,13 +188,14 @@ fn named_beside(path: &Path) -> io::Result<(File, Leftover)> {
     Ok((file, leftover))
 }
 
-/// A file whose name is no longer its own matter.
+/// A file that is no longer deleted automatically when dropped.
 fn kept<F>(file: NamedTempFile<F>) -> io::Result<(F, PathBuf)> {
     let (file, path) = file.into_parts();
     Ok((file, path.keep()?))
 }
 
-/// A new folder beside `path`, under the first of its turns' names if the folder's lock `is_held`.
+/// A new folder beside `path`, under temporary name number 0 if the folder's lock `is_held`, else
+/// under a random one.
 pub(super) fn folder_beside(path: &Path, is_held: bool) -> io::Result<Leftover> {
     if is_held {
         let name = turn_name(path, 0);

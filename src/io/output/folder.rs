@@ -1,5 +1,5 @@
-//! Folders that appear whole or not at all: filled beside the target, then exchanged with it. It
-//! knows nothing of what is in the files.
+//! Output folders that appear completely or not at all: filled beside the target, then exchanged
+//! with it. Knows nothing of the files' contents.
 
 use std::fs;
 use std::io::{self, Write};
@@ -12,8 +12,8 @@ use super::lock::FolderLock;
 use super::place::{Place, folder_of};
 use crate::error::{Error, Result};
 
-/// A folder to be filled once its contents are known. An older one gives way if it holds nothing
-/// but files of the same names.
+/// A folder that is filled once its contents are known. It replaces an older folder that holds only
+/// files of the same names.
 #[derive(Debug)]
 pub struct PendingFolder {
     target: PathBuf,
@@ -22,35 +22,36 @@ pub struct PendingFolder {
 }
 
 impl PendingFolder {
-    /// Promises a folder that will be `target`, with files of these `names`. Made before the work
-    /// whose result it takes, it tells at once whether there is a place to write to.
+    /// Prepares a folder `target` with files of these `names`. Called before the work whose result
+    /// it takes, so that it is known at once whether the folder can be written.
     ///
     /// # Errors
-    /// If the folder around it does not exist or cannot be written to, or if there is something
-    /// else in the place of `target` than an empty folder or one of these files alone, none of them
+    /// If the parent folder does not exist or cannot be written to. If `target` exists and is
+    /// anything but an empty folder or one with only files of these names. If one of those files is
     /// one of `inputs`.
     pub fn create(target: impl AsRef<Path>, names: &[&str], inputs: &Inputs) -> Result<Self> {
         let names = names.iter().map(|&name| name.to_owned()).collect();
         let named = target.as_ref();
-        // A link keeps pointing where it does.
+        // A link is kept, and its target is replaced.
         let target = named.canonicalize().unwrap_or_else(|_| named.to_owned());
         let pending = Self { target, names, inputs: inputs.clone() };
         pending.check(&pending.target)?;
-        // Gone again at once: a run that is interrupted leaves nothing.
+        // Deleted at once, so that an interrupted run leaves nothing behind.
         drop(pending.tried()?);
         Ok(pending)
     }
 
-    /// Puts the folder in its place: the contents of its files in the order of their names.
+    /// Writes the files' `contents`, in the order of their names, and puts the folder in its place.
     ///
     /// # Errors
-    /// If a file cannot be written or the folder not renamed; then an older one is unchanged.
+    /// If a file cannot be written or the folder cannot be renamed; then an older folder is
+    /// unchanged.
     pub fn finish_with(self, contents: &[&[u8]]) -> Result<()> {
         let failed = |error| Error::file(&self.target, error);
         self.check(&self.target)?;
         let mut drafts = Vec::new();
         for (name, contents) in self.names.iter().zip(contents) {
-            // Without a name beside the folder, to be named in it.
+            // Written to an unnamed file beside the folder, and linked into the folder later.
             let mut draft = Draft::create(&self.beside()).map_err(failed)?;
             draft.write_all(contents).and_then(|()| draft.flushed()).map_err(failed)?;
             drafts.push((name, draft));
@@ -69,25 +70,26 @@ impl PendingFolder {
                 named.placed();
             }
         }
-        // Afterwards the name stands for nothing or for the older folder, which goes.
+        // Afterwards the temporary name refers to nothing, or to the older folder, which is
+        // deleted.
         self.exchange(filled.path())
     }
 
-    /// Puts the folder `filled` in the place of the target, and what was there in its own.
+    /// Exchanges the folder `filled` with the target.
     fn exchange(&self, filled: &Path) -> Result<()> {
         let failed = |error| Error::file(&self.target, error);
         if fs::symlink_metadata(&self.target).is_err() {
             return fs::rename(filled, &self.target).map_err(failed);
         }
         swap(filled, &self.target).map_err(failed)?;
-        // Whatever came to the older folder meanwhile stays.
+        // If something else was added to the older folder meanwhile, undo the exchange.
         self.check(filled).or_else(|error| {
             swap(filled, &self.target).map_err(failed)?;
             Err(error)
         })
     }
 
-    /// A file beside the target, whose name nobody sees.
+    /// A file beside the target, whose name never appears.
     fn beside(&self) -> Place {
         Place::File(folder_of(&self.target).join(".deepshadow-file"))
     }
@@ -96,7 +98,7 @@ impl PendingFolder {
         Draft::create(&self.beside()).map_err(|error| Error::file(&self.target, error))
     }
 
-    /// Makes sure that `place` is no folder, or one that is replaced without loss.
+    /// Checks that `place` does not exist, or is a folder that can be replaced without loss.
     fn check(&self, place: &Path) -> Result<()> {
         let failed = |error| Error::file(&self.target, error);
         let found = match fs::symlink_metadata(place) {
@@ -122,7 +124,7 @@ impl PendingFolder {
     }
 }
 
-/// Exchanges two folders, at once where the system can.
+/// Exchanges two folders, atomically where the system can.
 fn swap(one: &Path, other: &Path) -> io::Result<()> {
     #[cfg(target_os = "linux")]
     {
@@ -131,7 +133,7 @@ fn swap(one: &Path, other: &Path) -> io::Result<()> {
             return Ok(());
         }
     }
-    // Else the older one steps aside until the new one is in its place.
+    // Else the older folder is moved aside until the new one is in its place.
     let aside = one.with_extension("older");
     fs::rename(other, &aside)?;
     if let Err(error) = fs::rename(one, other) {
@@ -141,15 +143,15 @@ fn swap(one: &Path, other: &Path) -> io::Result<()> {
     fs::rename(&aside, one)
 }
 
-/// A folder that was made for outputs: what is still empty of it when dropped goes again.
+/// Folders that were created for outputs; those that are still empty are deleted when dropped.
 #[derive(Debug)]
 pub struct MadeFolder(#[allow(dead_code)] Vec<Leftover>);
 
 impl MadeFolder {
-    /// Makes `folder` and those around it that are missing.
+    /// Creates `folder` and its missing parents.
     ///
     /// # Errors
-    /// If one cannot be made.
+    /// If one of them cannot be created.
     pub fn create(folder: &Path) -> Result<Self> {
         let mut made = Self(Vec::new());
         let mut missing: Vec<&Path> = folder
@@ -162,7 +164,7 @@ impl MadeFolder {
             let make = || fs::create_dir(path);
             let ((), one) = Leftover::new(make, |()| path.to_owned())
                 .map_err(|error| Error::file(folder, error))?;
-            // Inner ones go first.
+            // Inner folders are deleted first.
             made.0.insert(0, one);
         }
         if folder.is_dir() {

@@ -1,22 +1,22 @@
-//! The files that a run reads: none of its outputs may take the place of one. It knows files by
-//! what they are and not by name, so links to them are them.
+//! The files that a run reads, which no output may overwrite. Files are identified by device and
+//! inode instead of by name, so links to a file count as that file.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// Files that must stay as they are.
+/// Files that must not be changed.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs(Vec<(PathBuf, Identity)>);
 
-/// What tells a file from others, whatever it is called.
+/// Device and inode number, which identify a file whatever its name.
 #[cfg(unix)]
 type Identity = (u64, u64);
 #[cfg(not(unix))]
 type Identity = PathBuf;
 
 impl Inputs {
-    /// The files at `paths`; those that do not exist are no inputs.
+    /// The files at `paths`; paths that do not exist are ignored.
     pub fn new(paths: impl IntoIterator<Item = PathBuf>) -> Self {
         let mut inputs = Self::default();
         inputs.extend(paths);
@@ -29,10 +29,10 @@ impl Inputs {
         self.0.extend(paths.into_iter().filter_map(known));
     }
 
-    /// Makes sure that `output` is none of these files.
+    /// Checks that `output` is none of these files.
     ///
     /// # Errors
-    /// If it is, by this name or another.
+    /// If it is one of them, under this name or another.
     pub fn refuse(&self, output: &Path) -> Result<()> {
         let Some(output_identity) = identity(output) else { return Ok(()) };
         let Some((input, _)) = self.0.iter().find(|(_, own)| *own == output_identity) else {
@@ -55,7 +55,7 @@ fn identity(path: &Path) -> Option<Identity> {
     use std::os::unix::fs::MetadataExt;
 
     let metadata = std::fs::metadata(path).ok()?;
-    // Reading and writing a terminal or a null device do not meet.
+    // Only regular files can conflict; a terminal or a null device may be both read and written.
     metadata.is_file().then(|| (metadata.dev(), metadata.ino()))
 }
 

@@ -1,20 +1,20 @@
-//! Names of files and folders that are not in their places yet, so that a program which is told to
-//! end can take them away. It handles no signal itself.
+//! A list of the temporary files and folders, so that a program that is asked to terminate can
+//! delete them. Handles no signals itself.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// How names begin of what is not in its place yet.
+/// The prefix of temporary names.
 pub(super) const PREFIX: &str = ".deepshadow-";
 
-/// What would stay if the program ended now.
+/// Everything that would be left behind if the program ended now.
 static LEFTOVERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-/// Held while files are put in their places.
+/// Held while files are moved to their destinations.
 static PLACING: Mutex<()> = Mutex::new(());
 
-/// While it lives, [`abandon`] waits.
+/// A guard; while it exists, [`abandon`] waits.
 pub(super) struct Placing(#[allow(dead_code)] MutexGuard<'static, ()>);
 
 impl Placing {
@@ -23,18 +23,18 @@ impl Placing {
     }
 }
 
-/// Something that is gone when dropped, and when the program is told to end: a file, or a folder;
-/// with the files in it if its name is one of ours.
+/// A temporary file or folder. It is deleted when dropped, and when the program is asked to
+/// terminate; with the files in it, if it is a folder with a temporary name.
 #[derive(Debug)]
 pub(super) struct Leftover(PathBuf);
 
 impl Leftover {
-    /// What `make` makes, and the name that `path` finds it under.
+    /// Creates something with `make` and registers it under the name that `path` returns.
     pub(super) fn new<T>(
         make: impl FnOnce() -> io::Result<T>,
         path: impl FnOnce(&T) -> PathBuf,
     ) -> io::Result<(T, Self)> {
-        // Nothing is ever there that the list does not hold.
+        // The list is locked, so that nothing exists that is not on it.
         let mut names = names();
         let made = make()?;
         let path = path(&made);
@@ -46,7 +46,7 @@ impl Leftover {
         &self.0
     }
 
-    /// It is in its place: nothing has its name any more.
+    /// Unregisters the name, because the file has been moved to its destination.
     pub(super) fn placed(mut self) {
         forget(&std::mem::take(&mut self.0));
     }
@@ -61,9 +61,8 @@ impl Drop for Leftover {
     }
 }
 
-/// Takes away what is not in its place yet, and lets nothing more be put anywhere: for programs
-/// that are told to end, as the last thing that they do. What is just being put in place gets there
-/// first.
+/// Deletes all temporary files and prevents any further output. It is the last call of a program
+/// that was asked to terminate. It waits for files that are just being moved to their destinations.
 pub fn abandon() {
     let placing = Placing::begin();
     let names = names();
@@ -79,7 +78,7 @@ fn forget(path: &Path) {
     names().retain(|other| other != path);
 }
 
-/// Removes a file or a folder; what cannot be removed stays.
+/// Deletes a file or a folder; failures are ignored.
 pub(super) fn take_away(path: &Path) {
     if fs::remove_file(path).is_ok() {
         return;

@@ -1,22 +1,22 @@
-//! One run at a time puts files into a folder, so that files which belong together stay together.
-//! It knows nothing of what they are.
+//! Lets one run at a time put files into a folder, so that files which belong together stay
+//! together. Knows nothing of their contents.
 
 use std::fs::File;
 use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Longest wait for others. They take milliseconds; who holds a folder's lock for longer does so
-/// for reasons of his own.
+/// Longest wait for other runs. They hold a lock for milliseconds; whoever holds it for longer does
+/// so for another reason.
 const PATIENCE: Duration = Duration::from_secs(2);
 const PAUSE: Duration = Duration::from_millis(2);
 
-/// A folder that no other run puts files into while this lives; advisory, and gone with the
-/// process. Where the system has no such locks there is none.
+/// A lock on a folder: no other run puts files into it while this exists. It is advisory and ends
+/// with the process. It may not be held if the system has no such locks.
 pub(super) struct FolderLock(Option<File>);
 
 impl FolderLock {
-    /// Whether it was to be had.
+    /// Whether the lock was obtained.
     pub(super) fn is_held(&self) -> bool {
         self.0.is_some()
     }

@@ -1,9 +1,9 @@
-//! Outputs that appear whole or not at all, in the place of nothing that was read: promised before
-//! the work, written beside their places, then put there together. It knows no format.
+//! Outputs that appear completely or not at all and never overwrite an input: prepared before the
+//! work, written under temporary names, then moved to their destinations together. Knows no format.
 //!
-//! In practice: [`Inputs`] are the files that a run reads. [`PendingFile::create`] promises an
-//! output and refuses to write over one of them; the file is written through [`std::io::Write`],
-//! and [`commit`] puts several in their places. [`PendingFolder`] does the same for a folder.
+//! In practice: [`Inputs`] are the files that a run reads. [`PendingFile::create`] prepares an
+//! output and refuses to overwrite an input; the file is written through [`std::io::Write`], and
+//! [`commit`] moves several to their destinations. [`PendingFolder`] does the same for a folder.
 
 mod draft;
 mod folder;

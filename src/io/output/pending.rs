@@ -1,5 +1,5 @@
-//! Files that are promised before the work and put in their places after it, several together. It
-//! knows nothing of what is in them.
+//! Output files that are prepared before the work and moved to their destinations after it, several
+//! together. Knows nothing of their contents.
 
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -13,27 +13,27 @@ use super::place::{Place, folder_of};
 use super::stream;
 use crate::error::{Error, Result};
 
-/// A file to be written once its contents are known. Until it is committed nothing lies in the
-/// folder and an older file of that name is unchanged; dropped, it leaves nothing.
+/// A file that is written once its contents are known. Until it is committed, nothing new lies in
+/// the folder and an older file of that name is unchanged. If dropped, it leaves nothing behind.
 #[derive(Debug)]
 pub struct PendingFile {
     target: PathBuf,
     place: Place,
     inputs: Inputs,
-    /// Begun with the first byte.
+    /// Created at the first write.
     draft: Option<Draft>,
-    /// A pipe whose reader is there already, or a device.
+    /// A device, or a pipe that already has a reader.
     stream: Option<File>,
 }
 
 impl PendingFile {
-    /// Promises a file that will be `target`. Made before the work whose result it takes, it tells
-    /// at once whether there is a place to write to. Links are followed, an older file's mode is
-    /// kept, and pipes and devices get all bytes when they are committed.
+    /// Prepares the file `target`. Called before the work whose result it takes, so that it is
+    /// known at once whether the file can be written. Links are followed, an older file's mode is
+    /// kept, and pipes and devices receive all bytes on commit.
     ///
     /// # Errors
-    /// If `target` is one of `inputs`; if its folder does not exist or cannot be written to; if it
-    /// is a folder or may not be written over.
+    /// If `target` is one of `inputs`, is a folder or may not be overwritten, or if its folder does
+    /// not exist or cannot be written to.
     pub fn create(target: impl AsRef<Path>, inputs: &Inputs) -> Result<Self> {
         let target = target.as_ref().to_owned();
         inputs.refuse(&target)?;
@@ -42,7 +42,7 @@ impl PendingFile {
         place.check().map_err(failed)?;
         let stream = match &place {
             Place::Stream(path) => stream::open_now(path).map_err(failed)?,
-            // Gone again at once: a run that is interrupted leaves nothing.
+            // Deleted at once, so that an interrupted run leaves nothing behind.
             Place::File(_) => {
                 drop(Draft::create(&place).map_err(failed)?);
                 None
@@ -51,24 +51,24 @@ impl PendingFile {
         Ok(Self { place, inputs: inputs.clone(), draft: None, stream, target })
     }
 
-    /// The name that it was promised under.
+    /// The path that was given to [`PendingFile::create`].
     pub fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Where the file will lie, links followed; a pipe or device itself.
+    /// The path of the file after following links; for a pipe or device its own path.
     pub fn path(&self) -> &Path {
         match &self.place {
             Place::File(path) | Place::Stream(path) => path,
         }
     }
 
-    /// Whether it is a pipe or a device, beside which nothing can lie.
+    /// Whether it is a pipe or a device, which has no folder for further files.
     pub fn is_stream(&self) -> bool {
         matches!(self.place, Place::Stream(_))
     }
 
-    /// The same file under the name `name` in the same folder.
+    /// The same output under another name in the same folder.
     ///
     /// # Errors
     /// As [`PendingFile::create`].
@@ -78,7 +78,7 @@ impl PendingFile {
         Ok(Self { draft, ..named })
     }
 
-    /// Puts a file with `contents` in its place.
+    /// Writes `contents` and moves the file to its destination.
     ///
     /// # Errors
     /// If it cannot be written or renamed; then nothing is left behind.
@@ -87,7 +87,7 @@ impl PendingFile {
         commit(vec![self])
     }
 
-    /// Adds `bytes` to the file.
+    /// Appends `bytes` to the file.
     ///
     /// # Errors
     /// If they cannot be written.
@@ -120,8 +120,8 @@ impl Seek for PendingFile {
     }
 }
 
-/// Puts several files in their places: none before all of them are written. The last one comes
-/// last, so that who sees it sees the others.
+/// Moves several files to their destinations, none before all are written. They are moved in order,
+/// so whoever sees the last one sees the others.
 ///
 /// # Errors
 /// If one cannot be written or renamed; then no new file is left behind.
@@ -129,7 +129,7 @@ pub fn commit(files: Vec<PendingFile>) -> Result<()> {
     commit_then(files, || ())
 }
 
-/// As [`commit`]; `after` is done before another run puts files into the same folder.
+/// Like [`commit`], and calls `after` before another run can put files into the same folders.
 ///
 /// # Errors
 /// As [`commit`].
@@ -148,7 +148,7 @@ pub fn commit_then(files: Vec<PendingFile>, after: impl FnOnce()) -> Result<()> 
     if !drafts.is_empty() {
         let mut folders: Vec<PathBuf> =
             drafts.iter().map(|(_, path, _)| folder_of(path).to_owned()).collect();
-        // Always in the same order, so that two runs never wait for each other.
+        // Locks are taken in a fixed order, so that two runs cannot deadlock.
         folders.sort();
         folders.dedup();
         let locks: Vec<FolderLock> = folders.iter().map(|path| FolderLock::take(path)).collect();
@@ -167,10 +167,10 @@ pub fn commit_then(files: Vec<PendingFile>, after: impl FnOnce()) -> Result<()> 
     Ok(())
 }
 
-/// Puts each draft where it belongs, in order.
+/// Moves each draft to its destination, in order.
 fn place_all(drafts: Vec<(PathBuf, PathBuf, Draft)>, are_held: bool) -> Result<()> {
     let _placing = Placing::begin();
-    // All that takes time comes before the first of them is in its place.
+    // Everything slow is done before the first file is moved.
     let mut ready = Vec::new();
     for (turn, (target, path, draft)) in drafts.into_iter().enumerate() {
         let turn = are_held.then_some(turn);
@@ -187,7 +187,7 @@ fn place_all(drafts: Vec<(PathBuf, PathBuf, Draft)>, are_held: bool) -> Result<(
             Ok(is_new) => new.extend(is_new.then_some(path)),
             Err(error) => {
                 for path in new {
-                    // Nothing more can be done about one that stays.
+                    // If it cannot be removed, nothing more can be done.
                     let _ = fs::remove_file(path);
                 }
                 return Err(Error::file(target, error));
@@ -197,16 +197,16 @@ fn place_all(drafts: Vec<(PathBuf, PathBuf, Draft)>, are_held: bool) -> Result<(
     Ok(())
 }
 
-/// A whole file on its way to its place.
+/// A complete file that can be moved to its destination.
 enum Ready {
-    /// To be named where nothing is yet.
+    /// An unnamed file to be linked where nothing exists yet.
     New(Draft),
-    /// To be renamed.
+    /// A file with a temporary name, to be renamed.
     Named(Leftover),
 }
 
 impl Ready {
-    /// Puts it at `path`; whether nothing was there before.
+    /// Moves the file to `path`, and returns whether nothing existed there before.
     fn place(self, path: &Path) -> io::Result<bool> {
         let (named, is_new) = match self {
             Self::New(draft) if draft.link_new(path).is_some() => return Ok(true),

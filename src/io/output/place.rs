@@ -1,24 +1,23 @@
-//! Where the name of an output leads: through links to a file, or to a pipe or device. It writes
-//! nothing.
+//! Resolves the name of an output through links to a file, a pipe or a device. Writes nothing.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// Links that may follow one another, as many as Linux takes.
+/// The largest number of links that are followed, the same as in Linux.
 const MOST_LINKS: usize = 40;
 
-/// What a file is to be put to.
+/// The destination of an output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// A file, or none yet: replaced as a whole.
+    /// A file, which need not exist and is replaced as a whole.
     File(PathBuf),
-    /// A pipe or a device, which takes bytes one after another.
+    /// A pipe or a device, which receives bytes in sequence.
     Stream(PathBuf),
 }
 
 impl Place {
-    /// Where `target` leads. A link keeps pointing where it does, also to what is not there yet.
+    /// Resolves `target`. Links are kept, also those to a file that does not exist yet.
     pub(super) fn of(target: &Path) -> io::Result<Self> {
         let named = target.file_name().is_some() && !ends_as_folder(target);
         if !named {
@@ -46,7 +45,7 @@ impl Place {
         Err(io::Error::other("too many links follow one another"))
     }
 
-    /// Makes sure that what is there may be written over.
+    /// Checks that an existing file may be overwritten.
     pub(super) fn check(&self) -> io::Result<()> {
         match self {
             Self::File(path) if path.exists() => {
@@ -57,7 +56,7 @@ impl Place {
     }
 }
 
-/// The folder that `path` lies in.
+/// The folder that contains `path`.
 pub(in crate::io) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -65,13 +64,13 @@ pub(in crate::io) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Whether the name says that it is a folder's.
+/// Whether the path ends as only a folder's can, with a separator.
 fn ends_as_folder(path: &Path) -> bool {
     path.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
 }
 
-/// Whether the link `path` stands for an open file of a process, such as standard output: what it
-/// shows is not where a file could be put.
+/// Whether the link `path` refers to an open file of a process, such as standard output; where it
+/// leads, no file could be put.
 fn is_descriptor(path: &Path) -> bool {
     folder_of(path).canonicalize().is_ok_and(|folder| folder.starts_with("/proc"))
 }

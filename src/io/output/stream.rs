@@ -1,4 +1,4 @@
-//! Pipes and devices as places of outputs. It knows nothing of files.
+//! Pipes and devices as destinations of outputs. Knows nothing of files.
 
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -6,12 +6,12 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Longest wait for a program to read from a pipe.
+/// Longest wait for a program that reads from a pipe.
 const PATIENCE: Duration = Duration::from_secs(10);
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Opens the pipe or device `path` if that takes no waiting; `None` for a pipe that nobody reads
-/// yet.
+/// Opens the pipe or device `path` if that is possible without waiting; `None` for a pipe without a
+/// reader.
 pub(super) fn open_now(path: &Path) -> io::Result<Option<File>> {
     let mut options = OpenOptions::new();
     options.write(true);
@@ -30,7 +30,8 @@ pub(super) fn open_now(path: &Path) -> io::Result<Option<File>> {
                 Err(error) if Errno::from_io_error(&error) == Some(Errno::NXIO) => return Ok(None),
                 reader => reader?,
             };
-            // Writing waits while the pipe is full; the first of the two keeps the reader.
+            // Opened again without NONBLOCK, so that writing waits while the pipe is full. Until
+            // then the first handle keeps the reader from seeing the end.
             let file = options.open(path).map(Some);
             drop(reader);
             return file;
@@ -39,7 +40,7 @@ pub(super) fn open_now(path: &Path) -> io::Result<Option<File>> {
     options.open(path).map(Some)
 }
 
-/// Opens the pipe or device `path`, once somebody reads from it.
+/// Opens the pipe or device `path`, waiting for a reader.
 pub(super) fn open(path: &Path) -> io::Result<File> {
     let begun = Instant::now();
     loop {

@@ -1,5 +1,6 @@
-//! One Blosc 1 chunk: 16 bytes of header, then blocks of LZ4 streams, whose bytes are shuffled so
-//! that like bytes of neighbouring numbers lie together. It knows nothing of voxels.
+//! Reads and writes Blosc 1 chunks: 16 bytes of header, then blocks of LZ4 streams. Bytes are
+//! shuffled, so that bytes of equal significance of neighbouring numbers are adjacent. Knows
+//! nothing of voxels.
 //!
 //! ```text
 //! 0 format version (2)   1 codec version   2 flags   3 type size
@@ -15,13 +16,13 @@ const COPIED: u8 = 2;
 const BIT_SHUFFLED: u8 = 4;
 const NOT_SPLIT: u8 = 16;
 const LZ4: u8 = 1;
-/// Streams of a block at most; a block of more bytes a number is not split.
+/// The largest number of streams per block; a block of numbers with more bytes is not split.
 const MAX_STREAMS: usize = 16;
-/// Numbers in a stream at least; a smaller block is not split.
+/// The smallest number of numbers per stream; a smaller block is not split.
 const MIN_STREAM: usize = 128;
 
-/// Decompresses the chunk into `output`, which has the size that the caller expects: the header is
-/// held against it and never trusted. `shuffled` is memory to work in.
+/// Decompresses the chunk into `output`, which has the expected size. The header is checked against
+/// that size and never trusted. `shuffled` is scratch memory.
 pub(super) fn decompress(
     chunk: &[u8],
     start: u64,
@@ -103,7 +104,7 @@ fn read_streams(data: &mut Bytes, streams: usize, output: &mut [u8]) -> Parsed<(
     Ok(())
 }
 
-/// Puts byte k of number i, which lies at `k * numbers + i`, back to its place.
+/// Moves byte k of number i, which lies at `k * numbers + i`, back to its place.
 fn unshuffle(shuffled: &[u8], type_size: usize, output: &mut [u8]) {
     let numbers = output.len() / type_size;
     let (whole, rest) = output.split_at_mut(numbers * type_size);
@@ -124,25 +125,25 @@ fn unshuffle(shuffled: &[u8], type_size: usize, output: &mut [u8]) {
     }
 }
 
-/// Appends a chunk that unpacks to `bytes`, numbers of `type_size` bytes; `false`, with something
-/// useless appended, where it would not be shorter. The same bytes give the same chunk. `shuffled`
-/// is memory to work in.
+/// Appends a chunk that decompresses to `bytes`, numbers of `type_size` bytes. Returns `false`,
+/// with meaningless bytes appended, if the chunk would not be shorter. The same bytes give the same
+/// chunk. `shuffled` is scratch memory.
 pub(super) fn compress(
     bytes: &[u8],
     type_size: usize,
     shuffled: &mut Vec<u8>,
     out: &mut Vec<u8>,
 ) -> bool {
-    // Blosc itself copies less than this.
+    // Blosc itself does not compress less than this.
     if bytes.len() < MIN_STREAM || !bytes.len().is_multiple_of(type_size) {
         return false;
     }
     let start = out.len();
-    // Decoders split by this rule; those who know the flag are told where it does not apply.
+    // Decoders split blocks by this rule; the flag tells newer ones where it does not apply.
     let split = type_size <= MAX_STREAMS && bytes.len() / type_size >= MIN_STREAM;
     let (streams, mark) = if split { (type_size, 0) } else { (1, NOT_SPLIT) };
     out.extend([2, 1, LZ4 << 5 | SHUFFLED | mark, type_size as u8]);
-    // One block: all bytes, its size, the chunk's (filled in below), where the block starts.
+    // One block: number of bytes, block size, chunk size (filled in below), start of the block.
     for size in [bytes.len() as u32, bytes.len() as u32, 0, 20] {
         out.extend(size.to_le_bytes());
     }
@@ -158,7 +159,7 @@ pub(super) fn compress(
     size < bytes.len()
 }
 
-/// Inverse of [`unshuffle`] for whole numbers.
+/// The inverse of [`unshuffle`], for complete numbers.
 fn shuffle(bytes: &[u8], type_size: usize, shuffled: &mut Vec<u8>) {
     shuffled.clear();
     for byte in 0..type_size {
@@ -237,7 +238,7 @@ mod tests {
                 let bytes: Vec<u8> =
                     (0..length).map(|i| if i % 16 < 3 { noise(i) } else { 7 }).collect();
                 let mut chunk = Vec::new();
-                // The header outweighs what little a short block saves.
+                // In a short block, the header outweighs the savings.
                 let shrank = compress(&bytes, type_size, &mut Vec::new(), &mut chunk);
                 assert!(shrank || length < 504, "{length} bytes, {type_size} a number");
                 assert_eq!(shrank, chunk.len() < length);

@@ -1,5 +1,5 @@
-//! Makes trees: from voxels and boxes put in one after the other, or from a tree that is to change.
-//! What is constant becomes tiles. It knows nothing of files.
+//! Builds trees: from voxels and boxes that are set one after another, or from a tree that is to be
+//! changed. Constant regions become tiles. Knows nothing of files.
 
 use std::collections::BTreeMap;
 
@@ -12,28 +12,29 @@ use super::topology::{Branch, RootContent, RootSlot, Tiles, Topology};
 use super::tree::Tree;
 use super::value::Value;
 
-/// Voxels of a leaf, and words of its mask.
+/// Voxels of a leaf.
 const VOXELS: usize = 512;
 const WORDS: usize = 8;
 
 /// Base-2 logarithms of the edges, in voxels, of a leaf and of the branches above it.
 const EDGES: [u32; 3] = [3, 7, 12];
 
-/// A tree in the making, in the shape that every program reads (leaves of 8^3 voxels, branches of
-/// 16^3 and 32^3). What is put in later replaces what was there.
+/// Builds a tree in the shape that every program reads (leaves of 8^3 voxels, branches of 16^3 and
+/// 32^3). Values that are set later replace earlier ones.
 pub struct TreeBuilder<T> {
     background: T,
     root: BTreeMap<[i32; 3], Node<T>>,
 }
 
-/// What fills a cube: a tile, unless it has slots or, at the lowest level, voxels.
+/// The content of a cube: a tile, unless it has slots or, at the lowest level, voxels.
 struct Node<T> {
-    /// The tile's value and activity; under slots, those of every slot that is not in the map.
+    /// The tile's value and activity. If there are slots, it applies to those that are not in the
+    /// map.
     tile: (T, bool),
     slots: Option<BTreeMap<usize, Self>>,
     leaf: Option<Box<LeafVoxels<T>>>,
-    /// In its place: a leaf as files have it, which begins with the active mask; it is not changed
-    /// any more.
+    /// In place of `leaf`: a leaf in the file's encoding, which begins with the active mask. It
+    /// cannot be changed any more.
     packed: Option<Box<[u8]>>,
 }
 
@@ -54,7 +55,7 @@ fn slots_log(level: usize) -> u32 {
 }
 
 impl<T: Value> TreeBuilder<T> {
-    /// Nothing but the background.
+    /// A tree that holds only the background.
     pub fn new(background: T) -> Self {
         Self { background, root: BTreeMap::new() }
     }
@@ -67,8 +68,8 @@ impl<T: Value> TreeBuilder<T> {
         mask::put(&mut leaf.active, slot, active);
     }
 
-    /// Sets all voxels of a box. The time it takes grows with the box's surface and with every
-    /// 4096^3 voxels of it.
+    /// Sets all voxels of a box. The time is proportional to the box's surface and to its number of
+    /// cubes of 4096^3 voxels.
     pub fn fill(&mut self, bounds: IndexBox, value: T, active: bool) {
         let low = (bounds.min & !4095).to_array();
         for x in (low[0]..=bounds.max.x).step_by(4096) {
@@ -83,13 +84,13 @@ impl<T: Value> TreeBuilder<T> {
         }
     }
 
-    /// Sets the 8^3 voxels of the leaf at `origin`: 512 `values` with z fastest, a bit of `active`
-    /// for each.
+    /// Sets the 8^3 voxels of the leaf at `origin` to 512 `values` with z fastest; `active` has one
+    /// bit per voxel.
     pub(super) fn set_leaf(&mut self, origin: IVec3, values: Vec<T>, active: [u64; WORDS]) {
         *self.leaf(origin) = LeafVoxels { values, active };
     }
 
-    /// As `set_leaf`, as a tile where all voxels are alike.
+    /// Like `set_leaf`, but sets a tile if all voxels are equal.
     pub(in crate::io) fn put_block(&mut self, origin: IVec3, voxels: (Vec<T>, [u64; WORDS])) {
         let leaf = LeafVoxels { values: voxels.0, active: voxels.1 };
         match leaf.constant() {
@@ -98,7 +99,7 @@ impl<T: Value> TreeBuilder<T> {
         }
     }
 
-    /// The value and activity of all voxels of a leaf, if they have the same.
+    /// The value and activity of all voxels of a leaf, if they are equal.
     pub(super) fn constant(values: &[T], active: &[u64; WORDS]) -> Option<(T, bool)> {
         let first = *values.first()?;
         let on = active[0] & 1 == 1;
@@ -108,15 +109,16 @@ impl<T: Value> TreeBuilder<T> {
         alike.then_some((first, on))
     }
 
-    /// The leaf at `origin` as a tile; where there was none before, one of the background is none.
+    /// Sets the leaf at `origin` to a tile. A tile that equals the background is skipped if nothing
+    /// was set there before.
     pub(super) fn put_constant(&mut self, origin: IVec3, value: T, active: bool) {
         if active || !value.same_bits(self.background) {
             self.fill(IndexBox::cube(origin, EDGES[0]), value, active);
         }
     }
 
-    /// Sets the leaf at `origin`, where nothing was set before: as files have it, its active mask
-    /// first.
+    /// Sets the leaf at `origin`, where nothing was set before, to bytes in the file's encoding,
+    /// with the active mask first.
     pub(super) fn set_packed(&mut self, origin: IVec3, bytes: Box<[u8]>) {
         self.node(origin).packed = Some(bytes);
     }
@@ -125,7 +127,7 @@ impl<T: Value> TreeBuilder<T> {
         self.node(index).leaf()
     }
 
-    /// The node of the leaf of a voxel.
+    /// The node of the leaf that contains a voxel.
     fn node(&mut self, index: IVec3) -> &mut Node<T> {
         let empty = Node::tile(self.background, false);
         let mut node = self.root.entry((index & !4095).to_array()).or_insert(empty);
@@ -135,12 +137,14 @@ impl<T: Value> TreeBuilder<T> {
         node
     }
 
-    /// The tree. Leaves and branches whose voxels are all alike, bit for bit, become tiles.
+    /// Finishes the tree. Leaves and branches whose voxels are all equal, bit for bit, become
+    /// tiles.
     pub fn finish(self) -> Tree<T> {
         self.finish_packed().0
     }
 
-    /// The tree, in which packed leaves have no values, and those leaves in their order.
+    /// Finishes the tree, in which packed leaves have no values. Also returns those leaves in their
+    /// order.
     pub(super) fn finish_packed(self) -> (Tree<T>, Vec<Box<[u8]>>) {
         let shape = TreeShape { upper: slots_log(2), lower: slots_log(1), leaf: EDGES[0] };
         let mut topology = Topology {
@@ -176,14 +180,14 @@ impl<T: Value> Node<T> {
         Self { tile: (value, active), slots: None, leaf: None, packed: None }
     }
 
-    /// The node in a slot of the branch that this is or becomes.
+    /// The node in a slot of this branch; makes it a branch if it is none.
     fn slot(&mut self, slot: usize) -> &mut Self {
         let (value, active) = self.tile;
         let slots = self.slots.get_or_insert_default();
         slots.entry(slot).or_insert_with(|| Self::tile(value, active))
     }
 
-    /// The leaf that this is or becomes.
+    /// This leaf's voxels; makes it a leaf if it is none.
     fn leaf(&mut self) -> &mut LeafVoxels<T> {
         let (value, active) = self.tile;
         self.leaf.get_or_insert_with(|| {
@@ -199,7 +203,7 @@ impl<T: Value> Node<T> {
             *self = Self::tile(value, active);
             return;
         }
-        // Slots (or voxels, in a leaf) that the box touches.
+        // The slots (in a leaf: voxels) that the box touches.
         let slot_log = if level == 0 { 0 } else { EDGES[level - 1] };
         let [low, high] = [part.min, part.max].map(|corner| (corner - origin) >> slot_log);
         for x in low.x..=high.x {
@@ -220,7 +224,7 @@ impl<T: Value> Node<T> {
         }
     }
 
-    /// The same with everything constant as a tile.
+    /// The same node with all constant parts as tiles.
     fn pruned(mut self, level: usize) -> Self {
         if let Some((value, active)) = self.leaf.as_ref().and_then(|leaf| leaf.constant()) {
             return Self::tile(value, active);
@@ -254,7 +258,7 @@ impl<T: Value> Node<T> {
 }
 
 impl<T: Value> LeafVoxels<T> {
-    /// The value and activity of all voxels, if they have the same.
+    /// The value and activity of all voxels, if they are equal.
     fn constant(&self) -> Option<(T, bool)> {
         TreeBuilder::constant(&self.values, &self.active)
     }
@@ -302,7 +306,7 @@ fn push_lower<T: Value>(
     topology.lowers.push(branch);
 }
 
-/// A branch, and its children in the order of their slots.
+/// Builds a branch from its slots. Also returns its children, in the order of their slots.
 fn split<T: Value>(
     origin: IVec3,
     log: u32,

@@ -1,4 +1,4 @@
-//! An array that tiles and leaves of a tree are written to, where they lie in its box.
+//! An array into which tiles and leaves of a tree are written where they lie in its box.
 
 use glam::IVec3;
 
@@ -7,22 +7,24 @@ use super::index_box::IndexBox;
 use super::mask;
 use super::tree::{Leaf, Tile};
 
-/// Values of the voxels of a box.
+/// The values of the voxels of a box.
 pub(super) struct Canvas<'a, U> {
     pub(super) bounds: IndexBox,
-    /// Values along x and y of the array, from the box's first voxel on: its own, or more.
+    /// Lengths of the array along x and y, counted from the box's first voxel; they may exceed the
+    /// box.
     pub(super) along: [usize; 2],
     pub(super) values: &'a mut [U],
 }
 
 impl<U: Copy> Canvas<'_, U> {
-    /// Writes a tile's voxels through `convert`, which is told whether they are active.
+    /// Writes a tile's voxels through `convert`, whose second argument says whether they are
+    /// active.
     pub(super) fn add_tile<T: Copy>(&mut self, tile: &Tile<T>, convert: impl Fn(T, bool) -> U) {
         let value = convert(tile.value, tile.active);
         self.for_each_row(tile.bounds(), |row, _| row.fill(value));
     }
 
-    /// Writes a leaf's voxels, likewise.
+    /// Writes a leaf's voxels, as for a tile.
     pub(super) fn add_leaf<T: Copy>(&mut self, leaf: &Leaf<'_, T>, convert: impl Fn(T, bool) -> U) {
         let stride = 1 << (2 * leaf.log_edge);
         self.for_each_row(leaf.bounds(), |row, first| {
@@ -33,7 +35,7 @@ impl<U: Copy> Canvas<'_, U> {
         });
     }
 
-    /// Runs `fill` on the rows along x within `cube`, with the row's first voxel.
+    /// Calls `fill` for the rows along x within `cube`, with the row's first voxel.
     fn for_each_row(&mut self, cube: IndexBox, mut fill: impl FnMut(&mut [U], IVec3)) {
         let Some(part) = cube.intersection(&self.bounds) else { return };
         let [nx, ny] = self.along;

@@ -1,5 +1,5 @@
-//! How a grid's values are compressed, and the frame around every compressed run of bytes. It
-//! knows nothing of masks or trees.
+//! The compression of a grid's values, and the framing of every compressed run of bytes. Knows
+//! nothing of masks or trees.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use super::fault::{Fault, Parsed};
 use super::source::Bytes;
 use crate::error::memory;
 
-/// The compression of a grid.
+/// How a grid's values are compressed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Compression {
     /// Values are deflated; ignored where `blosc` is set.
@@ -27,12 +27,12 @@ impl Compression {
     pub const BLOSC: Self = Self { zip: false, active_mask: true, blosc: true };
     /// Only active values, deflated.
     pub const ZIP: Self = Self { zip: true, active_mask: true, blosc: false };
-    /// Only active values, as they are.
+    /// Only active values, not compressed.
     pub const ACTIVE_MASK: Self = Self { zip: false, active_mask: true, blosc: false };
-    /// All values, as they are.
+    /// All values, not compressed.
     pub const NONE: Self = Self { zip: false, active_mask: false, blosc: false };
 
-    /// Takes the file's flags; `None` if there are unknown ones.
+    /// The compression for the file's flags; `None` if some are unknown.
     pub(super) fn from_flags(flags: u32) -> Option<Self> {
         let has = |flag: u32| flags & flag != 0;
         (flags < 8).then_some(Self { zip: has(1), active_mask: has(2), blosc: has(4) })
@@ -44,7 +44,7 @@ impl Compression {
     }
 }
 
-/// The words that OpenVDB uses: "none", "zip", "blosc + active values", ...
+/// The names that OpenVDB uses: "none", "zip", "blosc + active values", ...
 impl fmt::Display for Compression {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let parts = [(self.zip, "zip"), (self.blosc, "blosc"), (self.active_mask, "active values")];
@@ -53,7 +53,7 @@ impl fmt::Display for Compression {
     }
 }
 
-/// A run of bytes as it lies in the file.
+/// A run of bytes as it is stored in the file.
 #[derive(Clone, Copy)]
 pub(super) enum Run<'a> {
     Bare(&'a [u8]),
@@ -61,7 +61,7 @@ pub(super) enum Run<'a> {
     Blosc(&'a [u8], u64),
 }
 
-/// Takes the run that holds `size` bytes once decompressed.
+/// Reads the run that decompresses to `size` bytes.
 pub(super) fn take_run<'a>(
     bytes: &mut Bytes<'a>,
     compression: Compression,
@@ -88,11 +88,11 @@ pub(super) fn take_run<'a>(
     Ok(if compression.blosc { Run::Blosc(data, start) } else { Run::Zip(data, start) })
 }
 
-/// How hard to deflate: zlib's own middle.
+/// Compression level of deflate: zlib's default.
 const DEFLATE_LEVEL: u8 = 6;
 
-/// Appends a run in its frame. `part_bytes` is the size of the numbers in it; `shuffled` is memory
-/// to work in.
+/// Appends a run with its framing. `part_bytes` is the size of the numbers in it; `shuffled` is
+/// scratch memory.
 pub(super) fn put_run(
     run: &[u8],
     compression: Compression,
@@ -112,7 +112,7 @@ pub(super) fn put_run(
         out.extend(miniz_oxide::deflate::compress_to_vec_zlib(run, DEFLATE_LEVEL));
         out.len() - frame - 8 < run.len()
     };
-    // What does not shrink is stored as it is, under its length as a negative number.
+    // A run that does not shrink is stored uncompressed, after its negated length.
     let length = if packed {
         (out.len() - frame - 8) as i64
     } else {
@@ -123,7 +123,7 @@ pub(super) fn put_run(
     out[frame..frame + 8].copy_from_slice(&length.to_le_bytes());
 }
 
-/// Memory to decompress in, for use again and again by one thread.
+/// Scratch memory for decompression, which one thread reuses.
 #[derive(Default)]
 pub(super) struct Workspace {
     bytes: Vec<u8>,
@@ -139,7 +139,7 @@ impl Workspace {
         Ok(())
     }
 
-    /// The `size` bytes of the run.
+    /// Decompresses a run of `size` bytes.
     pub(super) fn unpack<'a>(&'a mut self, run: Run<'a>, size: usize) -> Parsed<&'a [u8]> {
         match run {
             Run::Bare(bytes) => return Ok(bytes),
@@ -156,7 +156,7 @@ impl Workspace {
         Ok(&self.bytes)
     }
 
-    /// Fills all of `self.bytes`; the output cannot grow, so a bomb ends there.
+    /// Fills all of `self.bytes`. The output cannot grow, which stops a decompression bomb.
     fn inflate(&mut self, data: &[u8], start: u64) -> Parsed<()> {
         let flags = inflate_flags::TINFL_FLAG_PARSE_ZLIB_HEADER
             | inflate_flags::TINFL_FLAG_USING_NON_WRAPPING_OUTPUT_BUF;
@@ -172,7 +172,8 @@ impl Workspace {
     }
 }
 
-/// Fills `target` from one Blosc chunk, for other formats that have such; the error says why not.
+/// Fills `target` from one Blosc chunk, for other formats that contain such chunks. The error says
+/// why it failed.
 pub(in crate::io) fn decompress_blosc(chunk: &[u8], target: &mut [u8]) -> Result<(), String> {
     blosc::decompress(chunk, 0, target, &mut Vec::new()).map_err(|fault| match complete(fault) {
         Fault::Bad { why, .. } => why,
@@ -182,8 +183,8 @@ pub(in crate::io) fn decompress_blosc(chunk: &[u8], target: &mut [u8]) -> Result
     })
 }
 
-/// A chunk is whole when it is decompressed: what it lacks then is an error of its contents, not a
-/// wish for more of the file.
+/// A chunk that is decompressed is complete. Missing bytes are then an error of its contents, not a
+/// request for more of the file.
 fn complete(fault: Fault) -> Fault {
     match fault {
         Fault::Short { at, needed } => {

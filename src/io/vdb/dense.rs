@@ -1,5 +1,5 @@
-//! A box of a tree as a dense array, within a limit of memory: a file of a few kilobytes may
-//! rightly claim 4096^3 voxels. It knows nothing of files.
+//! A box of a tree as a dense array, within a limit of memory: a valid file of a few kilobytes may
+//! contain 4096^3 voxels. Knows nothing of files.
 
 use glam::IVec3;
 use ndarray::Array3;
@@ -15,17 +15,18 @@ use crate::parallel;
 /// All voxels of a box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dense<U> {
-    /// Shape (z, y, x): x runs fastest.
+    /// The values, shape (z, y, x), so x is fastest.
     pub values: Array3<U>,
     /// Index of the first voxel.
     pub origin: IVec3,
 }
 
 impl<T: Value> Tree<T> {
-    /// All voxels of `bounds`, active or not, each through `convert`.
+    /// All voxels of `bounds`, active or not, each converted by `convert`.
     ///
     /// # Errors
-    /// [`ErrorKind::Limit`] if the array takes more than `limit_bytes`; it says how much it takes.
+    /// [`ErrorKind::Limit`] if the array takes more than `limit_bytes`; the error says how many it
+    /// takes.
     pub fn densify<U: Copy + Send + Sync>(
         &self,
         bounds: IndexBox,
@@ -35,10 +36,11 @@ impl<T: Value> Tree<T> {
         self.densify_active(bounds, limit_bytes, |value, _| convert(value))
     }
 
-    /// As [`Tree::densify`]; `convert` is told whether the voxel is active, too.
+    /// Like [`Tree::densify`], but `convert` also receives whether the voxel is active.
     ///
     /// # Errors
-    /// [`ErrorKind::Limit`] if the array takes more than `limit_bytes`; it says how much it takes.
+    /// [`ErrorKind::Limit`] if the array takes more than `limit_bytes`; the error says how many it
+    /// takes.
     pub fn densify_active<U: Copy + Send + Sync>(
         &self,
         bounds: IndexBox,
@@ -49,7 +51,8 @@ impl<T: Value> Tree<T> {
         let [nx, ny, nz] = bounds.dims().map(|length| length as usize);
         let mut values = memory::filled(voxels, convert(self.background(), false), "a dense grid")?;
 
-        // The array is cut in slabs where the leaves are cut, and each slab is filled by a thread.
+        // The array is cut into slabs along the leaves' borders, and each slab is filled by one
+        // thread.
         let log_edge = self.leaves().next().map_or(3, |leaf| leaf.log_edge);
         let mut slabs: Vec<Slab<T, U>> = Vec::new();
         let mut rest = values.as_mut_slice();
@@ -64,7 +67,7 @@ impl<T: Value> Tree<T> {
             rest = after;
             low = high.saturating_add(1);
         }
-        // Slab of a height within the bounds.
+        // Index of the slab that contains a height.
         let slab_of = |z: i32| ((z >> log_edge) - (bounds.min.z >> log_edge)) as usize;
         for tile in self.tiles() {
             if let Some(part) = tile.bounds().intersection(&bounds) {
@@ -102,7 +105,7 @@ fn checked_voxels(bounds: &IndexBox, voxel_bytes: usize, limit_bytes: u64) -> Re
     Ok(voxels as usize)
 }
 
-/// The part of the array that one thread fills, and what falls into it.
+/// The part of the array that one thread fills, and the tiles and leaves in it.
 struct Slab<'a, T, U> {
     bounds: IndexBox,
     data: &'a mut [U],

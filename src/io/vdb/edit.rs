@@ -1,4 +1,4 @@
-//! Trees made of other trees: other values, fewer voxels, constant regions as tiles. It knows
+//! Trees derived from other trees: other values, fewer voxels, constant regions as tiles. Knows
 //! nothing of files.
 
 use glam::IVec3;
@@ -11,11 +11,11 @@ use super::topology::{Branch, RootContent, RootSlot, Tiles, Topology};
 use super::tree::{Leaf, Tree};
 use super::value::Value;
 
-/// All voxels that there can be.
+/// The box of all possible voxels.
 pub const EVERYWHERE: IndexBox = IndexBox { min: IVec3::MIN, max: IVec3::MAX };
 
 impl<T: Value> Tree<T> {
-    /// The same tree with every value through `convert`; what is active stays so.
+    /// The same tree with every value converted by `convert`; active voxels stay active.
     #[must_use]
     pub fn map<U: Value>(self, convert: impl Fn(T) -> U) -> Tree<U> {
         let (topology, values) = self.into_parts();
@@ -53,8 +53,8 @@ impl<T: Value> Tree<T> {
         Tree::new(topology, values.into_iter().map(&convert).collect())
     }
 
-    /// The voxels of `bounds`, each value and activity through `change`; all others are inactive
-    /// and have the background's value. Constant regions become tiles.
+    /// The voxels of `bounds`, each with its value and activity changed by `change`; all others
+    /// become inactive and get the background's value. Constant regions become tiles.
     #[must_use]
     pub fn rebuilt(&self, bounds: IndexBox, change: &dyn Fn(T, bool) -> (T, bool)) -> Self {
         let background = self.background();
@@ -93,7 +93,7 @@ impl<T: Value> Tree<T> {
         builder.finish()
     }
 
-    /// The same voxels, in the shape that every program reads, with constant regions as tiles.
+    /// The same voxels in the tree shape that every program reads, with constant regions as tiles.
     #[must_use]
     pub fn pruned(self) -> Self {
         let shape = TreeShape { upper: 5, lower: 4, leaf: 3 };

@@ -1,5 +1,5 @@
-//! What can be wrong with the bytes of a file, before the file's name is known. It knows nothing of
-//! the format: the parsers say what they were reading.
+//! Errors in the bytes of a file, before the file's name is known. Knows nothing of the format: the
+//! parsers say what they were reading.
 
 use std::io;
 use std::path::Path;
@@ -11,16 +11,16 @@ use crate::error::Error;
 pub(super) enum Fault {
     /// The operating system failed.
     Io(io::Error),
-    /// `needed` bytes were to be read at byte `at`, and the data at hand ends before.
+    /// `needed` bytes were to be read at byte `at`, but the available data ends before.
     Short { at: u64, needed: u64 },
     /// The bytes at `at` contradict the format.
     Bad { at: u64, why: String },
-    /// There is no memory for what the file holds.
+    /// There is not enough memory for the contents.
     Memory(Error),
 }
 
 impl Fault {
-    /// The bytes at `at` contradict the format.
+    /// An error: the bytes at `at` contradict the format.
     pub(super) fn bad(at: u64, why: impl Into<String>) -> Self {
         Self::Bad { at, why: why.into() }
     }
@@ -51,5 +51,5 @@ impl From<Error> for Fault {
     }
 }
 
-/// Short for results inside the reader.
+/// Results inside the reader.
 pub(super) type Parsed<T> = Result<T, Fault>;

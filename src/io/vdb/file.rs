@@ -1,4 +1,4 @@
-//! An opened file: its list of grids, and the loading of one. It knows nothing of how voxels are
+//! An opened file: its list of grids, and loading of single grids. Knows nothing of how voxels are
 //! stored.
 
 use std::collections::HashMap;
@@ -14,10 +14,10 @@ use super::source::{Reader, Source, Stream};
 use super::voxels::{self, Survey, SurveyDepth};
 use crate::error::{Error, Result};
 
-/// Bytes to read at once: headers are small, and the next one may lie far away.
+/// Number of bytes to read at a time: headers are small, and the next one may be far away.
 const CHUNK: usize = 8 << 10;
 
-/// An OpenVDB file whose headers have been read. Voxels are read when asked for, grid by grid.
+/// An OpenVDB file whose headers have been read. Voxels are read on request, grid by grid.
 pub struct VdbFile {
     path: PathBuf,
     source: Source,
@@ -32,14 +32,14 @@ impl VdbFile {
         start.starts_with(&header::MAGIC.to_le_bytes())
     }
 
-    /// Opens a file and reads its headers. The file stays open, so that it may be replaced
-    /// meanwhile; only a stream without offsets is read through to the end, as nothing else tells
-    /// where its grids lie.
+    /// Opens a file and reads its headers. The file stays open, so it may be replaced meanwhile.
+    /// Only a stream without offsets is read to its end, because nothing else tells where its grids
+    /// lie.
     ///
     /// # Errors
-    /// `File` if the system refuses, `Contents` if this is no OpenVDB file of format 222 to 225 or
-    /// its headers are broken. A single grid that cannot be used (points, an unknown transform) is
-    /// no error: [`GridHeader::refused`] says why.
+    /// `File` if the system refuses. `Contents` if this is not an OpenVDB file of format 222 to
+    /// 225, or if its headers are broken. A single grid that cannot be used (points, an unknown
+    /// transform) is not an error: [`GridHeader::refused`] says why.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let file = File::open(path).map_err(|error| Error::file(path, error))?;
@@ -86,7 +86,7 @@ impl VdbFile {
         Ok(Self { path: path.to_owned(), source, header, grids, unreachable })
     }
 
-    /// The file's path, as it was given.
+    /// The file's path as it was given.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -106,7 +106,7 @@ impl VdbFile {
         !self.header.has_offsets
     }
 
-    /// The 36 characters that tell this file from others.
+    /// The file's unique identifier of 36 characters.
     pub fn uuid(&self) -> &str {
         &self.header.uuid
     }
@@ -121,13 +121,13 @@ impl VdbFile {
         &self.grids
     }
 
-    /// What is missing in [`VdbFile::grids`]: in a stream, the end of a grid that cannot be read
-    /// is unknown, and so is everything behind it.
+    /// Why [`VdbFile::grids`] may be incomplete. In a stream, the end of a grid that cannot be read
+    /// is unknown, and so are all grids behind it. `None` if it is complete.
     pub fn unreachable(&self) -> Option<&str> {
         self.unreachable.as_deref()
     }
 
-    /// Index of the first grid called `name`, or with `name[2]` of the third one called `name`.
+    /// Index of the first grid called `name`; `name[2]` means the third grid of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
         let nth = |name: &str, nth: usize| {
             let named = self.grids.iter().enumerate().filter(|(_, grid)| grid.name == name);
@@ -142,14 +142,14 @@ impl VdbFile {
     /// Loads the voxels of the grid at `index`.
     ///
     /// # Errors
-    /// `Value` if there is no such grid, `Contents` if its voxels are broken or of a kind that is
-    /// not read ([`GridHeader::refused`]), `File` if the system fails to read.
+    /// `Value` if there is no such grid, `Contents` if its voxels are broken or of an unsupported
+    /// kind ([`GridHeader::refused`]), `File` if the system fails to read.
     pub fn load(&self, index: usize) -> Result<Grid> {
         let grid = self.voxel_grid(index)?;
         voxels::load(&self.source, grid).map_err(|fault| self.fault_in(grid, fault))
     }
 
-    /// Looks through the grid at `index` without keeping its voxels.
+    /// Measures the grid at `index` without keeping its voxels.
     ///
     /// # Errors
     /// As [`VdbFile::load`].
@@ -158,7 +158,7 @@ impl VdbFile {
         voxels::survey(&self.source, grid, depth).map_err(|fault| self.fault_in(grid, fault))
     }
 
-    /// The grid whose voxels are those of the grid at `index`.
+    /// The grid that holds the voxels of the grid at `index`.
     fn voxel_grid(&self, index: usize) -> Result<&GridHeader> {
         let Some(grid) = self.grids.get(index) else {
             let count = self.grids.len();
@@ -176,7 +176,7 @@ impl VdbFile {
     }
 }
 
-/// Reads a grid that the descriptor's offsets point to; the reader goes on to the next descriptor.
+/// Reads a grid at its descriptor's offsets; the reader then moves to the next descriptor.
 fn read_placed<'a>(
     source: &'a Source,
     reader: &mut Reader<'a>,
@@ -192,7 +192,7 @@ fn read_placed<'a>(
     Ok(grid)
 }
 
-/// Reads a grid of a stream and steps over its voxels.
+/// Reads a grid of a stream and skips its voxels.
 fn read_streamed(reader: &mut Reader, descriptor: Descriptor) -> Parsed<GridHeader> {
     let start = reader.position();
     let place = Place { grid: start, end: start, ..Place::default() };
@@ -206,7 +206,7 @@ fn read_streamed(reader: &mut Reader, descriptor: Descriptor) -> Parsed<GridHead
     Ok(grid)
 }
 
-/// Points each grid to the one whose voxels it shows: itself, or the parent of an instance.
+/// Sets for each grid which one holds its voxels: itself, or the parent of an instance.
 fn resolve_instances(grids: &mut [GridHeader]) {
     let mut by_name = HashMap::new();
     for (index, grid) in grids.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! A loaded grid of any value type, for callers that need not know which. It knows nothing of
+//! A loaded grid of any value type, for callers that need not know the type. Knows nothing of
 //! files.
 
 use glam::IVec3;
@@ -14,8 +14,8 @@ use crate::error::Result;
 use crate::error::memory;
 use crate::volume::Voxels;
 
-/// A loaded grid: a tree of one of the value types. Numbers saved as half floats are widened to the
-/// grid's own type; mask grids are trees of booleans.
+/// A loaded grid: a tree of one of the value types. Numbers stored as half floats are widened to
+/// the grid's own type; mask grids are trees of booleans.
 #[non_exhaustive]
 #[allow(missing_docs)] // The variants are the file's own type names.
 pub enum Grid {
@@ -30,7 +30,7 @@ pub enum Grid {
     Vec3i(Tree<[i32; 3]>),
 }
 
-/// Runs the expression on the grid's tree, whatever its type.
+/// Runs the expression on the grid's tree, whatever its type is.
 macro_rules! with_tree {
     ($grid:expr, $tree:ident => $result:expr) => {
         match $grid {
@@ -77,7 +77,7 @@ impl Grid {
         })
     }
 
-    /// Number of active voxels; `u64::MAX` where there are more.
+    /// Number of active voxels, saturating at `u64::MAX`.
     pub fn active_voxel_count(&self) -> u64 {
         with_tree!(self, tree => tree.active_voxel_count())
     }
@@ -87,12 +87,13 @@ impl Grid {
         with_tree!(self, tree => tree.active_bounds())
     }
 
-    /// Statistics of the active values, one for each component; none without active voxels.
+    /// Statistics of the active values, one per component; empty without active voxels.
     pub fn statistics(&self) -> Vec<Statistics> {
         with_tree!(self, tree => tree.statistics())
     }
 
-    /// Runs `each` on the active voxels, as numbers for rendering, with how many voxels share one.
+    /// Calls `each` with the active values as numbers for rendering, and with how many voxels share
+    /// each value.
     pub fn for_each_active(&self, mut each: impl FnMut(f32, u64)) {
         with_tree!(self, tree => {
             for region in tree.active_values() {
@@ -106,8 +107,8 @@ impl Grid {
         with_tree!(self, tree => tree.memory_bytes())
     }
 
-    /// All voxels of `bounds`, x fastest, in their own type: little endian, the components of a
-    /// vector beside each other, booleans as bytes of 0 and 1.
+    /// All voxels of `bounds` in their own type, little endian, x fastest. The components of a
+    /// vector are adjacent; booleans are bytes of 0 and 1.
     ///
     /// # Errors
     /// [`crate::ErrorKind::Limit`] if they take more than `limit_bytes`.
@@ -129,7 +130,8 @@ impl Grid {
         })
     }
 
-    /// One component of all voxels of `bounds`, active or not.
+    /// One component of all voxels of `bounds`, active or not. `component` is below
+    /// [`Grid::components`].
     ///
     /// # Errors
     /// [`crate::ErrorKind::Limit`] if the array takes more than `limit_bytes`.
@@ -145,7 +147,7 @@ impl Grid {
         })
     }
 
-    /// Numbers that a value of the grid has: 3 for vectors.
+    /// Numbers per value: 3 for vectors, else 1.
     pub fn components(&self) -> usize {
         fn of<T: Value>(_: &Tree<T>) -> usize {
             T::COMPONENTS
@@ -162,11 +164,12 @@ impl Grid {
         with_tree!(self, tree => tree.densify(bounds, limit_bytes, Value::to_f32))
     }
 
-    /// All voxels of `bounds`, active or not, as numbers for rendering through `convert`: dense if
-    /// they are few or blocks would save less than half of the memory, else sparse.
+    /// All voxels of `bounds`, active or not, as numbers for rendering, each converted by
+    /// `convert`. They are dense if they are few or if blocks would save less than half of the
+    /// memory, else sparse.
     ///
     /// # Errors
-    /// [`crate::ErrorKind::Limit`] if they take more than `limit_bytes` either way.
+    /// [`crate::ErrorKind::Limit`] if they take more than `limit_bytes` in either form.
     pub fn voxels(
         &self,
         bounds: IndexBox,
@@ -195,12 +198,12 @@ impl Grid {
     }
 }
 
-/// Bytes of voxels up to which nothing is gained by leaving some out.
+/// Up to this many bytes of voxels, sparse storage gains nothing.
 const FEW_BYTES: u64 = 32 << 20;
 
 fn encoded<T: Value>(dense: &Dense<T>) -> Result<Vec<u8>> {
     let mut bytes = memory::room(dense.values.len() * T::BYTES, "a dense grid")?;
-    // The array is in standard layout: x runs fastest.
+    // The array is in standard layout, so x is fastest.
     T::encode(dense.values.as_slice().unwrap_or_default(), &mut bytes);
     Ok(bytes)
 }

@@ -1,4 +1,4 @@
-//! Grids of any value type made into others: fewer voxels, other numbers. It knows nothing of
+//! Grids of any value type derived from others: fewer voxels, other numbers. Knows nothing of
 //! files.
 
 use super::edit::EVERYWHERE;
@@ -11,14 +11,15 @@ use crate::io::number::ValueType as Number;
 use crate::io::remap::{Remap, Span};
 
 impl Grid {
-    /// Only the voxels of `bounds`; all others are inactive and have the background's value.
+    /// The grid with only the voxels of `bounds`; all others become inactive and get the
+    /// background's value.
     #[must_use]
     pub fn cropped(self, bounds: IndexBox) -> Self {
         with_tree!(self, tree => tree.rebuilt(bounds, &|value, active| (value, active)).into())
     }
 
-    /// The same with every active voxel whose value (or length) is below `least` inactive and with
-    /// the background's value.
+    /// The grid with every active voxel whose value (or length) is below `least` made inactive and
+    /// set to the background's value.
     #[must_use]
     pub fn without_below(self, least: f64) -> Self {
         with_tree!(self, tree => {
@@ -31,7 +32,7 @@ impl Grid {
         })
     }
 
-    /// Vectors as their length; other grids as they are.
+    /// Vectors replaced by their length; other grids unchanged.
     #[must_use]
     pub fn magnitude(self) -> Self {
         match self {
@@ -42,7 +43,7 @@ impl Grid {
         }
     }
 
-    /// What the background and the active values are like.
+    /// Properties of the background and the active values together.
     pub fn span(&self) -> Span {
         with_tree!(self, tree => {
             let of = |span: Span, value| with_parts(span, value);
@@ -50,7 +51,7 @@ impl Grid {
         })
     }
 
-    /// Makes sure that OpenVDB has grids like this one of numbers of another type.
+    /// Checks that OpenVDB has grids like this one with numbers of type `to`.
     ///
     /// # Errors
     /// If it has none.
@@ -65,7 +66,7 @@ impl Grid {
         }
     }
 
-    /// The same values as numbers of another type, `F16` as `F32`.
+    /// The same values as numbers of another type; `F16` becomes `F32`.
     ///
     /// # Errors
     /// If OpenVDB has no grids of such numbers.
@@ -73,7 +74,7 @@ impl Grid {
         let whole = to.limits().is_some();
         let number = |value: f64| remap.apply(value, whole);
         match self {
-            // Through `f64`, which holds all but the last digits of 64-bit integers.
+            // Converted through `f64`, which holds all but the last digits of 64-bit integers.
             Self::Float(tree) => scalar(tree.map(|value| number(value.into())), to),
             Self::Double(tree) => scalar(tree.map(number), to),
             Self::Half(tree) => scalar(tree.map(|value| number(value.into())), to),

@@ -1,5 +1,5 @@
-//! What a grid's type string says: the value type, the shape of its tree, and whether its numbers
-//! are stored as half floats. It knows nothing of the bytes.
+//! Parses a grid's type string: the value type, the shape of its tree, and whether its numbers are
+//! stored as half floats. Knows nothing of the bytes.
 
 use glam::IVec3;
 
@@ -14,12 +14,12 @@ pub enum ValueType {
     Int32,
     Int64,
     Bool,
-    /// A voxel is true where it is active; stored without values.
+    /// Voxels are true where they are active; they are stored without values.
     Mask,
     Vec3s,
     Vec3d,
     Vec3i,
-    /// A type whose voxels this reader does not read (points, strings, ...), by the file's name.
+    /// A type whose voxels are not supported (points, strings, ...), by its name in the file.
     Unsupported(String),
 }
 
@@ -58,7 +58,7 @@ impl ValueType {
     }
 }
 
-/// The base-2 logarithms of the edges of a tree's nodes, in children (of leaves: in voxels).
+/// The base-2 logarithms of the edges of a tree's nodes, in children (for leaves: in voxels).
 ///
 /// Nearly every file has 5, 4, 3: a leaf holds 8^3 voxels, a lower branch 16^3 leaves, an upper
 /// branch 32^3 lower branches.
@@ -70,8 +70,8 @@ pub(super) struct TreeShape {
 }
 
 impl TreeShape {
-    /// Node edges that this reader takes, as logarithms. The smallest has one mask word; the
-    /// largest keeps a node's values below 7 MB.
+    /// Supported edges of nodes, as base-2 logarithms. The smallest has one mask word; the largest
+    /// keeps a node's values below 7 MB.
     const LOGARITHMS: std::ops::RangeInclusive<u32> = 2..=6;
 
     fn parse(text: &str) -> Option<Self> {
@@ -108,7 +108,7 @@ impl TreeShape {
 }
 
 /// Slot of the child or voxel at `at` within a node whose edge is 2^`log` slots of 2^`slot_log`
-/// voxels: z runs fastest.
+/// voxels; z is fastest.
 pub(super) fn slot_of(at: IVec3, log: u32, slot_log: u32) -> usize {
     let mask = (1 << log) - 1;
     let part = |coordinate: i32| ((coordinate >> slot_log) & mask) as usize;
@@ -122,17 +122,17 @@ pub(super) fn slot_offset(slot: usize, log: u32, slot_log: u32) -> IVec3 {
     IVec3::new(part(2 * log), part(log), part(0))
 }
 
-/// A type string taken apart.
+/// A parsed type string.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct GridType {
     pub(super) value: ValueType,
-    /// `None` where the tree has other levels than this reader knows.
+    /// `None` if the number of the tree's levels is not supported.
     pub(super) shape: Option<TreeShape>,
     pub(super) half: bool,
 }
 
 impl GridType {
-    /// Takes `Tree_float_5_4_3_HalfFloat` apart.
+    /// Parses a type string such as `Tree_float_5_4_3_HalfFloat`.
     pub(super) fn parse(text: &str) -> Self {
         let (tree, half) = match text.strip_suffix("_HalfFloat") {
             Some(tree) => (tree, true),

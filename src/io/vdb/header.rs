@@ -1,5 +1,5 @@
-//! What a file says of itself and of its grids before any voxel: header, descriptors, metadata,
-//! transforms. It knows nothing of trees.
+//! What a file says about itself and its grids in front of any voxel: header, descriptors,
+//! metadata, transforms. Knows nothing of trees.
 
 use super::compression::Compression;
 use super::fault::{Fault, Parsed};
@@ -11,33 +11,32 @@ use super::value::AnyValue;
 
 /// The first eight bytes of every file.
 pub(super) const MAGIC: i64 = 0x5644_4220;
-/// File versions that this reader takes. Before them nodes were laid out in another way; nothing
-/// newer exists.
+/// Supported file versions. In older ones nodes were laid out differently; newer ones do not exist.
 const VERSIONS: std::ops::RangeInclusive<u32> = 222..=225;
-/// Stands in a unique name between the name and a number.
+/// Separates the name from a number in a unique name.
 pub(super) const NAME_SEPARATOR: char = '\u{1e}';
 
-/// What stands before the first grid.
+/// The file's contents in front of the first grid.
 pub(super) struct FileHeader {
     pub(super) version: u32,
     pub(super) library_version: [u32; 2],
-    /// Whether descriptors say where their grids lie; not so in a stream.
+    /// Whether descriptors have the offsets of their grids; false in a stream.
     pub(super) has_offsets: bool,
     pub(super) uuid: String,
     pub(super) metadata: Metadata,
     pub(super) grid_count: u32,
 }
 
-/// What a file says of one grid.
+/// What a file says about one grid.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct GridHeader {
-    /// The plain name: not unique, perhaps empty.
+    /// The plain name, which may be empty and need not be unique.
     pub name: String,
-    /// The name within the file: the plain name, followed by U+001E and a number where the plain
-    /// one is empty or not unique.
+    /// The name that is unique in the file: the plain name, followed by U+001E and a number if the
+    /// plain one is empty or not unique.
     pub unique_name: String,
-    /// The type as the file has it, as `Tree_float_5_4_3_HalfFloat`.
+    /// The type string in the file, such as `Tree_float_5_4_3_HalfFloat`.
     pub type_name: String,
     /// The type of the values.
     pub value_type: ValueType,
@@ -47,33 +46,33 @@ pub struct GridHeader {
     pub compression: Compression,
     /// All metadata, in the order of the file.
     pub metadata: Metadata,
-    /// The name of the transform's map in the file, as `UniformScaleMap`.
+    /// The name of the transform's map in the file, such as `UniformScaleMap`.
     pub map_name: String,
-    /// Where the grid lies in the world.
+    /// The grid's transform from index to world space.
     pub transform: Transform,
-    /// The value outside of the tree; `None` where the voxels cannot be read.
+    /// The value outside of the tree; `None` if the voxels cannot be read.
     pub background: Option<AnyValue>,
-    /// The unique name of the grid whose voxels this one shares.
+    /// The unique name of the grid that holds this one's voxels, if this is an instance.
     pub instance_of: Option<String>,
     /// Why the voxels cannot be read (points, strings, ...); `None` if they can.
     pub refused: Option<String>,
     /// Bytes of the grid in the file, without its descriptor.
     pub file_bytes: u64,
     pub(super) place: Place,
-    /// The transform's map as the file has it.
+    /// The transform's map as encoded in the file.
     pub(super) map_bytes: Vec<u8>,
 }
 
-/// Where a grid lies in the file.
+/// The position of a grid in the file.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Place {
     pub(super) grid: u64,
     pub(super) topology: u64,
     pub(super) blocks: u64,
     pub(super) end: u64,
-    /// The tree's shape, if this reader knows it.
+    /// The tree's shape, if it is supported.
     pub(super) shape: Option<TreeShape>,
-    /// Which grid's voxels to read: another one's for an instance.
+    /// Index of the grid that holds the voxels: another one for an instance.
     pub(super) voxels_of: usize,
 }
 
@@ -115,7 +114,7 @@ pub(super) struct Descriptor {
     pub(super) unique_name: String,
     pub(super) type_name: String,
     pub(super) parent: String,
-    /// Grid, blocks and end as the file has them; zeros in a stream.
+    /// Offsets of the grid, its blocks and its end as in the file; zeros in a stream.
     pub(super) offsets: [i64; 3],
 }
 
@@ -131,7 +130,8 @@ impl Descriptor {
         })
     }
 
-    /// The offsets, if they lie in order between the descriptor's end and the file's.
+    /// The position from the offsets, which must be in order between the descriptor's end and the
+    /// file's end.
     pub(super) fn place(&self, descriptor_end: u64, file_end: u64) -> Parsed<Place> {
         let [grid, blocks, end] = self.offsets;
         // An instance has no blocks.
@@ -149,7 +149,7 @@ impl Descriptor {
     }
 }
 
-/// Reads a grid from its flags to its transform; the reader then stands at the topology.
+/// Reads a grid from its flags to its transform; the reader is then at the topology.
 pub(super) fn read_grid_header(
     reader: &mut Reader,
     descriptor: Descriptor,
@@ -187,7 +187,7 @@ pub(super) fn read_grid_header(
             (header.map_name, header.transform) = (named.map, named.transform);
             header.map_bytes = named.bytes;
         }
-        // What follows a map of unknown length cannot be found.
+        // Without the length of the map, what follows cannot be found.
         Err(Fault::Bad { why, .. }) => {
             header.refuse(why.clone());
             header.transform = Transform::Refused(why);
@@ -204,7 +204,7 @@ pub(super) fn read_grid_header(
 }
 
 impl GridHeader {
-    /// Notes why the voxels cannot be read; the first reason stays.
+    /// Records why the voxels cannot be read; the first reason is kept.
     pub(super) fn refuse(&mut self, why: String) {
         self.refused.get_or_insert(why);
     }

@@ -1,6 +1,6 @@
-//! The leaf buffers: what the file stores at a grid's `block_pos`, in the leaves' order of the
-//! topology. They are read in batches, and a batch is decoded by all threads. It knows nothing of
-//! what is done with the values.
+//! The leaf buffers, which the file stores at a grid's `block_pos` in the order of the topology's
+//! leaves. They are read in batches, and all threads decode a batch. Knows nothing of what the
+//! values are used for.
 
 use super::compression::Workspace;
 use super::fault::{Fault, Parsed};
@@ -13,19 +13,19 @@ use super::value_block::{Encoding, ValueBlock};
 use crate::error::memory;
 use crate::parallel;
 
-/// Bytes of leaf buffers in memory at once, unless a single leaf has more.
+/// Largest number of bytes of leaf buffers in memory, unless a single leaf has more.
 const BATCH_BYTES: u64 = 4 << 20;
 /// Leaves that a thread takes at once.
 pub(super) const LEAVES: usize = 32;
 
-/// How a leaf buffer is laid out.
+/// The layout of a leaf buffer.
 #[derive(Clone, Copy)]
 enum Layout {
     /// Active mask and values.
     Values,
-    /// Active mask, origin, and the values as a mask.
+    /// Active mask, origin, and the values as a bit mask.
     Bits,
-    /// Active mask and origin: a voxel is true where it is active.
+    /// Active mask and origin; a voxel is true where it is active.
     Mask,
 }
 
@@ -42,22 +42,23 @@ enum Content<'a, T> {
     Mask,
 }
 
-/// A leaf as it lies in the file.
+/// A leaf as encoded in the file.
 pub(super) struct PackedLeaf<'a, T> {
     mask: &'a [u8],
     content: Content<'a, T>,
 }
 
-/// Leaves that follow one another.
+/// Consecutive leaves.
 struct Batch<'a, T> {
     leaves: Vec<PackedLeaf<'a, T>>,
-    /// Bytes that they take.
+    /// Number of bytes that they take.
     taken: usize,
-    /// Where the next leaf was cut, and how many bytes it needs from there.
+    /// Offset at which the next leaf is incomplete, and the number of bytes that it needs from
+    /// there.
     lacking: Option<(u64, u64)>,
 }
 
-/// What a thread needs to decode leaves.
+/// Scratch memory of one thread for decoding leaves.
 #[derive(Default)]
 pub(super) struct LeafWorkspace<T> {
     bytes: Workspace,
@@ -74,8 +75,8 @@ impl<T: Value> LeafFormat<T> {
         Self { shape, encoding, layout }
     }
 
-    /// Refuses a topology of more leaves than the bytes left can hold, before memory for them is
-    /// asked for.
+    /// Rejects a topology with more leaves than the remaining bytes can hold, before memory for
+    /// them is allocated.
     pub(super) fn check_room(&self, leaves: usize, reader: &Reader) -> Parsed<()> {
         let mask_bytes = self.shape.leaf_voxels() / 8;
         let least = match self.layout {
@@ -111,7 +112,8 @@ impl<T: Value> LeafFormat<T> {
         Ok(PackedLeaf { mask, content })
     }
 
-    /// Runs `visit` on batches of all `count` leaves, with the number of leaves before the batch.
+    /// Calls `visit` for batches of all `count` leaves, with the number of leaves in front of each
+    /// batch.
     pub(super) fn for_each_batch(
         &self,
         reader: &mut Reader,
@@ -140,7 +142,7 @@ impl<T: Value> LeafFormat<T> {
         Ok(())
     }
 
-    /// The leaves that are whole in the window, `limit` at most.
+    /// The leaves that are complete in the window, at most `limit`.
     fn take_batch<'a>(&self, window: &'a [u8], start: u64, limit: usize) -> Parsed<Batch<'a, T>> {
         let mut bytes = Bytes::new(window, start);
         let mut batch = Batch { leaves: Vec::new(), taken: 0, lacking: None };
@@ -177,7 +179,7 @@ impl<T: Value> LeafFormat<T> {
             Content::Bits(bits) => bits,
             Content::Mask => leaf.mask,
         };
-        // Both layouts are of booleans only, for which a byte is a value.
+        // Both layouts have booleans only, whose values are single bytes.
         for (byte, values) in bits.iter().zip(values.chunks_exact_mut(8)) {
             let bytes: [u8; 8] = std::array::from_fn(|bit| byte >> bit & 1);
             T::decode(&bytes, values);
@@ -185,8 +187,8 @@ impl<T: Value> LeafFormat<T> {
         Ok(())
     }
 
-    /// Decodes all leaves: replaces the topology's masks by the buffers' own and returns all
-    /// values, leaf after leaf.
+    /// Decodes all leaves. Replaces the topology's masks by those of the buffers, and returns all
+    /// values, leaf by leaf.
     pub(super) fn read_all(
         &self,
         reader: &mut Reader,

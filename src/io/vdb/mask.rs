@@ -1,7 +1,7 @@
-//! Bit masks over the slots of a node. They know nothing of what a slot holds.
+//! Bit masks over the slots of a node. They know nothing of the slots' contents.
 
-/// One bit a slot, with the number of set bits before each word, so that the rank of a slot among
-/// the set ones is found at once.
+/// One bit per slot, with the number of set bits in front of each word, so that the rank of a slot
+/// among the set ones is found in constant time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SlotMask {
     words: Vec<u64>,
@@ -9,7 +9,7 @@ pub(super) struct SlotMask {
 }
 
 impl SlotMask {
-    /// Takes the file's words: little endian, bit i of the mask is bit i % 64 of word i / 64.
+    /// A mask from the file's words: little endian; bit i of the mask is bit i % 64 of word i / 64.
     pub(super) fn from_bytes(bytes: &[u8]) -> Self {
         Self::from_words(words(bytes).collect())
     }
@@ -41,14 +41,14 @@ impl SlotMask {
         is_set(&self.words, slot)
     }
 
-    /// Set bits before the slot.
+    /// Number of set bits in front of the slot.
     pub(super) fn rank(&self, slot: usize) -> usize {
         let (word, bit) = (slot / 64, slot % 64);
         let below = self.words[word] & ((1 << bit) - 1);
         (self.before[word] + below.count_ones()) as usize
     }
 
-    /// Whether no slot is set in both.
+    /// Whether no slot is set in both masks.
     pub(super) fn is_disjoint(&self, other: &Self) -> bool {
         self.words.iter().zip(&other.words).all(|(a, b)| a & b == 0)
     }
@@ -95,7 +95,7 @@ pub(super) fn set_bits(words: &[u64]) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Sets bit `slot` or clears it.
+/// Sets or clears bit `slot`.
 pub(super) fn put(words: &mut [u64], slot: usize, set: bool) {
     let bit = 1 << (slot % 64);
     if set {

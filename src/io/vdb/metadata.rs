@@ -1,4 +1,4 @@
-//! The typed key-value pairs that a file and each of its grids carry. It knows nothing of grids.
+//! The typed key-value pairs of a file and of each of its grids. Knows nothing of grids.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use super::fault::Parsed;
 use super::source::{Bytes, Reader};
 
-/// One metadata value, in the type that the file gives it.
+/// A metadata value, in the type that the file gives it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 #[allow(missing_docs)] // The variants are the file's own type names.
@@ -30,8 +30,8 @@ pub enum MetaValue {
     Mat4s([f32; 16]),
     /// Sixteen numbers in the file's order.
     Mat4d([f64; 16]),
-    /// A type that this reader does not know, a size that does not fit the type, or a string that
-    /// is not UTF-8: the bytes as they are.
+    /// The bytes of a value that cannot be interpreted: of an unknown type, with a size that does
+    /// not fit the type, or a string that is not UTF-8.
     Other {
         type_name: String,
         bytes: Vec<u8>,
@@ -127,7 +127,7 @@ impl MetaValue {
     }
 }
 
-/// As people read it: numbers with commas between them, text as it is.
+/// For people: numbers separated by commas, text unchanged.
 impl fmt::Display for MetaValue {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         fn list<T: ToString>(values: &[T]) -> String {
@@ -158,7 +158,7 @@ impl fmt::Display for MetaValue {
     }
 }
 
-/// Metadata in the order of the file. Keys may repeat in broken files; the last one counts.
+/// Metadata in the order of the file. If a broken file repeats a key, the last value counts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata {
     entries: Vec<(String, MetaValue)>,
@@ -188,23 +188,24 @@ impl Metadata {
         self.entries.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no entries.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// Puts `value` under `key`, in place of what is there.
+    /// Sets the value under `key`, replacing an existing one.
     pub fn set(&mut self, key: &str, value: MetaValue) {
         self.remove(key);
         self.entries.push((key.to_owned(), value));
     }
 
-    /// Takes away what is under `key`.
+    /// Removes the value under `key`.
     pub fn remove(&mut self, key: &str) {
         self.entries.retain(|(name, _)| name != key);
     }
 
-    /// Appends the entries as the file has them, by their keys as OpenVDB does, each key once.
+    /// Appends the entries in the file's encoding, each key once and sorted by key, as OpenVDB
+    /// does.
     pub(super) fn write(&self, out: &mut Vec<u8>) {
         let sorted: BTreeMap<&str, &MetaValue> = self.iter().collect();
         out.extend((sorted.len() as u32).to_le_bytes());
@@ -217,7 +218,7 @@ impl Metadata {
         }
     }
 
-    /// Reads the entries one by one, so that a false count ends where the bytes end.
+    /// Reads the entries one by one, so that a wrong count stops at the end of the bytes.
     pub(super) fn read(reader: &mut Reader) -> Parsed<Self> {
         let count = reader.u32()?;
         let mut entries = Vec::new();
@@ -234,7 +235,7 @@ impl Metadata {
     }
 }
 
-/// Appends a text with its length.
+/// Appends a string, preceded by its length.
 pub(super) fn put_text(out: &mut Vec<u8>, text: &str) {
     out.extend((text.len() as u32).to_le_bytes());
     out.extend(text.as_bytes());

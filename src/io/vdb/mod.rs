@@ -1,6 +1,6 @@
-//! Reading OpenVDB files (`.vdb`, format 222 to 225) and writing them (format 224): sparse grids of
-//! numbers, vectors and booleans, as a tree in memory. It knows nothing of rendering: values,
-//! transform and metadata come out as the file has them.
+//! Reads OpenVDB files (`.vdb`, format 222 to 225) and writes them (format 224): sparse grids of
+//! numbers, vectors and booleans, as a tree in memory. Values, transform and metadata are returned
+//! as the file has them; rendering is none of this module's business.
 //!
 //! ```no_run
 //! use deepshadow::io::vdb::{SurveyDepth, VdbFile};
@@ -19,16 +19,16 @@
 //! # Ok::<(), deepshadow::Error>(())
 //! ```
 //!
-//! In practice: [`VdbFile::open`] reads headers only. [`VdbFile::load`] gives a [`Grid`], which is
-//! a [`Tree`] of one of the value types: ask it for single voxels, leaves, tiles or a dense box.
-//! [`VdbFile::survey`] counts and measures without keeping voxels. Leaves are decoded by all
-//! threads of rayon's current pool. [`TreeBuilder`] makes trees, [`VdbWriter`] writes them.
+//! In practice: [`VdbFile::open`] reads headers only. [`VdbFile::load`] returns a [`Grid`], which
+//! is a [`Tree`] of one of the value types: it gives access to single voxels, leaves, tiles or a
+//! dense box. [`VdbFile::survey`] counts and measures without keeping voxels. Leaves are decoded by
+//! all threads of rayon's current pool. [`TreeBuilder`] makes trees, [`VdbWriter`] writes them.
 //!
-//! Every length and count of a file is held against the bytes that are left before memory is asked
-//! for, and every decompressed size is known beforehand, so that a broken or hostile file ends in
-//! an error and not in a panic or in more memory than a fixed multiple of the file's size. What a
-//! small file may rightly claim, a huge constant region, stays a tile until [`Grid::densify`] is
-//! asked for it, which has a limit.
+//! Every length and count in a file is checked against the remaining bytes before memory is
+//! allocated, and every decompressed size is known beforehand. So a broken or hostile file causes
+//! an error, and neither a panic nor more memory than a fixed multiple of the file's size. A huge
+//! constant region, which a small valid file may contain, stays a tile until [`Grid::densify`]
+//! expands it, which has a limit.
 //!
 //! Deliberately absent: points and strings (listed, with the reason in [`GridHeader::refused`]),
 //! frustum transforms ([`Transform::Refused`]; the voxels load), files before format 222.

@@ -1,5 +1,5 @@
-//! Trees whose leaves are packed as soon as they are there: for grids whose voxels come piece by
-//! piece, and are never in memory as a whole. It knows nothing of files.
+//! Trees whose leaves are packed as soon as they arrive, for grids whose voxels come piece by piece
+//! and are never in memory as a whole. Knows nothing of files.
 
 use glam::IVec3;
 
@@ -21,7 +21,7 @@ const LEAVES: usize = 32;
 /// Voxels of a leaf.
 const VOXELS: usize = 512;
 
-/// Memory to work in, used for one leaf after another.
+/// Scratch memory, which one thread reuses.
 #[derive(Default)]
 struct Scratch<T> {
     values: Vec<T>,
@@ -29,16 +29,16 @@ struct Scratch<T> {
     bytes: Vec<u8>,
 }
 
-/// Makes a [`PackedTree`]: leaves come in any order, each once.
+/// Builds a [`PackedTree`] from leaves that come in any order, each once.
 pub struct PackedBuilder<T> {
     builder: TreeBuilder<T>,
     encoding: Encoding<T>,
     leaves: usize,
 }
 
-/// A tree with its leaves as the file has them, in its order.
+/// A tree with its leaves encoded as in the file, in the file's order.
 pub struct PackedTree<T> {
-    /// Without the leaves' values.
+    /// The tree without the leaves' values.
     pub(super) tree: Tree<T>,
     pub(super) encoding: Encoding<T>,
     pub(super) value_type: ValueType,
@@ -49,7 +49,7 @@ impl<T: Value> PackedBuilder<T>
 where
     Grid: From<Tree<T>>,
 {
-    /// Nothing but the background.
+    /// A tree that holds only the background.
     pub fn new(background: T, compression: Compression) -> Self {
         let encoding = Encoding { compression, half: false, background };
         Self { builder: TreeBuilder::new(background), encoding, leaves: 0 }
@@ -88,12 +88,12 @@ where
         }
     }
 
-    /// The tree.
+    /// Finishes the tree.
     ///
     /// # Errors
-    /// If there is no memory for it beside what it is made of.
+    /// If there is not enough memory for the tree besides its leaves.
     pub fn finish(self) -> Result<PackedTree<T>> {
-        // Origin, mask and place of each leaf.
+        // Origin, mask and position of each leaf.
         memory::check(256 * self.leaves as u64, "a tree")?;
         let (tree, leaves) = self.builder.finish_packed();
         let value_type = Grid::from(TreeBuilder::new(T::default()).finish()).value_type();

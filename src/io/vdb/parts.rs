@@ -1,27 +1,27 @@
-//! Bytes of a file in the making, in pieces, so that what is there already is never moved. It knows
-//! nothing of what they mean.
+//! The bytes of a file that is being assembled, in pieces, so that finished bytes are never moved.
+//! Knows nothing of their meaning.
 
-/// Pieces that follow one another; the last one is still growing.
+/// A sequence of pieces; the last one is still growing.
 #[derive(Default)]
 pub(super) struct Parts {
     whole: Vec<Vec<u8>>,
-    /// Bytes of the whole ones.
+    /// Number of bytes in the finished pieces.
     length: usize,
     last: Vec<u8>,
 }
 
 impl Parts {
-    /// Bytes in all.
+    /// Number of bytes in all pieces.
     pub(super) fn len(&self) -> usize {
         self.length + self.last.len()
     }
 
-    /// The end, to be added to.
+    /// The last piece, to be appended to.
     pub(super) fn last(&mut self) -> &mut Vec<u8> {
         &mut self.last
     }
 
-    /// Adds a piece, and begins the next one behind it.
+    /// Appends a piece, and begins a new one behind it.
     pub(super) fn push(&mut self, part: Vec<u8>) {
         if !self.last.is_empty() {
             self.length += self.last.len();
@@ -31,7 +31,7 @@ impl Parts {
         self.whole.push(part);
     }
 
-    /// Puts `bytes` in the place of those from byte `at` on, which lie in one piece.
+    /// Overwrites the bytes from byte `at` on by `bytes`; they must lie in one piece.
     pub(super) fn put(&mut self, mut at: usize, bytes: &[u8]) {
         for part in self.whole.iter_mut().chain([&mut self.last]) {
             if at < part.len() {

@@ -1,9 +1,9 @@
-//! Bytes of a file, read in pieces and always checked against what is left. It knows nothing of
-//! what the bytes mean.
+//! Reads the bytes of a file in pieces, always checked against what is left. Knows nothing of the
+//! bytes' meaning.
 //!
-//! [`Bytes`] is a cursor over a slice; [`Reader`] holds a window of the file and lets a parser run
-//! on it, enlarging the window and running the parser again when it was too short. So all parsers
-//! work on slices, and the memory in use is the window and not the file.
+//! [`Bytes`] is a cursor over a slice. [`Reader`] holds a window of the file and runs a parser on
+//! it; if the window was too short, it enlarges the window and runs the parser again. So all
+//! parsers work on slices, and only the window is in memory, not the file.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::sync::{Mutex, PoisonError};
@@ -11,18 +11,18 @@ use std::sync::{Mutex, PoisonError};
 use super::fault::{Fault, Parsed};
 use crate::error::memory;
 
-/// What a file may be read from.
+/// What a file can be read from.
 pub(super) trait Stream: Read + Seek + Send {}
 impl<T: Read + Seek + Send> Stream for T {}
 
-/// An open file and its length; read by many [`Reader`]s, each at its own place.
+/// An open file and its length, shared by several [`Reader`]s at different positions.
 pub(super) struct Source {
     stream: Mutex<Box<dyn Stream>>,
     length: u64,
 }
 
 impl Source {
-    /// Takes the stream and measures it.
+    /// Takes the stream and determines its length.
     pub(super) fn new(mut stream: Box<dyn Stream>) -> Parsed<Self> {
         let length = stream.seek(SeekFrom::End(0))?;
         Ok(Self { stream: Mutex::new(stream), length })
@@ -44,25 +44,25 @@ impl Source {
 pub(super) struct Reader<'a> {
     source: &'a Source,
     window: Vec<u8>,
-    /// Bytes of the window that have been used up.
+    /// Number of bytes of the window that have been consumed.
     used: usize,
-    /// Where the window starts in the file.
+    /// Offset of the window in the file.
     window_start: u64,
     end: u64,
-    /// Bytes to read at once.
+    /// Number of bytes to read at a time.
     chunk: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// A reader of the bytes from `start` to `end` (cut at the end of the file), which reads
-    /// `chunk` bytes at once where it can.
+    /// A reader of the bytes from `start` to `end` (limited to the end of the file), which reads
+    /// `chunk` bytes at a time where possible.
     pub(super) fn new(source: &'a Source, start: u64, end: u64, chunk: usize) -> Self {
         let end = end.min(source.length());
         let start = start.min(end);
         Self { source, window: Vec::new(), used: 0, window_start: start, end, chunk }
     }
 
-    /// Where the next byte lies in the file.
+    /// Offset of the next byte in the file.
     pub(super) fn position(&self) -> u64 {
         self.window_start + self.used as u64
     }
@@ -72,8 +72,8 @@ impl<'a> Reader<'a> {
         self.end - self.position()
     }
 
-    /// Runs `parser` on the bytes ahead and steps over what it took. A parser that runs short is
-    /// run again on a larger window, unless the bytes that it asks for are not there at all.
+    /// Runs `parser` on the next bytes and consumes those that it took. If the window was too
+    /// short, the parser runs again on a larger one, unless the file has no further bytes.
     pub(super) fn parse<T>(
         &mut self,
         mut parser: impl FnMut(&mut Bytes) -> Parsed<T>,
@@ -103,7 +103,7 @@ impl<'a> Reader<'a> {
         self.parse(|bytes| bytes.array().map(u32::from_le_bytes))
     }
 
-    /// The bytes ahead: at least `wanted` of them unless the end comes before.
+    /// The next bytes: at least `wanted` of them, or all if fewer are left.
     pub(super) fn look_ahead(&mut self, wanted: u64) -> Parsed<&[u8]> {
         let ahead = self.window.len() - self.used;
         if (ahead as u64) < wanted.min(self.left()) {
@@ -111,7 +111,7 @@ impl<'a> Reader<'a> {
             self.window_start += self.used as u64;
             self.used = 0;
             let target = wanted.max(self.chunk as u64).min(self.end - self.window_start);
-            // The target is bounded by the bytes that the file has.
+            // The target is limited by the size of the file.
             let more = (target as usize).saturating_sub(self.window.len());
             memory::reserve(&mut self.window, more, "a part of the file")?;
             self.window.resize(target as usize, 0);
@@ -120,7 +120,7 @@ impl<'a> Reader<'a> {
         Ok(&self.window[self.used..])
     }
 
-    /// Goes to a later place of the file.
+    /// Moves forward to a later offset of the file.
     pub(super) fn jump(&mut self, position: u64) {
         let position = position.clamp(self.position(), self.end);
         match usize::try_from(position - self.window_start) {
@@ -132,13 +132,13 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Steps over `count` bytes that [`Reader::look_ahead`] has shown.
+    /// Consumes `count` bytes, which [`Reader::look_ahead`] has returned.
     pub(super) fn step(&mut self, count: usize) {
         self.used = (self.used + count).min(self.window.len());
     }
 }
 
-/// A cursor over a slice that knows where the slice lies in the file.
+/// A cursor over a slice that knows the slice's offset in the file.
 #[derive(Clone)]
 pub(super) struct Bytes<'a> {
     data: &'a [u8],
@@ -152,17 +152,17 @@ impl<'a> Bytes<'a> {
         Self { data, at: 0, start }
     }
 
-    /// Bytes taken so far.
+    /// Number of bytes consumed so far.
     pub(super) fn taken(&self) -> usize {
         self.at
     }
 
-    /// Where the next byte lies in the file.
+    /// Offset of the next byte in the file.
     pub(super) fn position(&self) -> u64 {
         self.start + self.at as u64
     }
 
-    /// The bytes not taken yet.
+    /// The bytes that are not consumed yet.
     pub(super) fn rest(&self) -> &'a [u8] {
         &self.data[self.at..]
     }
@@ -208,18 +208,19 @@ impl<'a> Bytes<'a> {
         Ok(f64::from_le_bytes(self.array()?))
     }
 
-    /// A `u32` length and as many bytes.
+    /// Bytes that are preceded by their `u32` length.
     pub(super) fn counted(&mut self) -> Parsed<&'a [u8]> {
         let length = self.u32()?;
         self.take(length as usize)
     }
 
-    /// A counted string; bytes that are not UTF-8 become the replacement character.
+    /// A string that is preceded by its length; bytes that are not UTF-8 become the replacement
+    /// character.
     pub(super) fn string(&mut self) -> Parsed<String> {
         Ok(String::from_utf8_lossy(self.counted()?).into_owned())
     }
 
-    /// `N` values by the same parser.
+    /// `N` values, each read by `parser`.
     pub(super) fn each<T: Copy + Default, const N: usize>(
         &mut self,
         parse: impl Fn(&mut Self) -> Parsed<T>,

@@ -1,5 +1,5 @@
-//! A box of a tree as blocks of values to render, of which equal ones share one: what a tree leaves
-//! out takes no memory here either.
+//! Converts a box of a tree to blocks of values to render, where equal blocks are stored once:
+//! empty parts of a tree take no memory here either.
 
 use std::collections::HashMap;
 
@@ -14,43 +14,43 @@ use crate::error::{ErrorKind, Result};
 use crate::parallel;
 use crate::volume::{BLOCK, BLOCK_EDGE, BLOCK_VALUES, MAX_DIM, SparseVoxels, place_of};
 
-/// Blocks that a box may have.
+/// The largest number of blocks for a box.
 const MOST_BLOCKS: u64 = 1 << 26;
 
-/// What lies in a block that is not the same everywhere, later ones above earlier ones.
+/// The contents of a block that is not uniform; later ones cover earlier ones.
 struct Own<'a, T> {
     block: [usize; 3],
-    /// What the block has where nothing else lies.
+    /// The value of the block where nothing covers it.
     ground: f32,
     tiles: Vec<Tile<T>>,
     leaves: Vec<Leaf<'a, T>>,
 }
 
-/// A box of a tree, and which of its blocks hold what.
+/// A box of a tree in blocks, with the tiles and leaves of each block; made by [`Tree::blocks`].
 pub struct Blocks<'a, T> {
     bounds: IndexBox,
-    /// Blocks along x, y, z.
+    /// Number of blocks along x, y, z.
     counts: [usize; 3],
-    /// Values of blocks that are the same everywhere; the first is the background.
+    /// The values of uniform blocks; the first is the background.
     uniform: Vec<f32>,
     own: Vec<Own<'a, T>>,
-    /// For each block, x fastest: which of those, with [`OWN`] if it is one of `own`.
+    /// For each block, x fastest: an index in `uniform`, or, with the flag [`OWN`], in `own`.
     table: Vec<u32>,
-    /// Blocks of their own that there is room for.
+    /// The largest number of blocks in `own`.
     room: usize,
-    /// Whether there are more.
+    /// Whether more would be needed.
     overfull: bool,
 }
 
-/// In the table: the block is not the same everywhere.
+/// Flag in the table: the block is not uniform.
 const OWN: u32 = 1 << 31;
 
 impl<T: Value> Tree<T> {
-    /// The blocks of `bounds`, none of them filled.
+    /// The blocks of `bounds`, not filled yet.
     ///
     /// # Errors
-    /// [`ErrorKind::Limit`] if they are more than a table can hold, or take more than `limit_bytes`
-    /// once they are filled.
+    /// [`ErrorKind::Limit`] if there are more blocks than a table can hold, or if they take more
+    /// than `limit_bytes` once they are filled.
     pub fn blocks(&self, bounds: IndexBox, limit_bytes: u64) -> Result<Blocks<'_, T>> {
         let blocks = bounds.dims().map(|length| length.div_ceil(BLOCK as u64));
         let count = blocks.iter().fold(1_u64, |all, &n| all.saturating_mul(n));
@@ -78,7 +78,7 @@ impl<T: Value> Tree<T> {
             uniform: vec![self.background().to_f32()],
             own: Vec::new(),
             table: memory::filled(count as usize, 0, "blocks of a sparse grid")?,
-            // Many may turn out to be alike.
+            // Many of them may turn out to be equal.
             room: left as usize / size_of::<Own<'_, T>>(),
             overfull: false,
         };
@@ -103,17 +103,17 @@ impl<T: Value> Tree<T> {
 }
 
 impl<'a, T: Value> Blocks<'a, T> {
-    /// Bytes of memory that the blocks take once they are filled, at most.
+    /// An upper bound for the bytes of memory that the blocks take once they are filled.
     pub fn bytes(&self) -> u64 {
         let stored = self.uniform.len() + self.own.len();
         SparseVoxels::bytes_of(self.table.len() as u64, stored as u64)
     }
 
-    /// The blocks with all voxels, active or not, as numbers for rendering (see [`Value::to_f32`])
-    /// through `convert`.
+    /// Fills the blocks with all voxels, active or not, as numbers for rendering (see
+    /// [`Value::to_f32`]), each converted by `convert`.
     ///
     /// # Errors
-    /// If there is no memory for them.
+    /// If there is not enough memory.
     pub fn fill(self, convert: impl Fn(f32) -> f32 + Sync) -> Result<SparseVoxels> {
         let Self { bounds, uniform, own, mut table, .. } = self;
         let stored = (uniform.len() + own.len()) * BLOCK_VALUES;
@@ -130,8 +130,8 @@ impl<'a, T: Value> Blocks<'a, T> {
         SparseVoxels::new(bounds.dims().map(|n| n as usize), table, values)
     }
 
-    /// Keeps one of all blocks in which tiles lie alike and nothing else: those along the faces of
-    /// a large tile.
+    /// Merges blocks that contain only tiles, in the same arrangement: those along the faces of a
+    /// large tile.
     fn share_alike(&mut self) {
         let mut known: HashMap<Vec<i64>, u32> = HashMap::new();
         let mut moved = Vec::with_capacity(self.own.len());
@@ -169,15 +169,15 @@ impl<'a, T: Value> Blocks<'a, T> {
         });
     }
 
-    /// Calls `visit` with each block that has voxels of a cube, and whether all that it has are the
-    /// cube's.
+    /// Calls `visit` for each block that contains voxels of a cube, and says whether the cube
+    /// contains the whole block.
     fn each_touched(&mut self, cube: IndexBox, mut visit: impl FnMut(&mut Self, usize, bool)) {
         let Some(part) = cube.intersection(&self.bounds) else { return };
         let min = self.bounds.min.to_array();
         let last = self.bounds.dims().map(|n| n as i64 - 1);
         let (low, high) = (part.min.to_array(), part.max.to_array());
         let offset = |index: i32, axis: usize| i64::from(index) - i64::from(min[axis]);
-        // A block's last voxels are the next one's first.
+        // A block's last voxels are the next block's first.
         let span = |axis: usize| {
             let first = (offset(low[axis], axis) - 1).max(0) / BLOCK as i64;
             first..=offset(high[axis], axis) / BLOCK as i64
@@ -198,14 +198,14 @@ impl<'a, T: Value> Blocks<'a, T> {
         }
     }
 
-    /// Whether all of a block is known to be this value.
+    /// Whether a whole block is known to have this value.
     fn is_all(&self, i: usize, value: f32) -> bool {
         let known = self.uniform.get(self.table[i] as usize);
         known.is_some_and(|known| known.to_bits() == value.to_bits())
     }
 
-    /// What is known of a block that is not the same everywhere; `None` if there is no room for
-    /// more of them.
+    /// The contents of a block that is not uniform. `None` if there is no room for more such
+    /// blocks.
     fn own_at(&mut self, i: usize) -> Option<&mut Own<'a, T>> {
         let known = self.table[i];
         if known & OWN == 0 {
@@ -223,18 +223,19 @@ impl<'a, T: Value> Blocks<'a, T> {
 }
 
 impl<T: Value> Own<'_, T> {
-    /// Its voxels that are in the box.
+    /// The block's voxels that are in the box.
     fn held(&self, bounds: &IndexBox) -> IndexBox {
         let first = bounds.min + IVec3::from_array(self.block.map(|b| (b * BLOCK) as i32));
         let edge = BLOCK_EDGE as i32 - 1;
-        // Not beyond the box, nor beyond what an index can be.
+        // Limited to the box and to 32-bit indices.
         let last = IVec3::from_array(std::array::from_fn(|axis| {
             first[axis].saturating_add(edge).min(bounds.max[axis])
         }));
         IndexBox { min: first, max: last }
     }
 
-    /// The same for blocks that hold the same in the same places; `None` with leaves.
+    /// A key that is equal for blocks with the same tiles in the same positions; `None` if there
+    /// are leaves.
     fn key(&self, bounds: &IndexBox) -> Option<Vec<i64>> {
         if !self.leaves.is_empty() {
             return None;

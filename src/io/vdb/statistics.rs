@@ -1,4 +1,4 @@
-//! Smallest, largest and mean value over the active voxels. The sums run in the order of the
+//! Smallest, largest and mean value over the active voxels. Sums are formed in the order of the
 //! leaves, so that the result does not depend on the number of threads.
 
 use super::mask;
@@ -6,12 +6,12 @@ use super::topology::Topology;
 use super::value::Value;
 use crate::io::{FiniteRange, Histogram};
 
-/// Statistics of one component of the active values. A tile counts as many times as it has voxels.
+/// Statistics of one component of the active values. A tile's value counts once per voxel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
-    /// The smallest value; NaN if all are.
+    /// The smallest value; NaN if all values are NaN.
     pub min: f64,
-    /// The largest value; NaN if all are.
+    /// The largest value; NaN if all values are NaN.
     pub max: f64,
     /// The mean of the values that are not NaN; NaN if all are.
     pub mean: f64,
@@ -19,7 +19,7 @@ pub struct Statistics {
     pub nan_count: u64,
 }
 
-/// What a statistic is made from.
+/// Accumulates one statistic.
 #[derive(Clone, Copy)]
 struct Tally {
     min: f64,
@@ -29,7 +29,7 @@ struct Tally {
     nan_count: u64,
 }
 
-/// One tally for each component; the second and third are used by vectors only.
+/// One per component; the second and third are used for vectors only.
 type Tallies = [Tally; 3];
 
 const NOTHING: Tally =
@@ -64,16 +64,16 @@ impl Tally {
     }
 }
 
-/// What is found out about the active values of a leaf, or of more.
+/// Measurements of the active values of a leaf or of a larger part.
 #[derive(Clone, Copy)]
 pub(super) struct Findings {
     tallies: Tallies,
-    /// Of the values as numbers for rendering.
+    /// The range of the values as numbers for rendering.
     range: FiniteRange,
 }
 
 impl Findings {
-    /// Of a leaf.
+    /// Measures a leaf.
     pub(super) fn of_leaf<T: Value>(values: &[T], active: &[u64]) -> Self {
         let mut findings = Self { tallies: [NOTHING; 3], range: FiniteRange::default() };
         for (component, tally) in findings.tallies.iter_mut().enumerate().take(T::COMPONENTS) {
@@ -87,7 +87,7 @@ impl Findings {
         findings
     }
 
-    /// Of a tree's tiles; the leaves are merged into it one by one, in their order.
+    /// Measures a tree's tiles; the leaves are then merged into it one by one, in their order.
     pub(super) fn of_tiles<T: Value>(topology: &Topology<T>) -> Self {
         let mut findings = Self { tallies: [NOTHING; 3], range: FiniteRange::default() };
         for tile in topology.tiles().filter(|tile| tile.active) {
@@ -99,7 +99,7 @@ impl Findings {
         findings
     }
 
-    /// Takes in what was found elsewhere.
+    /// Adds the measurements of another part.
     pub(super) fn merge(&mut self, other: &Self) {
         for (tally, more) in self.tallies.iter_mut().zip(&other.tallies) {
             tally.merge(more);
@@ -107,7 +107,7 @@ impl Findings {
         self.range.merge(other.range);
     }
 
-    /// One for each of `components`; none without active voxels.
+    /// One for each of `components`; empty without active voxels.
     pub(super) fn statistics(&self, components: usize) -> Vec<Statistics> {
         if self.tallies[0].count == 0 && self.tallies[0].nan_count == 0 {
             return Vec::new();
@@ -121,7 +121,7 @@ impl Findings {
     }
 }
 
-/// The active tiles by value; leaves are to follow.
+/// A histogram of the active tiles' values; leaves are added later.
 pub(super) fn tile_histogram<T: Value>(
     topology: &Topology<T>,
     range: [f64; 2],

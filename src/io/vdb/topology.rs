@@ -18,8 +18,8 @@ use super::source::{Bytes, Reader};
 use super::value::Value;
 use super::value_block::{Encoding, ValueBlock, read_value};
 
-/// Everything of a tree but its leaves' values. Nodes lie in the order of the file, so that the
-/// children of a branch follow one another.
+/// A tree without its leaves' values. Nodes are in the order of the file, so the children of a
+/// branch are adjacent.
 pub(super) struct Topology<T> {
     pub(super) shape: TreeShape,
     pub(super) background: T,
@@ -46,21 +46,21 @@ pub(super) enum RootContent<T> {
     Child(usize),
 }
 
-/// An inner node. A slot is a child or a tile.
+/// An inner node. Each slot is a child or a tile.
 pub(super) struct Branch<T> {
     pub(super) origin: IVec3,
     pub(super) children: SlotMask,
     pub(super) active: SlotMask,
     pub(super) tiles: Tiles<T>,
-    /// Index of its first child among the nodes of the next level.
+    /// Index of its first child among the nodes of the next lower level.
     pub(super) first_child: usize,
 }
 
 /// The values of a branch's tiles.
 pub(super) enum Tiles<T> {
-    /// All alike, as in nearly every branch.
+    /// One value for all, as in nearly every branch.
     Uniform(T),
-    /// One a slot, those of children without meaning.
+    /// One value per slot; those of children have no meaning.
     Each(Vec<T>),
 }
 
@@ -74,7 +74,7 @@ impl<T: Copy> Tiles<T> {
 }
 
 impl<T: Value> Branch<T> {
-    /// Index, among the nodes of the next level, of the child in the slot.
+    /// Index of a slot's child among the nodes of the next lower level.
     pub(super) fn child(&self, slot: usize) -> Option<usize> {
         self.children.has(slot).then(|| self.first_child + self.children.rank(slot))
     }
@@ -98,14 +98,14 @@ impl<T: Value> Topology<T> {
             + size_of_val(self.leaf_active.as_slice())
     }
 
-    /// The mask of leaf `index`.
+    /// The active mask of leaf `index`.
     pub(super) fn leaf_mask(&self, index: usize) -> &[u64] {
         let words = self.shape.leaf_words();
         &self.leaf_active[index * words..(index + 1) * words]
     }
 }
 
-/// Reads the number of buffers and the background, the first bytes of a topology.
+/// Reads the number of buffers and the background, which are the first bytes of a topology.
 pub(super) fn read_background<T: Value>(bytes: &mut Bytes) -> Parsed<T> {
     let at = bytes.position();
     let buffers = bytes.u32()?;
@@ -115,8 +115,8 @@ pub(super) fn read_background<T: Value>(bytes: &mut Bytes) -> Parsed<T> {
     read_value(bytes)
 }
 
-/// Reads a whole topology; the encoding's background is replaced by the one found, which leaves
-/// the encoding as the leaf buffers need it.
+/// Reads a whole topology. Sets the background of `encoding` to the one in the file, as the leaf
+/// buffers need it.
 pub(super) fn read<T: Value>(
     reader: &mut Reader,
     shape: TreeShape,
@@ -241,7 +241,7 @@ impl<T: Value> Builder<T> {
         })
     }
 
-    /// The values just read, as one if the tiles are all alike.
+    /// Combines the values that were just read into one if all tiles are equal.
     fn compact(&self, children: &SlotMask) -> Tiles<T> {
         let mut tiles = (0..self.values.len())
             .filter(|&slot| !children.has(slot))
@@ -255,7 +255,7 @@ impl<T: Value> Builder<T> {
     }
 }
 
-/// The slot of a voxel in an upper branch, and in a lower one.
+/// The slots of a voxel in an upper branch and in a lower one.
 pub(super) fn branch_slots(shape: TreeShape, index: IVec3) -> [usize; 2] {
     [slot_of(index, shape.upper, shape.lower_log()), slot_of(index, shape.lower, shape.leaf_log())]
 }

@@ -1,7 +1,7 @@
-//! The map of a grid from index to world space, as a matrix. It knows nothing of voxels.
+//! The map of a grid from index to world space, as a matrix. Knows nothing of voxels.
 //!
-//! The file stores row-vector matrices; the crate's are for column vectors, and as glam's matrices
-//! are stored by columns, the sixteen numbers of the file are glam's columns in the same order.
+//! The file stores matrices for row vectors; the crate's are for column vectors. As glam stores
+//! matrices by columns, the file's sixteen numbers are glam's columns in the same order.
 
 use glam::{DMat4, DVec3};
 
@@ -9,13 +9,13 @@ use super::fault::{Fault, Parsed};
 use super::metadata::put_text;
 use super::source::Bytes;
 
-/// Where a grid lies in the world.
+/// A grid's transform from index to world space.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Transform {
-    /// World position (column vector) from index position; voxel (i, j, k) has its centre at
-    /// (i, j, k).
+    /// World position (column vector) from index position; the centre of voxel (i, j, k) is (i, j,
+    /// k).
     Affine(DMat4),
-    /// The map cannot be used, for this reason; the voxels can still be read.
+    /// The map is not supported, for this reason; the voxels can still be read.
     Refused(String),
 }
 
@@ -23,13 +23,13 @@ pub enum Transform {
 pub(super) struct NamedTransform {
     pub(super) map: String,
     pub(super) transform: Transform,
-    /// Name and numbers as the file has them.
+    /// Name and numbers as encoded in the file.
     pub(super) bytes: Vec<u8>,
 }
 
 impl Transform {
-    /// The bytes of the simplest map that is `world_from_index`, with its name, as OpenVDB itself
-    /// chooses it.
+    /// The encoded name and numbers of the simplest map that equals `world_from_index`, chosen like
+    /// OpenVDB does.
     pub(super) fn map_bytes(world_from_index: &DMat4) -> Vec<u8> {
         let columns = world_from_index.to_cols_array_2d();
         let scale = DVec3::new(columns[0][0], columns[1][1], columns[2][2]);
@@ -89,7 +89,7 @@ fn affine(map: &str, bytes: &mut Bytes, start: u64) -> Parsed<DMat4> {
     let vector = |bytes: &mut Bytes| -> Parsed<DVec3> {
         bytes.each::<f64, 3>(Bytes::f64).map(DVec3::from_array)
     };
-    // The voxel size and the three inverses behind a scale follow from it.
+    // The voxel size and three inverses, which follow a scale in the file, are redundant.
     let scale = |bytes: &mut Bytes| -> Parsed<DVec3> {
         let scale = vector(bytes)?;
         bytes.each::<f64, 12>(Bytes::f64)?;

@@ -1,4 +1,4 @@
-//! A loaded grid of one value type: a sparse tree, as OpenVDB's. It knows nothing of files.
+//! A loaded grid of one value type: a sparse tree like OpenVDB's. Knows nothing of files.
 
 use glam::IVec3;
 
@@ -11,22 +11,23 @@ use super::value::Value;
 use crate::parallel;
 
 /// The values of a grid: leaves of (nearly always) 8^3 voxels, and tiles for larger constant
-/// regions. Everything else has the background's value and is inactive.
+/// regions. All other voxels have the background's value and are inactive.
 pub struct Tree<T> {
     topology: Topology<T>,
     leaf_values: Vec<T>,
 }
 
-/// A cube of voxels whose values are stored one by one.
+/// A cube of voxels with individual values.
 #[derive(Clone, Copy, Debug)]
 pub struct Leaf<'a, T> {
     /// The lowest voxel.
     pub origin: IVec3,
-    /// Base-2 logarithm of the edge in voxels: 3 but for trees of an unusual shape.
+    /// Base-2 logarithm of the edge in voxels; 3 except in trees of an unusual shape.
     pub log_edge: u32,
-    /// The values of all voxels, inactive ones too; z fastest, then y, then x.
+    /// The values of all voxels, also inactive ones; z fastest, then y, then x.
     pub values: &'a [T],
-    /// A bit for each voxel, in the order of `values` from the lowest bit of the first word on.
+    /// One bit per voxel, in the order of `values`, from the lowest bit of the first word on; set
+    /// for active voxels.
     pub active: &'a [u64],
 }
 
@@ -35,8 +36,8 @@ pub struct Leaf<'a, T> {
 pub struct Tile<T> {
     /// The lowest voxel.
     pub origin: IVec3,
-    /// Base-2 logarithm of the edge in voxels: 3, 7 or 12 but for trees of an unusual shape; 0 for
-    /// a single voxel (see [`Tree::active_values`]).
+    /// Base-2 logarithm of the edge in voxels: 3, 7 or 12 except in trees of an unusual shape; 0
+    /// for a single voxel (see [`Tree::active_values`]).
     pub log_edge: u32,
     /// The value of every voxel.
     pub value: T,
@@ -45,19 +46,19 @@ pub struct Tile<T> {
 }
 
 impl<T> Tile<T> {
-    /// The voxels of the tile.
+    /// The box of the tile's voxels.
     pub fn bounds(&self) -> IndexBox {
         IndexBox::cube(self.origin, self.log_edge)
     }
 
-    /// Their number.
+    /// Number of voxels.
     pub fn voxels(&self) -> u64 {
         1 << (3 * self.log_edge)
     }
 }
 
 impl<'a, T: Copy> Leaf<'a, T> {
-    /// The voxels of the leaf.
+    /// The box of the leaf's voxels.
     pub fn bounds(&self) -> IndexBox {
         IndexBox::cube(self.origin, self.log_edge)
     }
@@ -147,7 +148,7 @@ impl<T: Value> Tree<T> {
         tiles.chain(self.leaves().flat_map(Leaf::active_values))
     }
 
-    /// Number of active voxels; `u64::MAX` where there are more.
+    /// Number of active voxels, saturating at `u64::MAX`.
     pub fn active_voxel_count(&self) -> u64 {
         self.topology.active_voxel_count()
     }
@@ -157,7 +158,7 @@ impl<T: Value> Tree<T> {
         self.topology.active_bounds()
     }
 
-    /// Statistics of the active values, one for each component; none without active voxels.
+    /// Statistics of the active values, one per component; empty without active voxels.
     pub fn statistics(&self) -> Vec<Statistics> {
         let mut all = Findings::of_tiles(&self.topology);
         let leaves =
@@ -185,7 +186,7 @@ impl<T: Value> Topology<T> {
         let uppers = self.uppers.iter().map(move |upper| (upper, shape.upper, shape.lower_log()));
         let lowers = self.lowers.iter().map(move |lower| (lower, shape.lower, shape.leaf_log()));
         let branches = uppers.chain(lowers).flat_map(|(branch, log, slot_log)| {
-            // A branch whose tiles are all background is passed over at once.
+            // A branch whose tiles are all inactive background is skipped at once.
             let blank = matches!(branch.tiles, Tiles::Uniform(value)
                 if value.same_bits(self.background) && branch.active.count() == 0);
             let slots = if blank { 0 } else { 1 << (3 * log) };
@@ -200,7 +201,7 @@ impl<T: Value> Topology<T> {
         root.chain(branches).filter(move |tile| tile.active || !tile.value.same_bits(background))
     }
 
-    /// Number of active voxels; `u64::MAX` where there are more.
+    /// Number of active voxels, saturating at `u64::MAX`.
     pub(super) fn active_voxel_count(&self) -> u64 {
         let tiles = self.tiles().filter(|tile| tile.active).map(|tile| tile.voxels());
         let voxels = mask::count_ones(&self.leaf_active) as u64;
@@ -217,7 +218,7 @@ impl<T: Value> Topology<T> {
         let mut known = tiles.fold(None, |known, tile| around(known, tile.bounds()));
         for (index, &origin) in self.leaf_origins.iter().enumerate() {
             let cube = IndexBox::cube(origin, self.shape.leaf);
-            // Most leaves lie within the bounds already, whatever their voxels.
+            // Most leaves lie within the bounds already, whatever their voxels are.
             if known.is_some_and(|known| known.intersection(&cube) == Some(cube)) {
                 continue;
             }

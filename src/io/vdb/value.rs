@@ -1,62 +1,62 @@
-//! The types that a voxel may have, how they lie in the file and how they read as numbers. It
-//! knows nothing of trees or compression.
+//! The types that a voxel can have, their encoding in the file, and their conversion to numbers.
+//! Knows nothing of trees or compression.
 
 use std::fmt::Debug;
 
 use half::f16;
 
 /// A voxel's type. Implemented for `f32`, `f64`, `f16`, `i32`, `i64`, `bool` and arrays of three
-/// `f32`, `f64` or `i32`; closed to others.
+/// `f32`, `f64` or `i32`; sealed.
 pub trait Value: Stored + Copy + Default + Debug + PartialEq + Send + Sync + 'static {
     /// Numbers in a value: 1 or 3.
     const COMPONENTS: usize;
 
-    /// The number at `component` (below [`Value::COMPONENTS`]; the last one beyond it); exact but
-    /// for `i64` beyond 2^53. Booleans are 0 and 1.
+    /// The number at `component`, which is below [`Value::COMPONENTS`] (larger ones mean the last).
+    /// It is exact except for `i64` beyond 2^53. Booleans are 0 and 1.
     fn component(self, component: usize) -> f64;
 
     /// One number for rendering: the value itself, the length of a vector, 0 or 1 for a boolean.
     fn to_f32(self) -> f32;
 
-    /// The value with its type.
+    /// The value as an [`AnyValue`].
     fn any(self) -> AnyValue;
 }
 
-/// How a value lies in the file.
+/// The encoding of a value in the file.
 pub trait Stored: Sized {
-    /// Bytes of a value at full width.
+    /// Bytes of a value at full precision.
     #[doc(hidden)]
     const BYTES: usize;
-    /// Bytes of a value stored as half floats; `None` for types that are never stored so.
+    /// Bytes of a value stored as half floats; `None` for types without that form.
     #[doc(hidden)]
     const HALF_BYTES: Option<usize>;
-    /// Fills `values` from as many full-width values.
+    /// Fills `values` from as many values at full precision.
     #[doc(hidden)]
     fn decode(bytes: &[u8], values: &mut [Self]);
     /// Fills `values` from as many values stored as half floats.
     #[doc(hidden)]
     fn decode_half(bytes: &[u8], values: &mut [Self]);
-    /// Bytes of one number of a value at full width.
+    /// Bytes of one number of a value at full precision.
     #[doc(hidden)]
     const PART_BYTES: usize;
-    /// Appends the values at full width.
+    /// Appends the values at full precision.
     #[doc(hidden)]
     fn encode(values: &[Self], bytes: &mut Vec<u8>);
-    /// Appends the values as half floats; nothing for types that are never stored so.
+    /// Appends the values as half floats; nothing for types without that form.
     #[doc(hidden)]
     fn encode_half(values: &[Self], bytes: &mut Vec<u8>);
-    /// The value that half floats keep of this one.
+    /// The value after rounding to half floats.
     #[doc(hidden)]
     fn through_half(self) -> Self;
-    /// The value with the opposite sign; a boolean's opposite.
+    /// The negated value; for a boolean its opposite.
     #[doc(hidden)]
     fn negated(self) -> Self;
-    /// Whether both have the same bits (so that -0 differs from 0, and NaN equals itself).
+    /// Whether both have the same bits; so -0 differs from 0, and NaN equals itself.
     #[doc(hidden)]
     fn same_bits(self, other: Self) -> bool;
 }
 
-/// One value of any type that a grid may have.
+/// One value of any type that a grid can have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 #[allow(missing_docs)] // The variants are the file's own type names.

@@ -1,6 +1,6 @@
-//! The values of one node as the file stores them: a code that says what the inactive values are,
-//! then all values or only the active ones, perhaps as half floats, perhaps compressed. It knows
-//! nothing of where the node lies.
+//! The values of one node in the file: a code for the inactive values, then all values or only the
+//! active ones, optionally as half floats, optionally compressed. Knows nothing of the node's
+//! position.
 
 use super::compression::{Compression, Run, Workspace, take_run};
 use super::fault::{Fault, Parsed};
@@ -8,17 +8,17 @@ use super::mask;
 use super::source::Bytes;
 use super::value::Value;
 
-/// How the values of a whole grid are stored.
+/// The encoding of the values of a whole grid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoding<T> {
     pub(super) compression: Compression,
-    /// Whether the type string says half; only the floating-point types heed it.
+    /// Whether the type string says half; it applies to floating-point types only.
     pub(super) half: bool,
     pub(super) background: T,
 }
 
 impl<T: Value> Encoding<T> {
-    /// Bytes of a stored value, and whether it is half floats.
+    /// Bytes of a stored value, and whether it is stored as half floats.
     pub(super) fn stored(&self) -> (usize, bool) {
         match T::HALF_BYTES {
             Some(bytes) if self.half => (bytes, true),
@@ -27,18 +27,18 @@ impl<T: Value> Encoding<T> {
     }
 }
 
-/// A node's values taken from the file but not yet decompressed.
+/// A node's values as read from the file, not decompressed yet.
 pub(super) struct ValueBlock<'a, T> {
-    /// The inactive values where the selection mask is off and on.
+    /// The inactive values, where the selection mask is off and where it is on.
     inactive: [T; 2],
     selection: Option<&'a [u8]>,
-    /// Whether the run holds only the active values.
+    /// Whether the run contains only the active values.
     masked: bool,
     count: usize,
     run: Run<'a>,
 }
 
-/// One full-width value.
+/// Reads one value at full precision.
 pub(super) fn read_value<T: Value>(bytes: &mut Bytes) -> Parsed<T> {
     let mut value = [T::default()];
     T::decode(bytes.take(T::BYTES)?, &mut value);
@@ -46,7 +46,7 @@ pub(super) fn read_value<T: Value>(bytes: &mut Bytes) -> Parsed<T> {
 }
 
 impl<'a, T: Value> ValueBlock<'a, T> {
-    /// Takes the block of a node with `count` slots, of which `active` are active.
+    /// Reads the block of a node with `count` slots, of which `active` are active.
     pub(super) fn take(
         bytes: &mut Bytes<'a>,
         encoding: &Encoding<T>,
@@ -71,7 +71,7 @@ impl<'a, T: Value> ValueBlock<'a, T> {
         let masked = encoding.compression.active_mask && code != 6;
         let count = if masked { active } else { count };
         let (width, half) = encoding.stored();
-        // A half block of no values has no frame; any other block has.
+        // Only a block of half floats without values has no framing.
         let run = if half && count == 0 {
             Run::Bare(&[])
         } else {
@@ -80,7 +80,7 @@ impl<'a, T: Value> ValueBlock<'a, T> {
         Ok(Self { inactive, selection, masked, count, run })
     }
 
-    /// Fills the node's `values`, whose active ones `active` tells.
+    /// Fills the node's `values`; `active` tells which of them are active.
     pub(super) fn decode(
         &self,
         encoding: &Encoding<T>,

@@ -1,5 +1,5 @@
-//! Reading a grid's voxels, keeping them or only looking at them, for every value type. It knows
-//! nothing of headers.
+//! Reads a grid's voxels, with or without keeping them, for every value type. Knows nothing of
+//! headers.
 
 use half::f16;
 
@@ -19,33 +19,33 @@ use super::value_block::Encoding;
 use crate::io::Histogram;
 use crate::parallel;
 
-/// Bytes to read at once.
+/// Number of bytes to read at a time.
 const CHUNK: usize = 256 << 10;
 
 /// How much of a grid [`super::VdbFile::survey`] reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SurveyDepth {
-    /// The tree, but no voxel's value: counts and bounds.
+    /// The tree without the voxels' values: counts and bounds.
     Topology,
-    /// All values, without keeping them: statistics too.
+    /// All values, without keeping them: also statistics.
     Values,
-    /// All values, twice, without keeping them: a histogram of this many bins too.
+    /// All values, read twice without keeping them: also a histogram with this many bins.
     Histogram(usize),
 }
 
-/// What a grid holds, found without keeping its voxels.
+/// Measurements of a grid, made without keeping its voxels.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Survey {
-    /// Number of active voxels; `u64::MAX` where there are more.
+    /// Number of active voxels, saturating at `u64::MAX`.
     pub active_voxels: u64,
     /// The smallest box around all active voxels; `None` if there are none.
     pub active_bounds: Option<IndexBox>,
-    /// Statistics of the active values, one for each component; none without active voxels and
-    /// none with [`SurveyDepth::Topology`].
+    /// Statistics of the active values, one per component; empty without active voxels and with
+    /// [`SurveyDepth::Topology`].
     pub statistics: Vec<Statistics>,
-    /// The active voxels by value, as numbers for rendering (see [`Value::to_f32`]); `None` unless
-    /// asked for, and without finite values.
+    /// Histogram of the active values as numbers for rendering (see [`Value::to_f32`]); `None`
+    /// unless requested, and if no value is finite.
     pub histogram: Option<Histogram>,
     /// Number of leaves.
     pub leaf_count: u64,
@@ -55,7 +55,7 @@ pub struct Survey {
     pub memory_bytes: u64,
 }
 
-/// Runs the expression with `$type` standing for the type of the grid's values.
+/// Runs the expression with `$type` as an alias of the type of the grid's values.
 macro_rules! for_value_type {
     ($header:expr, $type:ident => $result:expr) => {
         match &$header.value_type {
@@ -103,7 +103,7 @@ macro_rules! for_value_type {
     };
 }
 
-/// Reads the background; the reader stands at the topology.
+/// Reads the background; the reader is at the topology.
 pub(super) fn background(reader: &mut Reader, header: &GridHeader) -> Parsed<AnyValue> {
     for_value_type!(header, T => reader.parse(topology::read_background::<T>).map(Value::any))
 }
@@ -157,8 +157,8 @@ pub(super) fn survey(source: &Source, header: &GridHeader, depth: SurveyDepth) -
     })
 }
 
-/// Steps over the voxels of a grid in a stream, whose offsets are found in this way only: the
-/// reader goes from the topology to the grid's end. Returns where the leaf buffers start, and the
+/// Skips the voxels of a grid in a stream, which is the only way to find its offsets: the reader
+/// moves from the topology to the grid's end. Returns the offset of the leaf buffers, and the
 /// background.
 pub(super) fn step_over(reader: &mut Reader, header: &GridHeader) -> Parsed<(u64, AnyValue)> {
     for_value_type!(header, T => {
@@ -198,8 +198,8 @@ fn block_reader<'a>(source: &'a Source, header: &GridHeader) -> Reader<'a> {
     Reader::new(source, header.place.blocks, header.place.end, CHUNK)
 }
 
-/// Hands what `each` makes of a leaf's values and active mask to `take`, leaf by leaf in their
-/// order, keeping no values; replaces the topology's masks by the buffers' own.
+/// Applies `each` to each leaf's values and active mask, and passes the results to `take` in the
+/// order of the leaves; keeps no values. Replaces the topology's masks by those of the buffers.
 fn visit_leaves<T: Value, R: Send>(
     format: &LeafFormat<T>,
     reader: &mut Reader,

@@ -1,7 +1,7 @@
-//! Writing OpenVDB files (format 224): what `file` reads, as OpenVDB 10 and Houdini take it. It
-//! knows nothing of where bytes go.
+//! Writes OpenVDB files (format 224) that `file`, OpenVDB 10 and Houdini read. The caller stores
+//! the bytes.
 //!
-//! In practice: the names of all grids first, then grid by grid, so that only one is in memory.
+//! In practice: first the names of all grids, then grid by grid, so that only one is in memory.
 //!
 //! ```
 //! use deepshadow::io::vdb::{Compression, Metadata, NewGrid, TreeBuilder, VdbWriter};
@@ -37,10 +37,10 @@ use super::write_tree::{put_leaves, put_topology};
 use crate::error::memory;
 use crate::error::{Error, Result};
 
-/// The format's version, and the library's whose files are like ours.
+/// The version of the format, and that of the library whose files are equivalent.
 const VERSION: u32 = 224;
 const LIBRARY: [u32; 2] = [10, 0];
-/// What the library keeps for itself of a file's bytes.
+/// Metadata that the library reserves for itself.
 const DELAYED_LOAD: &str = "file_delayed_load";
 
 /// A grid to be written.
@@ -53,20 +53,20 @@ pub struct NewGrid {
 }
 
 impl NewGrid {
-    /// A grid with no metadata.
+    /// A grid without metadata.
     pub fn new(grid: Grid, world_from_index: &DMat4) -> Self {
         let map_bytes = Transform::map_bytes(world_from_index);
         Self { grid, metadata: Metadata::default(), map_bytes, half: false, mask: false }
     }
 
-    /// What is said of a grid that is written in another way ([`VdbWriter::add_packed`]), with no
-    /// metadata.
+    /// The description of a grid that is written in another way ([`VdbWriter::add_packed`]),
+    /// without metadata.
     pub fn described(world_from_index: &DMat4) -> Self {
         Self::new(Grid::Float(TreeBuilder::new(0.0).finish()), world_from_index)
     }
 
-    /// A grid with the metadata and the transform of another one, whatever its map; stored as half
-    /// floats if that one is.
+    /// A grid with the metadata and the transform of another one, whatever its map is; stored as
+    /// half floats if that one is.
     pub fn like(header: &GridHeader, grid: Grid) -> Self {
         Self {
             grid,
@@ -77,7 +77,7 @@ impl NewGrid {
         }
     }
 
-    /// The grid elsewhere.
+    /// The grid with another transform.
     #[must_use]
     pub fn placed(self, world_from_index: &DMat4) -> Self {
         Self { map_bytes: Transform::map_bytes(world_from_index), ..self }
@@ -103,11 +103,11 @@ impl NewGrid {
     }
 }
 
-/// A file in the making.
+/// A file that is being written.
 pub struct VdbWriter {
     out: Parts,
     unique_names: Vec<String>,
-    /// Of the grids added so far.
+    /// Type strings of the grids added so far.
     type_names: Vec<String>,
     compression: Compression,
 }
@@ -122,7 +122,7 @@ impl VdbWriter {
         for number in [VERSION, LIBRARY[0], LIBRARY[1]] {
             head.extend(number.to_le_bytes());
         }
-        // With offsets; then room for what tells the file from others.
+        // Grids have offsets; then room for the file's identifier.
         head.push(1);
         head.extend([b'0'; UUID_LENGTH]);
         metadata.write(head);
@@ -130,14 +130,15 @@ impl VdbWriter {
         Self { out, unique_names: unique_names(names), type_names: Vec::new(), compression }
     }
 
-    /// Writes the next grid. Constant regions become tiles; counts and bounds go into its metadata.
+    /// Writes the next grid. Constant regions become tiles; counts and bounds are added to its
+    /// metadata.
     ///
     /// # Errors
     /// If there are more grids than names.
     pub fn add(&mut self, grid: NewGrid) -> Result<()> {
         let NewGrid { grid, metadata, map_bytes, half, mask } = grid;
         let (grid, half) = match grid {
-            // A value type of its own only from format 225 on.
+            // Half grids exist only from format 225 on.
             Grid::Half(tree) => (Grid::Float(tree.map(f32::from)), true),
             other => (other, half),
         };
@@ -148,8 +149,8 @@ impl VdbWriter {
         with_tree!(grid, tree => self.add_tree(tree, &value_type, metadata, &map_bytes, half))
     }
 
-    /// Writes the next grid, whose leaves are packed already; of `like` the metadata, the class and
-    /// the place count.
+    /// Writes the next grid, whose leaves are already packed, with the metadata, the class and the
+    /// transform of `like`.
     ///
     /// # Errors
     /// If there are more grids than names, or if it was packed for another compression.
@@ -186,7 +187,7 @@ impl VdbWriter {
         })
     }
 
-    /// Writes a grid whose leaves `put` writes, and which takes `memory` bytes once it is read.
+    /// Writes a grid whose leaves are written by `put`; once read, it takes `memory` bytes.
     fn put_grid<T: Value>(
         &mut self,
         tree: &Tree<T>,
@@ -202,7 +203,8 @@ impl VdbWriter {
         let offsets = self.put_descriptor(&type_name, "", &mut metadata)?;
         let grid_start = self.out.len();
         self.put_grid_header(&metadata, map_bytes);
-        // Masks of leaves and of branches: a vector that doubles would hold them thrice.
+        // Reserved for the masks of leaves and branches: a vector that doubles would hold them
+        // three times.
         let topology = tree.topology();
         let masks = 64 * topology.leaf_origins.len()
             + 2048 * topology.lowers.len()
@@ -216,8 +218,8 @@ impl VdbWriter {
         Ok(())
     }
 
-    /// Writes the next grid as one that shares the voxels of the grid number `parent`; it has the
-    /// metadata and the transform of `header`.
+    /// Writes the next grid as an instance: it shares the voxels of grid number `parent`, and has
+    /// the metadata and the transform of `header`.
     ///
     /// # Errors
     /// If there are more grids than names, or if `parent` has not been added before.
@@ -236,7 +238,7 @@ impl VdbWriter {
         Ok(())
     }
 
-    /// The file's bytes; the same for the same grids.
+    /// The bytes of the file, which are the same for the same grids.
     ///
     /// # Errors
     /// If there are fewer grids than names.
@@ -249,7 +251,7 @@ impl VdbWriter {
         Ok(all)
     }
 
-    /// The file's bytes in pieces that follow one another.
+    /// The bytes of the file as a sequence of pieces.
     ///
     /// # Errors
     /// If there are fewer grids than names.
@@ -264,7 +266,7 @@ impl VdbWriter {
         Ok(self.out.into_parts())
     }
 
-    /// Puts counts and bounds into the metadata.
+    /// Adds counts and bounds to the metadata.
     fn describe<T: Value>(tree: &Tree<T>, memory: u64, half: bool, metadata: &mut Metadata) {
         let nothing = ([i32::MAX; 3], [i32::MIN; 3]);
         let bounds = tree.active_bounds();
@@ -277,7 +279,8 @@ impl VdbWriter {
         metadata.set("is_saved_as_half_float", MetaValue::Bool(half));
     }
 
-    /// Writes the descriptor of the next grid and completes its metadata; where its offsets lie.
+    /// Writes the descriptor of the next grid and completes its metadata. Returns the position of
+    /// the descriptor's offsets.
     fn put_descriptor(
         &mut self,
         type_name: &str,
@@ -318,7 +321,7 @@ impl VdbWriter {
     }
 }
 
-/// The names as the file tells grids apart: empty ones and those that are not alone get a number.
+/// The unique names of the grids in the file: empty and repeated names get a number.
 fn unique_names(names: &[&str]) -> Vec<String> {
     let mut counts: HashMap<&str, usize> = HashMap::new();
     for &name in names {
@@ -342,13 +345,13 @@ fn unique_names(names: &[&str]) -> Vec<String> {
     unique.collect()
 }
 
-/// Where the file's identity stands.
+/// Offset of the file's identifier.
 const UUID_START: usize = 21;
 const UUID_LENGTH: usize = 36;
 
-/// An identity made from the contents, in the shape of a UUID of version 8.
+/// A file identifier computed from the contents, in the form of a UUID of version 8.
 fn uuid<'a>(parts: impl Iterator<Item = &'a [u8]>) -> String {
-    // FNV-1a over words, from two starting points.
+    // FNV-1a over words, with two different initial states.
     let mut state = [0xcbf2_9ce4_8422_2325_u64, 0x6c62_272e_07bb_0142];
     let mut mix = |word: [u8; 8]| {
         let word = u64::from_le_bytes(word);
@@ -357,7 +360,7 @@ fn uuid<'a>(parts: impl Iterator<Item = &'a [u8]>) -> String {
             *hash = mixed ^ mixed >> 29;
         }
     };
-    // Words go on from part to part.
+    // Words continue across the borders of parts.
     let (mut word, mut filled) = ([0; 8], 0);
     for mut part in parts {
         while !part.is_empty() {

@@ -1,12 +1,12 @@
-//! The values of one node as bytes of the file: what `value_block` reads. It knows nothing of where
-//! the node lies.
+//! Encodes the values of one node as `value_block` reads them. Knows nothing of the node's
+//! position.
 
 use super::compression::put_run;
 use super::mask;
 use super::value::Value;
 use super::value_block::Encoding;
 
-/// Memory to work in, for use again and again by one thread.
+/// Scratch memory, which one thread reuses.
 #[derive(Default)]
 pub(super) struct BlockWorkspace<T> {
     packed: Vec<T>,
@@ -14,15 +14,15 @@ pub(super) struct BlockWorkspace<T> {
     shuffled: Vec<u8>,
 }
 
-/// What the inactive values of a node are.
+/// The inactive values of a node.
 struct Inactive<T> {
     code: u8,
-    /// Where the selection mask is off and on.
+    /// Their values where the selection mask is off and where it is on.
     values: [T; 2],
 }
 
 impl<T: Value> Inactive<T> {
-    /// Looks at the slots that are neither in `active` nor in `children`.
+    /// Examines the slots that are neither in `active` nor in `children`.
     fn of(values: &[T], active: &[u64], children: &[u64], background: T) -> Self {
         let mut found = [background; 2];
         let mut count = 0;
@@ -56,8 +56,8 @@ impl<T: Value> Inactive<T> {
     }
 }
 
-/// Appends the block of a node: its values, active where `active` says so and without meaning where
-/// `children` (empty for leaves) does.
+/// Appends the block of a node. `active` marks the active values; values in `children` (empty for
+/// leaves) have no meaning.
 pub(super) fn put_block<T: Value>(
     values: &[T],
     active: &[u64],
@@ -78,7 +78,7 @@ pub(super) fn put_block<T: Value>(
         5 => 2,
         _ => 0,
     };
-    // At full width, also among half floats.
+    // These are at full precision even among half floats.
     T::encode(&inactive.values[..stored], out);
     if matches!(inactive.code, 3..=5) {
         let on = inactive.values[1];
@@ -101,7 +101,7 @@ pub(super) fn put_block<T: Value>(
     let (_, half) = encoding.stored();
     if half {
         if packed.is_empty() {
-            // A half block of no values has no frame.
+            // A block of half floats without values has no framing.
             return;
         }
         T::encode_half(packed, bytes);

@@ -1,4 +1,4 @@
-//! A tree as bytes of the file: what `topology` and `leaves` read. It knows nothing of headers.
+//! Encodes a tree as `topology` and `leaves` read it. Knows nothing of headers.
 
 use glam::IVec3;
 
@@ -11,11 +11,12 @@ use super::value_block::Encoding;
 use super::write_block::{BlockWorkspace, put_block};
 use crate::parallel;
 
-/// Leaves that a thread takes at once, and leaves whose bytes wait to be put together.
+/// Number of leaves that a thread encodes at a time, and of leaves whose bytes wait to be
+/// assembled.
 const LEAVES: usize = 64;
 const BATCH: usize = 64 * LEAVES;
 
-/// Appends everything but the leaves' values.
+/// Appends everything except the leaves' values.
 pub(super) fn put_topology<T: Value>(tree: &Tree<T>, encoding: &Encoding<T>, out: &mut Vec<u8>) {
     let topology = tree.topology();
     out.extend(1_u32.to_le_bytes());
@@ -80,7 +81,7 @@ fn put_branch<T: Value>(
     put_block(values, &active, &children, encoding, workspace, out);
 }
 
-/// Hands on the leaf buffers, piece by piece.
+/// Passes on the encoded leaf buffers, piece by piece.
 pub(super) fn put_leaves<T: Value>(
     tree: &Tree<T>,
     value_type: &ValueType,

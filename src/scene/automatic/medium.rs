@@ -1,4 +1,4 @@
-//! What volumes are made of: the values of a scene file, and those that it leaves out.
+//! Media from the values of a scene file; values that it leaves out are chosen here.
 
 use std::sync::Arc;
 
@@ -12,36 +12,36 @@ use crate::scene::transfer::{self, TransferFunction};
 use crate::scene::{Emission, Medium};
 use crate::volume::Volume;
 
-/// Optical depth through the fuller columns of the volume, of all that stand on any of its sides.
+/// Chosen optical depth through the fuller columns of the volume, along all three axes.
 const OPTICAL_DEPTH: f64 = 5.0;
-/// Which column counts as a full one.
+/// The quantile of the column integrals that counts as a full column.
 const FULL_COLUMN: f64 = 0.9;
-/// Radiance of what emits, through its fuller columns.
+/// Chosen radiance that an emitting medium sends through its fuller columns.
 const EMITTED: f64 = 3.0;
-/// Temperatures of the ends of a field that does not hold temperatures, kelvin.
+/// Temperatures, in kelvin, for the ends of a field that does not hold temperatures.
 const KELVIN: [f64; 2] = [700.0, 2400.0];
-/// A field whose largest value is above this holds temperatures.
+/// A field whose largest value is above this holds temperatures in kelvin.
 const LEAST_KELVIN: f64 = 500.0;
 
-/// What was loaded for a table of a scene file.
+/// Everything that was loaded for one `[volume]` table of a scene file.
 #[derive(Clone, Debug)]
 pub struct Ingredients {
     /// The densities, or numbers that stand for them.
     pub volume: Arc<Volume>,
-    /// What those numbers are.
+    /// The map between densities and the numbers in `volume`.
     pub densities: Densities,
-    /// Their transfer function, over the numbers of `volume`.
+    /// The transfer function over the numbers of `volume`, if there is one.
     pub transfer: Option<Arc<TransferFunction>>,
-    /// Red, green and blue factors on the albedo.
+    /// Red, green and blue factors on the albedo, 0..1.
     pub color: Option<[Arc<Volume>; 3]>,
-    /// A factor on the extinction.
+    /// A factor on the extinction, 0..1.
     pub modulation: Option<Arc<Volume>>,
-    /// The grid that the emission's table names.
+    /// The grid that `[volume.emission]` names.
     pub emission_field: Option<Arc<Volume>>,
 }
 
 impl Ingredients {
-    /// Bytes of all voxels.
+    /// Bytes of all voxels together.
     pub fn bytes(&self) -> u64 {
         let more = self.color.iter().flatten().chain(&self.modulation).chain(&self.emission_field);
         let all = more.chain([&self.volume]).map(|volume| volume.voxels().bytes() as u64);
@@ -62,7 +62,7 @@ impl From<Volume> for Ingredients {
     }
 }
 
-/// What the volume of a table is made of.
+/// The medium of a table's volume.
 pub(super) fn medium(
     table: &VolumeTable,
     own: &Ingredients,
@@ -100,7 +100,7 @@ pub(super) fn medium(
     Ok(Medium { density_scale, tint, albedo, phase_g, transfer, color, modulation, emission })
 }
 
-/// A scale that was given, if it is one.
+/// Checks a given scale: it must be at least 0 and below 1e30.
 fn in_range(what: &str, given: Option<f64>) -> Result<Option<f64>> {
     match given {
         Some(scale) if !(0.0..1e30).contains(&scale) => {
@@ -110,13 +110,14 @@ fn in_range(what: &str, given: Option<f64>) -> Result<Option<f64>> {
     }
 }
 
-/// The factor that gives the fuller columns of a volume an integral of `wanted`, however it lies.
+/// The factor on density that gives the fuller columns of a volume an integral of `wanted`,
+/// independently of the volume's orientation.
 fn scale_for(volume: &Volume, wanted: f64) -> f64 {
     volume.column_quantile(FULL_COLUMN).map_or(1.0, |integral| wanted / integral)
 }
 
-/// Points around what can be seen of a body ([`Volume::visible_points`]): what lets no light
-/// through, and what glows.
+/// Points around the visible parts of a body ([`Volume::visible_points`]): those with extinction,
+/// and those that emit.
 pub(super) fn visible_points(own: &Ingredients, medium: &Medium) -> Vec<DVec3> {
     let mut points = match &medium.transfer {
         Some(function) => classified(&own.volume, function).seen_points(VISIBLE_SHARE),
@@ -129,7 +130,7 @@ pub(super) fn visible_points(own: &Ingredients, medium: &Medium) -> Vec<DVec3> {
     if points.is_empty() { own.volume.world_corners().to_vec() } else { points }
 }
 
-/// A volume with opacities in the place of densities.
+/// A volume that holds opacities in place of densities.
 fn classified(volume: &Volume, function: &TransferFunction) -> Volume {
     volume.mapped(|density| function.at(density.into()).1 as f32)
 }

@@ -1,5 +1,5 @@
-//! From what a user wrote to a whole scene: every value left out is chosen here so that a first
-//! picture of any volume is a good one, and every choice is reported.
+//! Completes what a user wrote to a whole scene. Every value left out is chosen here, such that a
+//! first picture of any volume is a good one, and every choice is reported.
 
 mod densities;
 mod medium;
@@ -18,44 +18,43 @@ pub use densities::Densities;
 pub use medium::Ingredients;
 use medium::{medium, visible_points};
 
-/// From the upper left, over the camera's shoulder: the way light travels.
+/// The direction of the light: from the upper left, over the camera's shoulder.
 const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
 /// From the target to the eye: a three-quarter view.
 const EYE_DIRECTION: DVec3 = DVec3::new(0.36, 0.42, 1.0);
 const FOV_Y_DEGREES: f64 = 32.0;
-/// Share of the largest density above which a voxel counts as seen.
+/// Voxels above this share of the largest density count as visible.
 const VISIBLE_SHARE: f32 = 0.015;
-/// The photographer's grey card.
+/// The albedo of a photographer's grey card.
 const GROUND_ALBEDO: f64 = 0.18;
 /// A darker ground, on which a white medium stands out.
 const STUDIO_GROUND_ALBEDO: f64 = 0.07;
 /// Distance between volume and ground, in largest edge lengths of the volume.
 const GROUND_GAP: f64 = 0.04;
-/// Ambient radiance under a bright sky, for pictures that say nothing of it.
+/// Ambient radiance under a bright sky, for scenes that do not specify it.
 const AMBIENT: DVec3 = DVec3::new(0.055, 0.07, 0.095);
 
-/// A value that nobody gave, and what was taken.
+/// A value that was chosen because it was not given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// What it is, and the key that sets it.
+    /// Name of the value, and the key that sets it.
     pub what: &'static str,
-    /// The value taken, in words.
+    /// The chosen value as text.
     pub value: String,
 }
 
-/// Whether silence of a scene file about ambient light and background means none (a scene with
-/// absolute parameters) or a studio (a volume that somebody wants to see).
+/// What a scene file means that specifies neither ambient light nor background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surroundings {
-    /// Black, without ambient light.
+    /// A black background without ambient light, for scenes with absolute parameters.
     Void,
-    /// An endless ground under a soft sky.
+    /// An endless ground under a soft sky, for a volume that somebody wants to see.
     Studio,
 }
 
-/// The window that separates a scanned object from its surroundings: from the level of the volume's
-/// border to its largest value, but for a few voxels that stand apart. `None` where the border is
-/// empty or nothing rises above it.
+/// The window, in stored values, that separates a scanned object from its surroundings. It reaches
+/// from the level of the volume's border to its largest value, without a few outliers. `None` if
+/// the border is empty or nothing rises above it.
 pub fn window(volume: &Volume) -> Option<[f32; 2]> {
     let (border, largest) = (volume.statistics().border, volume.typical_largest());
     let surrounded = border > 0.01 * largest;
@@ -65,10 +64,10 @@ pub fn window(volume: &Volume) -> Option<[f32; 2]> {
 
 impl Scene {
     /// A scene that shows a volume well: light from above, an endless ground under a soft sky, a
-    /// camera that sees all of it, and the density that makes its shadows seen.
+    /// camera that sees all of it, and a density scale that makes its shadows visible.
     ///
     /// # Errors
-    /// If nothing fits the volume.
+    /// If no camera, light or ground can be chosen for the volume.
     pub fn automatic(volume: Volume) -> Result<Self> {
         let ingredients = vec![volume.into()];
         let (scene, ..) = complete(&SceneFile::default(), ingredients, Surroundings::Studio)?;
@@ -76,7 +75,8 @@ impl Scene {
     }
 }
 
-/// The whole scene, and what was chosen for it.
+/// Completes `file` to a scene and its settings, and lists the chosen values. `ingredients` are the
+/// loaded volumes of the file's `[volume]` tables, in their order.
 ///
 /// # Errors
 /// If a value of `file` is out of its range or contradicts another one, or if there are not as many
@@ -88,7 +88,7 @@ pub fn complete(
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let settings = computed::settings(file)?;
-    // Of volumes that no table speaks of nothing is said.
+    // Without a `[volume]` table, all values of the loaded volumes are chosen.
     let unsaid = vec![VolumeTable::default(); ingredients.len()];
     let tables = if file.volume.is_empty() { &unsaid[..] } else { &file.volume };
     if tables.len() != ingredients.len() {
@@ -146,7 +146,7 @@ impl Choices {
     }
 }
 
-/// Six significant digits, enough to have the same picture again.
+/// A number with six significant digits, which is enough to reproduce the picture.
 fn digits(x: f64) -> String {
     let magnitude = if x == 0.0 { 0.0 } else { x.abs().log10().floor() };
     if (-5.0..15.0).contains(&magnitude) {
@@ -160,8 +160,8 @@ fn short(v: DVec3) -> String {
     v.to_array().map(digits).join(", ")
 }
 
-/// What the eye sees of the ground where no shadow falls: an endless ground under a background of
-/// this radiance has no horizon.
+/// Radiance of the ground where no shadow falls. An endless ground before a background of this
+/// radiance has no visible horizon.
 fn lit_ground(lights: &[Light], ground: Option<Ground>, ambient: DVec3, at: DVec3) -> DVec3 {
     let albedo = ground.map_or(GROUND_ALBEDO, |ground| ground.albedo);
     let direct = |light: &Light| {
@@ -209,7 +209,7 @@ fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Lig
     if let Some(irradiance) = table.irradiance {
         light.irradiance = radiance_of("light.irradiance", irradiance)?;
     } else if let Some(position) = light.position() {
-        // Of a light among the medium, as bright half of an edge away.
+        // A light inside the bounds is as bright half an edge away.
         let among = position.cmpge(bounds.min).all() && position.cmple(bounds.max).all();
         let least = if among { 0.5 * bounds.size().max_element() } else { 0.0 };
         light.irradiance *= (position - bounds.center()).length().max(least).powi(2);

@@ -1,41 +1,41 @@
-//! A transfer function chosen from a histogram.
+//! Chooses a transfer function from a histogram.
 
 use glam::DVec3;
 
 use super::{TransferFunction, TransferPoint, holds, linear_from_srgb, tidy};
 
-/// Bins that are looked at; finer histograms are counted together.
+/// Number of bins considered; those of finer histograms are merged.
 const BINS: usize = 256;
 /// Share of the bins, from the low end, in which the background is looked for.
 const LOW_END: f64 = 0.4;
-/// How many times as high as the average bin the background's is at least.
+/// The background's peak must be at least this many times as high as the average bin.
 const OUTSTANDING: f64 = 2.0;
-/// Share of its peak at which the background has ended.
+/// The background ends where counts have fallen to this share of its peak.
 const BACKGROUND_END: f64 = 0.01;
-/// How far counts must rise again, as a factor, for a valley to be one.
+/// A valley counts as one if the counts behind it rise again by this factor.
 const VALLEY: f64 = 1.5;
-/// Blue, terracotta, ivory, sRGB: told apart by everybody, none dark.
+/// Blue, terracotta, ivory, in sRGB: distinguishable for everybody, and none of them dark.
 const COLORS: [[f64; 3]; 3] = [[0.44, 0.64, 0.78], [0.85, 0.54, 0.37], [0.95, 0.92, 0.84]];
 /// Opacity where each band begins and ends.
 const OPACITIES: [[f64; 2]; 3] = [[0.0, 0.1], [0.15, 0.4], [0.55, 1.0]];
-/// Half of the width over which bands pass into each other, in widths of the narrower one.
+/// Half of the width of the transition between two bands, in widths of the narrower one.
 const SOFTNESS: f64 = 0.125;
 
-/// A transfer function for a volume whose stored values have `histogram`: counts in bins of equal
-/// width from `low` to `high`.
+/// Chooses a transfer function for a volume from the `histogram` of its stored values: counts in
+/// bins of equal width from `low` to `high`.
 ///
 /// 1. The background is the most frequent bin of the low two fifths, if it is a peak and at least
 ///    twice the average bin. It ends in the valley behind it or where counts have fallen to a
 ///    hundredth of the peak, whichever comes first. Up to there opacity is 0.
-/// 2. What is above is cut in three where the variance between the parts is largest (Otsu 1979, on
-///    square roots of counts, so that little bone counts beside much flesh). A cut among empty bins
-///    goes to their middle.
+/// 2. The rest is cut into three parts where the variance between the parts is largest (Otsu 1979,
+///    on square roots of counts, so that a little bone counts beside much flesh). A cut among
+///    empty bins is moved to their middle.
 /// 3. The parts are soft blue, terracotta and ivory, and opacity rises throughout: to 0.1 in the
 ///    first, to 0.4 in the second, to 1 in the third.
 ///
-/// Where there is nothing to tell apart (no bins, no counts, at most one bin with any, nothing
-/// above the background) it is a grey ramp from `low` to `high`: a step if they are equal, and from
-/// 0 to 1 if they fall or are not within what f32 holds.
+/// If no parts can be distinguished (no bins, no counts, at most one bin with counts, nothing above
+/// the background), it is a grey ramp from `low` to `high`: a step if they are equal, and a ramp
+/// from 0 to 1 if they fall or are not finite in f32.
 pub fn automatic(histogram: &[u64], [low, high]: [f64; 2]) -> TransferFunction {
     if !(holds(low) && holds(high) && low <= high) {
         return TransferFunction::grey([0.0, 1.0]);
@@ -62,7 +62,8 @@ pub fn automatic(histogram: &[u64], [low, high]: [f64; 2]) -> TransferFunction {
     TransferFunction::new(tidy(points)).unwrap_or_else(|_| grey())
 }
 
-/// Points at both ends of three bands with these edges, drawn back from the inner edges.
+/// Points at both ends of three bands with these edges; the inner ends are drawn back to make room
+/// for transitions.
 fn bands(edges: [f64; 4]) -> [TransferPoint; 6] {
     let width = |band: usize| edges[band + 1] - edges[band];
     let soft = [0.0, width(0).min(width(1)), width(1).min(width(2)), 0.0];
@@ -82,7 +83,7 @@ fn color(band: usize) -> DVec3 {
     linear_from_srgb(COLORS[band])
 }
 
-/// The first bin above the background; 0 if there is none.
+/// The first bin above the background; 0 if there is no background.
 fn background_end(counts: &[f64]) -> usize {
     let count = |bin: usize| counts[bin.min(counts.len() - 1)];
     let smooth =
@@ -111,19 +112,19 @@ fn background_end(counts: &[f64]) -> usize {
             break;
         }
     }
-    // A plateau that never falls is no background.
+    // A plateau that never falls is not a background.
     if valley == peak { 0 } else { valley }
 }
 
-/// The two places, in bins, that cut `counts` into the three most different parts; equal thirds if
-/// there are too few bins to choose from.
+/// The two positions, in bins, that cut `counts` into the three most different parts; equal thirds
+/// if there are too few bins.
 fn cuts(counts: &[f64]) -> [f64; 2] {
     let bins = counts.len();
     let thirds = [1.0, 2.0].map(|part| part * bins as f64 / 3.0);
     if counts.iter().filter(|&&count| count > 0.0).count() < 3 {
         return thirds;
     }
-    // Weight and first moment of all bins before each.
+    // Weight and first moment of all bins in front of each bin.
     let mut before = vec![(0.0, 0.0)];
     let (mut weight, mut moment) = (0.0, 0.0);
     for (bin, count) in counts.iter().enumerate() {
@@ -131,7 +132,7 @@ fn cuts(counts: &[f64]) -> [f64; 2] {
         moment += count.sqrt() * bin as f64;
         before.push((weight, moment));
     }
-    // Up to a constant, a part's share in the variance between parts.
+    // A part's share of the variance between parts, up to a constant.
     let part = |from: usize, to: usize| {
         let (weight, moment): (f64, f64) =
             (before[to].0 - before[from].0, before[to].1 - before[from].1);
@@ -149,7 +150,7 @@ fn cuts(counts: &[f64]) -> [f64; 2] {
     best.1
 }
 
-/// The middle of the empty bins from `cut` on.
+/// The middle of the run of empty bins that begins at `cut`.
 fn centred(counts: &[f64], cut: usize) -> f64 {
     let empty = counts[cut..].iter().take_while(|&&count| count == 0.0).count();
     cut as f64 + 0.5 * empty as f64
@@ -201,7 +202,7 @@ mod tests {
         let function = automatic(&counts, [0.0, 64.0]);
         assert_good(&function, [0.0, 64.0]);
         assert!(function.at(1.0).1 == 0.0 && function.at(6.0).1 > 0.0, "{function:?}");
-        // A mask has nothing between.
+        // A mask has no values between its two.
         let mut mask = vec![0; 64];
         (mask[0], mask[63]) = (900_000, 100_000);
         assert!(automatic(&mask, [0.0, 1.0]).at(1.0).1 == 1.0);

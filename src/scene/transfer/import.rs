@@ -1,5 +1,5 @@
-//! Transfer functions from the text of a file: ParaView's color maps (JSON) and lists of points.
-//! Told apart by the first character.
+//! Parses transfer functions from the text of a file: ParaView's color maps (JSON) or lists of
+//! points. The first character tells which.
 
 use std::path::Path;
 
@@ -9,24 +9,24 @@ use serde::Deserialize;
 use super::{MAX_POINTS, TransferFunction, TransferPoint, fault, linear_from_srgb, too_many};
 use crate::error::{Error, Result};
 
-/// The longest text that is looked at; that of [`MAX_POINTS`] points is far shorter.
+/// The longest text that is parsed; that of [`MAX_POINTS`] points is far shorter.
 const MAX_BYTES: usize = 1 << 24;
 
-/// The transfer function in `text`, which stood in the file `path`; that file is not read.
+/// Parses a transfer function from `text`, the content of the file `path`; nothing is read here.
 ///
-/// ParaView: an array of maps, of which the first with `RGBPoints` counts, or such a map alone.
-/// `RGBPoints` is a flat list of x, red, green, blue; `Points`, which may be missing, of x,
-/// opacity, midpoint, sharpness. Colours are sRGB in 0..1. Between points everything is linear,
-/// colours in linear RGB: `ColorSpace`, midpoint and sharpness are ignored. Without `Points`
-/// opacity rises evenly from 0 to 1.
+/// ParaView: an array of maps, from which the first with `RGBPoints` is taken, or a single map.
+/// `RGBPoints` is a flat list of x, red, green, blue. `Points`, which may be missing, is a flat
+/// list of x, opacity, midpoint, sharpness. Colours are sRGB in 0..1. Between points everything is
+/// linear, colours in linear RGB; `ColorSpace`, midpoint and sharpness are ignored. Without
+/// `Points` opacity rises linearly from 0 to 1.
 ///
-/// Lists: a point a line, `value red green blue opacity` or, if white, `value opacity`, between
-/// spaces, tabs or commas; `#` begins a comment. Colours are sRGB in 0..1, or in 0..255 if any is
-/// above 1.
+/// Lists: one point per line, `value red green blue opacity` or, for white, `value opacity`,
+/// separated by spaces, tabs or commas; `#` begins a comment. Colours are sRGB in 0..1, or in
+/// 0..255 if any is above 1.
 ///
 /// # Errors
-/// With `path` and the line or the point, if the text is neither of them, longer than 16 MiB or of
-/// more than [`MAX_POINTS`] points, or if the points are none that [`TransferFunction::new`] takes.
+/// With `path` and the line or the point: if the text is in neither format, is longer than 16 MiB
+/// or has more than [`MAX_POINTS`] points, or if [`TransferFunction::new`] rejects the points.
 pub fn from_file(path: &Path, text: &str) -> Result<TransferFunction> {
     let read = if text.len() > MAX_BYTES {
         Err(format!("it has {} bytes, the limit is {MAX_BYTES}", text.len()))
@@ -37,7 +37,7 @@ pub fn from_file(path: &Path, text: &str) -> Result<TransferFunction> {
     read.map_err(|why| Error::contents(path, why))
 }
 
-/// What is read of a ParaView color map.
+/// The keys of a ParaView color map that are read.
 #[derive(Deserialize)]
 struct ColorMap {
     #[serde(rename = "RGBPoints")]
@@ -74,7 +74,7 @@ fn color_map(text: &str) -> Result<TransferFunction, String> {
     Ok(TransferFunction { points })
 }
 
-/// The line, and serde's words without their place and cut short.
+/// The line, and serde's message without its position, shortened.
 fn json_fault(error: &serde_json::Error) -> String {
     let words = error.to_string();
     let words = words.split(" at line ").next().unwrap_or_default();
@@ -86,7 +86,7 @@ fn outside(channels: [f64; 3], most: f64) -> Option<(&'static str, f64)> {
     ["red", "green", "blue"].into_iter().zip(channels).find(|(_, c)| !(0.0..=most).contains(c))
 }
 
-/// A function from a flat list of fours, called `what` in errors.
+/// A function from a flat list with four numbers per point; `what` names the list in errors.
 fn in_fours(
     what: &str,
     numbers: &[f64],
@@ -110,7 +110,7 @@ fn in_fours(
     }
 }
 
-/// Opacity from 0 to 1 over the range; 1 if that is a single value.
+/// Replaces opacity by a ramp from 0 to 1 over the range; by 1 if the range is a single value.
 fn with_ramp(mut colors: TransferFunction) -> TransferFunction {
     let [low, high] = colors.range();
     for point in &mut colors.points {
@@ -119,12 +119,12 @@ fn with_ramp(mut colors: TransferFunction) -> TransferFunction {
     colors
 }
 
-/// Colours of one function and opacities of another, at the values of both.
+/// The colours of one function and the opacities of another, at the values of both.
 fn merged(colors: &TransferFunction, opacities: &TransferFunction) -> Vec<TransferPoint> {
     let both = colors.points.iter().chain(&opacities.points);
     let mut values: Vec<f64> = both.map(|point| point.value).collect();
     values.sort_by(f64::total_cmp);
-    // Equal as numbers: -0 and 0 are.
+    // Equal as numbers, so -0 equals 0.
     values.dedup_by(|a, b| a == b);
     let mut points = Vec::with_capacity(values.len());
     for value in values {
@@ -192,7 +192,7 @@ fn list(text: &str) -> Result<TransferFunction, String> {
     }
 }
 
-/// The first characters of what a file says, fit for one line.
+/// The first characters of a text from a file, made fit for one line.
 fn shown(words: &str, most: usize) -> String {
     let short: String = words.chars().take(most).collect();
     let dots = if short.len() < words.len() { "..." } else { "" };

@@ -1,5 +1,5 @@
-//! Transfer functions: which colour and opacity a density has. Presets over 0..1, points from files
-//! (whose text is handed in: nothing is read here), and a choice made from a histogram.
+//! Transfer functions, which give each density a colour and an opacity: presets over 0..1, points
+//! from files (whose text is handed in: nothing is read here), and a choice made from a histogram.
 
 mod automatic;
 mod import;
@@ -15,47 +15,47 @@ pub use import::from_file;
 pub use presets::{PRESETS, over_hounsfield, preset};
 pub use resolve::{Choice, Resolved, gradient, resolve};
 
-/// The most points that a function may have.
+/// The largest number of points that a function may have.
 pub const MAX_POINTS: usize = 65_536;
-/// Cells of the table that passes read a function from, over its range.
+/// Number of cells, over the function's range, of the table that passes read it from.
 pub const TABLE_CELLS: u32 = 1024;
 
 /// Colour and opacity over density, linear between points and constant beyond the outer ones.
 ///
-/// Opacity is linear in extinction: a density v has extinction = density scale * opacity(v), in
-/// 1 / world length, whatever the length of a step. It replaces the product of density scale and
+/// Opacity is proportional to extinction, independent of step length: a density v has extinction =
+/// density scale * opacity(v), in 1 / world length. This replaces the product of density scale and
 /// density of a medium without a transfer function.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
-    /// At least one, values never falling, no value more than twice.
+    /// At least one; values never fall, and no value stands more than twice.
     points: Vec<TransferPoint>,
 }
 
-/// What one density looks like.
+/// One point of a transfer function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransferPoint {
-    /// The density, in the volume's own unit, or 0..1 for a function that is yet to be rescaled;
-    /// within what f32 holds.
+    /// The density, in the volume's own unit, or in 0..1 for a function that is still to be
+    /// rescaled; finite in f32.
     pub value: f64,
     /// Scattering albedo, linear RGB, 0..1.
     pub color: DVec3,
-    /// Share of the volume's density scale, 0..1.
+    /// Factor on the volume's density scale, 0..1.
     pub opacity: f64,
 }
 
 impl TransferFunction {
-    /// The function through `points`, of values that never fall. Two points of the same value are a
-    /// jump.
+    /// The function through `points`, whose values must not fall. Two points of the same value are
+    /// a jump.
     ///
     /// # Errors
-    /// With the number of the point, counted from 1, if there are none or more than [`MAX_POINTS`],
-    /// a number is not finite, a value falls, stands thrice or is beyond f32, or a colour or
-    /// opacity is outside of 0..1.
+    /// If there are no points or more than [`MAX_POINTS`]. With the number of the point, counted
+    /// from 1: if a number is not finite, if a value falls, stands three times or does not fit f32,
+    /// or if a colour or opacity is outside of 0..1.
     pub fn new(points: Vec<TransferPoint>) -> Result<Self> {
         Self::named("transfer function", points)
     }
 
-    /// [`Self::new`] whose errors are those of `what`.
+    /// [`Self::new`] with errors that name `what`.
     fn named(what: &str, points: Vec<TransferPoint>) -> Result<Self> {
         match fault(&points) {
             None => Ok(Self { points }),
@@ -64,51 +64,51 @@ impl TransferFunction {
         }
     }
 
-    /// No opacity at `low`, all of it at `high`, white.
+    /// A white function whose opacity rises from 0 at `low` to 1 at `high`.
     fn grey([low, high]: [f64; 2]) -> Self {
         let point = |value, opacity| TransferPoint { value, color: DVec3::ONE, opacity };
         Self { points: vec![point(low, 0.0), point(high, 1.0)] }
     }
 
-    /// The points, at least one, by value.
+    /// The points by rising value, at least one.
     pub fn points(&self) -> &[TransferPoint] {
         &self.points
     }
 
-    /// Colour (linear RGB, 0..1) and opacity (0..1) of a density: those of the nearer end beyond
-    /// the ends, those of the second point at a jump, those of the first point for NaN.
+    /// Colour (linear RGB, 0..1) and opacity (0..1) of a density. Beyond the ends they are those of
+    /// the nearer end; at a jump those of its second point; for NaN those of the first point.
     pub fn at(&self, value: f64) -> (DVec3, f64) {
         self.between(self.points.partition_point(|point| point.value <= value), value)
     }
 
-    /// As [`Self::at`], but those of the first point at a jump.
+    /// Like [`Self::at`], but at a jump those of its first point.
     fn before(&self, value: f64) -> (DVec3, f64) {
         self.between(self.points.partition_point(|point| point.value < value), value)
     }
 
-    /// On the line that ends at the point numbered `right`.
+    /// Interpolates on the line that ends at the point with index `right`.
     fn between(&self, right: usize, value: f64) -> (DVec3, f64) {
         let left = &self.points[right.saturating_sub(1)];
         let right = self.points.get(right).unwrap_or(left);
         let t = (value - left.value) / (right.value - left.value);
-        // Also where both are the same point and t is infinite or NaN.
+        // Covers the case that both are the same point and t is infinite or NaN.
         if !(t > 0.0 && left.value < right.value) {
             return (left.color, left.opacity);
         }
-        // Written so that t = 1 gives the right point to the last digit.
+        // In this form t = 1 gives the right point exactly.
         (left.color * (1.0 - t) + right.color * t, left.opacity * (1.0 - t) + right.opacity * t)
     }
 
-    /// The smallest and the largest value of a point.
+    /// The smallest and the largest value of the points.
     pub fn range(&self) -> [f64; 2] {
         [self.points[0].value, self.points[self.points.len() - 1].value]
     }
 
-    /// The same function with its range moved to `low`..`high`; if its points share one value, they
-    /// all move to `low`.
+    /// The same function with its range moved to `low`..`high`. If all points share one value, they
+    /// move to `low`.
     ///
     /// # Errors
-    /// If `low`..`high` is empty or not within what f32 holds.
+    /// If `low`..`high` is empty or not finite in f32.
     pub fn rescaled(&self, [low, high]: [f64; 2]) -> Result<Self> {
         if !(holds(low) && holds(high) && low < high) {
             let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
@@ -117,7 +117,7 @@ impl TransferFunction {
         let [first, last] = self.range();
         let moved = |value: f64| {
             let t = if value > first { (value - first) / (last - first) } else { 0.0 };
-            // Neither beyond the end nor before it by rounding.
+            // Rounding must neither exceed the end nor miss it.
             if t < 1.0 { (low + t * (high - low)).min(high) } else { high }
         };
         let points = self.points.iter();
@@ -127,11 +127,11 @@ impl TransferFunction {
 }
 
 impl TransferFunction {
-    /// The same function between `low` and `high` and constant beyond them; one value if nothing is
-    /// between.
+    /// The same function between `low` and `high`, and constant beyond them; a single point if
+    /// nothing is between.
     ///
     /// # Errors
-    /// If `low`..`high` is empty or not within what f32 holds.
+    /// If `low`..`high` is empty or not finite in f32.
     pub fn cut(&self, [low, high]: [f64; 2]) -> Result<Self> {
         if !(holds(low) && holds(high) && low < high) {
             let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
@@ -144,7 +144,8 @@ impl TransferFunction {
         Ok(Self { points: [begin].into_iter().chain(inner.copied()).chain([end]).collect() })
     }
 
-    /// The same function of numbers that are values times `scale` (above 0) plus `offset`.
+    /// The same function over values that are multiplied by `scale` (above 0) and then moved by
+    /// `offset`.
     #[must_use]
     pub fn mapped(&self, scale: f64, offset: f64) -> Self {
         let points = self.points.iter();
@@ -154,12 +155,12 @@ impl TransferFunction {
     }
 }
 
-/// Whether a stored value can be `value`.
+/// Whether a stored value can be `value`, which must be finite in f32.
 fn holds(value: f64) -> bool {
     value.abs() <= f64::from(f32::MAX)
 }
 
-/// `points` without those between two others of the same value, which nobody can see.
+/// `points` without those between two others of the same value, which have no effect.
 fn tidy(points: impl Iterator<Item = TransferPoint>) -> Vec<TransferPoint> {
     let mut kept: Vec<TransferPoint> = Vec::new();
     for point in points {
@@ -174,7 +175,7 @@ fn tidy(points: impl Iterator<Item = TransferPoint>) -> Vec<TransferPoint> {
     kept
 }
 
-/// What is wrong with `points`, and with which of them, counted from 0.
+/// What is wrong with `points`, with the index of the point from 0 if it is one point's fault.
 fn fault(points: &[TransferPoint]) -> Option<(Option<usize>, String)> {
     if points.is_empty() {
         return Some((None, "it has no points".to_owned()));

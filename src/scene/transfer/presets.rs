@@ -26,7 +26,7 @@ pub const PRESETS: [(&str, &str); 14] = [
 /// The preset called `name`, over 0..1.
 ///
 /// # Errors
-/// With all names, if there is none of this name.
+/// If there is none of this name; the error lists all names.
 pub fn preset(name: &str) -> Result<TransferFunction> {
     let points = match name {
         "grey" => listed(&[(0.0, 0x00ff_ffff, 0.0), (1.0, 0x00ff_ffff, 1.0)]),
@@ -53,7 +53,7 @@ pub fn preset(name: &str) -> Result<TransferFunction> {
 }
 
 /// The preset called `name` over Hounsfield units (water 0, air -1000, soft tissue 0 to 80, bone
-/// from 150 to 300 on), if it is one that speaks of them.
+/// from 150 to 300 up); `None` if that preset does not use them.
 pub fn over_hounsfield(name: &str) -> Option<TransferFunction> {
     let points = match name {
         "bone" => listed(&BONE_HU),
@@ -64,7 +64,7 @@ pub fn over_hounsfield(name: &str) -> Option<TransferFunction> {
     TransferFunction::new(points).ok()
 }
 
-/// (value, sRGB, opacity)
+/// (value, sRGB as 0xrrggbb, opacity)
 type Row = (f64, u32, f64);
 
 /// Linear albedo falls from 0.6 to 0.36.
@@ -150,7 +150,7 @@ const SKIN_HU: [Row; 4] = [
     (3000.0, 0x00e8_bb9c, 1.0),
 ];
 
-// Samples of the published maps at equal distances, sRGB.
+// Samples of the published maps at equal distances, in sRGB.
 
 const VIRIDIS: [u32; 9] = [
     0x0044_0154,
@@ -240,14 +240,14 @@ fn listed(rows: &[Row]) -> Vec<TransferPoint> {
     rows.iter().map(point).collect()
 }
 
-/// Colours at equal distances, opacity as the value.
+/// Colours at equal distances; opacity equals the value.
 fn sampled(colors: &[u32]) -> Vec<TransferPoint> {
     let last = (colors.len() - 1) as f64;
     let value = |i: usize| i as f64 / last;
     colors.iter().enumerate().map(|(i, &srgb)| point(value(i), srgb, value(i))).collect()
 }
 
-/// Bands of constant colour and equal widths, opacity as the value.
+/// Bands of constant colour and equal width; opacity equals the value.
 fn banded(colors: &[u32]) -> Vec<TransferPoint> {
     let edge = |i: usize| i as f64 / colors.len() as f64;
     let band = |(i, &srgb)| [i, i + 1].map(|i| point(edge(i), srgb, edge(i)));
@@ -258,7 +258,7 @@ fn point(value: f64, srgb: u32, opacity: f64) -> TransferPoint {
     TransferPoint { value, color: linear(srgb), opacity }
 }
 
-/// 0x00rr_ggbb of sRGB.
+/// Linear RGB of an sRGB colour 0x00rr_ggbb.
 fn linear(srgb: u32) -> DVec3 {
     let [_, red, green, blue] = srgb.to_be_bytes();
     linear_from_srgb([red, green, blue].map(|channel| f64::from(channel) / 255.0))
@@ -277,7 +277,7 @@ mod tests {
             assert_eq!(function.range(), [0.0, 1.0], "{name}");
             assert_eq!((function.at(0.0).1, function.at(1.0).1), (0.0, 1.0), "{name}");
             assert!(!description.is_empty(), "{name}");
-            // What can be seen is not black.
+            // Visible points are not black.
             for point in function.points().iter().filter(|point| point.opacity > 0.2) {
                 assert!(point.color.max_element() > 0.1, "{name}: {point:?}");
             }

@@ -1,4 +1,4 @@
-//! From the table of a scene file to a transfer function.
+//! Resolves the `[volume.transfer]` table of a scene file to a transfer function.
 
 use std::path::Path;
 
@@ -8,14 +8,15 @@ use super::{TransferFunction, TransferPoint, from_file, holds, over_hounsfield, 
 use crate::error::{Error, Result};
 use crate::scene::file::{RangeWord, TransferRange, TransferTable};
 
-/// What a table asks for.
+/// The result of resolving a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Choice {
     /// A function that is known.
     Function(Resolved),
-    /// `name = "auto"`: one that [`super::automatic`] is to choose from the volume's histogram.
+    /// `name = "auto"`: a function that [`super::automatic`] is to choose from the volume's
+    /// histogram.
     Automatic {
-        /// The densities that the histogram is to be taken over; `None` for the volume's own range.
+        /// The range of densities for the histogram; `None` for the volume's own range.
         range: Option<[f64; 2]>,
     },
 }
@@ -25,21 +26,22 @@ pub enum Choice {
 pub struct Resolved {
     /// Colour and opacity over value.
     pub function: TransferFunction,
-    /// Whether values are 0..1 and have to be moved to the volume's range
-    /// ([`TransferFunction::rescaled`]): those of a preset for which no range was given.
+    /// Whether values are 0..1 and must be moved to the volume's range
+    /// ([`TransferFunction::rescaled`]). That is so for a preset without a given range.
     pub normalised: bool,
-    /// Whether values are to be moved to the range of all that the volume holds (`range = "data"`).
+    /// Whether values are to be moved to the range of all values that the volume holds (`range =
+    /// "data"`).
     pub over_data: bool,
-    /// The same preset over Hounsfield units, for volumes of those, where no range was given.
+    /// The same preset over Hounsfield units, for volumes that hold those, if no range was given.
     pub hounsfield: Option<TransferFunction>,
 }
 
-/// The function that `table` asks for; `text` is that of its file, if it names one, because nothing
+/// Resolves `table` to a function. `text` is the content of the file that it names, if any; nothing
 /// is read here.
 ///
 /// # Errors
 /// If not exactly one of `name`, `file` and `points` is given, the range does not rise or is not
-/// finite, there is no such preset, or file or points are wrong.
+/// finite in f32, there is no such preset, or the file or the points are invalid.
 pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<Choice> {
     let (range, over_data) = match table.range {
         Some(TransferRange::Values(range)) => (Some(range), false),
@@ -89,13 +91,13 @@ fn of_text(file: &Path, text: Option<&str>) -> Result<TransferFunction> {
     from_file(file, text.ok_or_else(missing)?)
 }
 
-/// The table's `gradient` as a white function over the length of the density's gradient, as a share
-/// of the steepest: its opacity, 0..1, is a factor on the volume's. None if the table has no such
-/// key.
+/// The table's `gradient` as a white function over the length of the density's gradient, relative
+/// to the steepest one. Its opacity, 0..1, is a factor on the volume's. `None` if the table has no
+/// such key.
 ///
 /// # Errors
-/// With the number of the point, counted from 1, for what [`TransferFunction::new`] refuses of
-/// values and opacities, and for lengths below 0.
+/// With the number of the point, counted from 1, where [`TransferFunction::new`] rejects values or
+/// opacities, and for lengths below 0.
 pub fn gradient(table: &TransferTable) -> Result<Option<TransferFunction>> {
     const WHAT: &str = "volume.transfer.gradient";
     let Some(pairs) = &table.gradient else {

@@ -1,17 +1,17 @@
-//! Points of transmittance, a fixed number: adaptive volumetric shadow maps (Salvi, Vidimče,
+//! A fixed number of points of transmittance: adaptive volumetric shadow maps (Salvi, Vidimče,
 //! Lauritzen and Lefohn 2010).
 //!
-//! Fragments go in one after another, here the raw slabs by rising depth, each adding the points
-//! where it begins and ends. Whenever there are more points than a texel holds, the one goes whose
-//! loss changes the area under the curve least: the triangle with its two neighbours. The first and
-//! the last point stay.
+//! Fragments are inserted one after another, here the raw slabs by rising depth; each adds points
+//! where it begins and ends. Whenever there are more points than a texel holds, the one is removed
+//! whose loss changes the area under the curve least: the area of the triangle with its two
+//! neighbours. The first and the last point stay.
 //!
-//! **The number of fragments matters.** A loss is judged against the curve as it is by then and not
-//! against the truth, so errors add up: of many thin slabs (eight a voxel here, up to `--steps`)
-//! each is near the line that goes on from the one before, and loses its points first. With 8
-//! points, a quarter of the slabs would leave errors of 0.0083 instead of 0.0129 (root mean square
-//! over the presets, largest optical depth 4), and with so few slabs as to miss the shape of thin
-//! things 16 points would be worse off.
+//! **The number of fragments matters.** A loss is judged against the current curve and not against
+//! the exact one, so errors add up. Of many thin slabs (eight per voxel here, up to `--steps`) each
+//! lies near the line from the one before and loses its points first. With 8 points, a quarter of
+//! the slabs would leave errors of 0.0083 instead of 0.0129 (root mean square over the presets,
+//! largest optical depth 4); but then slabs miss the shape of thin objects, and 16 points would be
+//! worse.
 
 use super::bytes::{f32_at, put_f32, transmittance_at};
 use super::{Codec, TexelRay, share};
@@ -23,8 +23,8 @@ use super::{Codec, TexelRay, share};
 /// bytes 8 i + 4 .. 8 i + 8  transmittance there, 0..1
 /// ```
 ///
-/// Transmittance is 1 in front of the first, linear between two and stays behind the last, which is
-/// repeated in points that are not needed.
+/// Transmittance is 1 in front of the first point, linear between two points and constant behind
+/// the last one, which is repeated in unused points.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Adaptive {
     pub count: usize,

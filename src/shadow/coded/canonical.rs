@@ -1,27 +1,28 @@
 //! Bounds on a distribution of which only moments are known: the canonical representation with a
 //! prescribed point (the Hamburger and the trigonometric moment problem; Peters and Klein 2015,
-//! Muenstermann et al. 2018). Of all distributions with the same moments it is the one that has the
-//! most mass at that point; how much lies in front of it is the sharpest bound that there is.
+//! Muenstermann et al. 2018). Of all distributions with the same moments it has the most mass at
+//! that point; the mass in front of the point gives the sharpest possible bounds.
 //!
-//! Theory. Let v(z) = (1, z, ..., z^m) and M the mean of v(z) v(z)^H over the distribution, which
-//! the moments give. With K(w, z) = v(w)^H M^-1 v(z), the representation's points are z0 and the m
-//! roots of K(., z0), and the mass at a point z is 1 / K(z, z). Practice. Order at most 5, f64,
-//! complex also where all is real: the power moments' share of the time is small.
+//! Theory. Let v(z) = (1, z, ..., z^m), and let M be the mean of v(z) v(z)^H over the distribution,
+//! which the moments give. With K(w, z) = v(w)^H M^-1 v(z), the representation's points are z0 and
+//! the m roots of K(., z0), and the mass at a point z is 1 / K(z, z). Practice. The order is at
+//! most 5. Arithmetic is in f64 and complex, also for power moments, where all numbers are real:
+//! they take a small share of the time.
 
 use rustfft::num_complex::Complex64;
 
 /// Largest number of points.
 const MOST: usize = 5;
 
-/// v(z) as far as needed; the rest is 0.
+/// v(z), as many elements as needed; the rest is 0.
 type Vector = [Complex64; MOST];
 
-/// The points of a representation, the prescribed one first, with their masses. A point at
-/// infinity, or one of moments that no distribution has, has no mass.
+/// The points of a representation with their masses, the prescribed point first. A point at
+/// infinity has no mass, and neither has any point if no distribution has these moments.
 pub(super) type Points = [(Complex64, f64); MOST];
 
-/// The representation with point `z0` on the real line or on the unit circle, and `order` (at most
-/// 4) others, for a distribution whose matrix M has `element(row, column)`.
+/// The representation with the prescribed point `z0`, on the real line or on the unit circle, and
+/// `order` (at most 4) other points, for a distribution whose matrix M has `element(row, column)`.
 pub(super) fn representation(
     order: usize,
     element: impl Fn(usize, usize) -> Complex64,
@@ -51,7 +52,7 @@ fn powers(order: usize, z: Complex64) -> Vector {
     })
 }
 
-/// The lower factor L of M = L L^H (Cholesky).
+/// The lower triangular factor L of M = L L^H (Cholesky).
 struct Factor {
     size: usize,
     rows: [Vector; MOST],
@@ -94,7 +95,7 @@ impl Factor {
 /// 1973).
 fn roots(order: usize, polynomial: &Vector) -> Vector {
     const MOST_ROUNDS: usize = 60;
-    // Anywhere but in a symmetric place.
+    // Start anywhere but in symmetric positions.
     let mut roots: Vector = std::array::from_fn(|i| {
         Complex64::cis(std::f64::consts::TAU * i as f64 / order as f64 + 0.4)
     });

@@ -1,17 +1,17 @@
-//! Transmittance at equal distances: opacity shadow maps (Kim and Neumann 2001), with layers
-//! between each ray's entry and exit and numbers that do not round.
+//! Transmittance at equal distances in f32: opacity shadow maps (Kim and Neumann 2001), with layers
+//! between each ray's entry and exit.
 
 use super::bytes::{put_f32, transmittance_at};
 use super::slices::between_slices;
 use super::{Codec, TexelRay, share, through};
 
-/// Number `i` of a texel (f32) is transmittance at the end of part `i` of `count` equal ones.
-/// Between them transmittance is linear; where the ray enters it is 1.
+/// The f32 at index `i` of a texel is transmittance at the end of part `i` of `count` equal parts
+/// of the ray. Between the ends transmittance is linear; at the ray's entry it is 1.
 ///
-/// Lines of optical depth would be exact in a uniform medium, but are worse where a medium begins
-/// or ends between two slices: 0.0075 and 0.0178 (root mean square over the presets, largest
-/// optical depth 4 and 16, 16 slices) where lines of transmittance have 0.0073 and 0.0154. Nor does
-/// rounding matter: 8 bits (`slices`) err as much.
+/// Linear optical depth would be exact in a uniform medium, but is worse where a medium begins or
+/// ends between two slices: 0.0075 and 0.0178 (root mean square over the presets, largest optical
+/// depth 4 and 16, 16 slices) where linear transmittance has 0.0073 and 0.0154. Rounding does not
+/// matter either: 8 bits (`slices`) have the same errors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FloatSlices {
     pub count: usize,

@@ -1,9 +1,9 @@
 //! A Fourier series of extinction: Fourier opacity mapping (Jansen and Bavoil 2010).
 //!
-//! Extinction over depth, of period 1 over the ray's way through the volume, is kept as its mean
-//! and some cosines and sines; optical depth is the series integrated term by term. It rings where
-//! extinction is steep. Two things keep that in bounds: optical depth is held between 0 and that of
-//! the whole ray, which the mean is, and behind the volume it is exactly that.
+//! Extinction over depth, with the ray's length in the volume as its period, is kept as its mean
+//! and some cosines and sines; optical depth is the series integrated term by term. The series
+//! rings where extinction is steep. Two things bound that: optical depth is clamped between 0 and
+//! that of the whole ray, which the mean gives, and behind the volume it is exactly the latter.
 
 use std::f32::consts::TAU;
 
@@ -11,8 +11,8 @@ use super::bytes::{f32_at, put_f32};
 use super::trigonometric::mean_wave;
 use super::{Codec, TexelRay, optical, share, through};
 
-/// Numbers of a texel (f32), all optical depths over the ray's way; coefficients of extinction over
-/// depth d in 0..1:
+/// A texel holds f32 numbers, all of them optical depths over the ray's length; they are
+/// coefficients of extinction over depth d in 0..1:
 ///
 /// ```text
 /// number 0        a0, the mean: optical depth of the whole ray
@@ -20,8 +20,8 @@ use super::{Codec, TexelRay, optical, share, through};
 /// number 2 k      b_k, of sin(2 pi k d)
 /// ```
 ///
-/// Then zeros to a whole number of RGBA texels of 16 bytes, as a texture has: 3 coefficients are 16
-/// bytes, 7 are 32.
+/// Zeros fill a texel up to whole RGBA f32 texels of a texture, 16 bytes each: 3 coefficients take
+/// 16 bytes, 7 take 32.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fourier {
     pub pairs: usize,

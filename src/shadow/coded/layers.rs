@@ -1,9 +1,9 @@
 //! Layers that follow the medium's front: deep opacity maps (Yuksel and Keyser 2008).
 //!
-//! Their first pass keeps the depth where the light first meets something, their second the opacity
-//! of layers at growing distances behind that depth, so that the layers take the medium's shape.
-//! Here the distances grow evenly (1, 3, 6, 10, ... parts) up to where the ray leaves the volume,
-//! and optical depth between two layers is linear.
+//! Their first pass keeps the depth where the light first meets a medium. Their second pass keeps
+//! the opacity of layers at growing distances behind that depth, so that the layers take the
+//! medium's shape. Here the distances grow evenly (1, 3, 6, 10, ... parts) up to where the ray
+//! leaves the volume, and optical depth is linear between two layers.
 
 use super::bytes::{put_share, share_at};
 use super::{Codec, TexelRay, share, through};
@@ -21,7 +21,7 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Where the first `i` layers end, as a share of what lies behind the front.
+    /// Where the first `i` layers end, as a share of the way from the front to the ray's exit.
     fn end(self, i: usize) -> f32 {
         (i * (i + 1)) as f32 / (self.count * (self.count + 1)) as f32
     }
@@ -45,7 +45,7 @@ impl Codec for Layers {
     fn transmittance(&self, texel: &[u8], extent: [f32; 2], depth: f32) -> f32 {
         let front = share_at(texel, 0);
         let behind = ((share(extent, depth) - front) / (1.0 - front)).min(1.0);
-        // In front of the medium, or none at all.
+        // The depth is in front of the medium, or there is no medium.
         if behind.is_nan() || behind <= 0.0 {
             return 1.0;
         }

@@ -1,4 +1,5 @@
-//! Maps that keep every texel in the same number of bytes: one codec a file, each with its source.
+//! Maps in which every texel takes the same number of bytes. Each codec has its own file, which
+//! names its source.
 
 mod adaptive;
 mod bytes;
@@ -24,24 +25,24 @@ use crate::kernel::light::light_extent;
 use crate::scene::LightView;
 use crate::settings::{Coding, MapKind};
 
-/// What a codec keeps: optical depth over depth along one texel's ray.
+/// The input of a codec: optical depth over depth along one texel's ray.
 #[derive(Clone, Copy, Debug)]
 pub struct TexelRay<'a> {
     /// The polyline of all slabs, by rising depth; empty for a ray without medium. Optical depth is
-    /// 0 in front of the first node and stays behind the last.
+    /// 0 in front of the first node and constant behind the last.
     pub nodes: &'a [Node],
-    /// Depths where the ray enters and leaves the volume; it misses if the second is not greater. A
-    /// reader knows them without the map.
+    /// Depths where the ray enters and leaves the volume; it misses if exit <= enter. A reader
+    /// knows them without the map.
     pub extent: [f32; 2],
 }
 
 impl TexelRay<'_> {
-    /// Transmittance at `depth`.
+    /// Transmittance from the light to `depth`, 0..1.
     pub fn transmittance(&self, depth: f32) -> f32 {
         (-optical_depth_between(self.nodes, nodes_before(self.nodes, depth), depth)).exp()
     }
 
-    /// Optical depth at a share of the extent; of the whole ray at 1.
+    /// Optical depth from the light to a share of the extent; at share 1 that of the whole ray.
     fn optical_depth(&self, share: f32) -> f32 {
         if share >= 1.0 {
             return self.total();
@@ -81,38 +82,42 @@ impl TexelRay<'_> {
     }
 }
 
-/// Where `depth` lies in an extent: 0 at its front and before, 1 at its end and behind; 0 in one
-/// that is empty.
+/// Position of `depth` in an extent: 0 at its front and before, 1 at its end and behind; 0 if the
+/// extent is empty.
 fn share([enter, exit]: [f32; 2], depth: f32) -> f32 {
     let share = (depth - enter) / (exit - enter);
-    // What is no number counts as 0.
+    // NaN counts as 0.
     if exit > enter && share > 0.0 { share.min(1.0) } else { 0.0 }
 }
 
-/// An optical depth as read from a texel's bytes: finite, and at least 0.
+/// An optical depth read from a texel's bytes, made finite and at least 0.
 fn optical(depth: f32) -> f32 {
     if depth > 0.0 { depth.min(OPAQUE_OPTICAL_DEPTH) } else { 0.0 }
 }
 
-/// Transmittance of an optical depth; 1 of what is no number.
+/// Transmittance of an optical depth; 1 for NaN.
 fn through(optical_depth: f32) -> f32 {
     (-optical_depth.max(0.0)).exp()
 }
 
-/// A code for transmittance over depth along one ray.
+/// A code for transmittance over depth along one ray, which takes the same number of bytes for
+/// every ray.
 pub trait Codec: Send + Sync + Debug {
-    /// Bytes a texel.
+    /// Bytes per texel.
     fn stride(&self) -> usize;
 
-    /// Writes a ray into `texel`, whose [`Codec::stride`] bytes are zero.
+    /// Writes the code of a ray into `texel`. All its bytes, [`Codec::stride`] of them, are zero
+    /// before.
     fn encode(&self, ray: &TexelRay<'_>, texel: &mut [u8]);
 
-    /// Transmittance at `depth` of the ray of `extent` (as in [`TexelRay`]) from its bytes, in
-    /// 0..1; of any bytes, also such that no encoder writes.
+    /// Transmittance at `depth`, in 0..1, of a ray with the given `extent` (as in [`TexelRay`]),
+    /// decoded from its bytes. The result is in range for any bytes, also for those that no encoder
+    /// writes.
     fn transmittance(&self, texel: &[u8], extent: [f32; 2], depth: f32) -> f32;
 }
 
-/// The codec of a coding. A number that its name does not take is moved to the next that it does.
+/// The codec of a coding. A count that the coding does not allow is replaced by the next one that
+/// it does.
 pub fn codec(coding: Coding) -> Arc<dyn Codec> {
     let count = |n: u16, least: u16, most: u16| usize::from(n.clamp(least, most));
     match coding {
@@ -132,7 +137,7 @@ pub fn codec(coding: Coding) -> Arc<dyn Codec> {
     }
 }
 
-/// A map of coded texels.
+/// A map whose texels are coded in a fixed number of bytes.
 #[derive(Clone, Debug)]
 pub struct CodedMap {
     size: u32,
@@ -145,10 +150,11 @@ pub struct CodedMap {
 }
 
 impl CodedMap {
-    /// A map of texels coded in `bytes`, row 0 at v = 0, built from `view` for `frame`.
+    /// A map with the coded texels `bytes`, `frame.map.size` squared of them, row 0 at v = 0, built
+    /// from `view` for `frame`.
     ///
     /// # Panics
-    /// If there are more or fewer bytes than texels need.
+    /// If `bytes` does not hold exactly as many bytes as the texels need.
     pub fn new(bytes: Vec<u8>, coding: Coding, view: LightView, frame: &Frame) -> Self {
         let (size, codec) = (frame.map.size, codec(coding));
         let texels = size as usize * size as usize;
@@ -159,22 +165,22 @@ impl CodedMap {
         Self { size, coding, codec, bytes, extents, view }
     }
 
-    /// The bytes of the texels, row 0 at v = 0.
+    /// The coded texels, row by row, row 0 at v = 0; [`CodedMap::stride`] bytes each.
     pub fn texels(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// What kind of map it is.
+    /// The kind of the map.
     pub fn kind(&self) -> MapKind {
         MapKind::Coded(self.coding)
     }
 
-    /// Bytes a texel.
+    /// Bytes per texel.
     pub fn stride(&self) -> usize {
         self.codec.stride()
     }
 
-    /// How the map lies in the world.
+    /// The light's view that the map was built from.
     pub fn view(&self) -> &LightView {
         &self.view
     }

@@ -1,11 +1,12 @@
-//! Power moments of extinction over depth: moment shadow mapping (Peters and Klein 2015), for media
-//! as in moment-based order-independent transparency (Muenstermann, Krumpen, Klein and Peters
-//! 2018).
+//! Power moments of extinction over depth: moment shadow mapping (Peters and Klein 2015), applied
+//! to media as in moment-based order-independent transparency (Muenstermann, Krumpen, Klein and
+//! Peters 2018).
 //!
-//! Depth is mapped to -1..1 over the ray's way through the volume, without their logarithm, since
-//! that way is all there is. A moment is the mean of a power of it, weighted with extinction. A
-//! lookup has the lowest and the highest optical depth that distributions of these moments have in
-//! front of a depth, and takes one between: the lowest and [`OVERESTIMATION`] of their difference.
+//! Depth is mapped to -1..1 over the ray's length in the volume, without the authors' logarithm,
+//! since no other depths occur. A moment is the mean of a power of that depth, weighted with
+//! extinction. Distributions with these moments have a lowest and a highest possible optical depth
+//! in front of a given depth; a lookup takes the lowest plus [`OVERESTIMATION`] times their
+//! difference.
 
 use rustfft::num_complex::Complex64;
 
@@ -13,21 +14,21 @@ use super::bytes::{f32_at, put_f32};
 use super::canonical::representation;
 use super::{Codec, TexelRay, optical, share, through};
 
-/// Which part of the way from the lowest to the highest bound is taken: the authors' value.
+/// Where between the lowest and the highest bound a lookup lies: the authors' value.
 pub(super) const OVERESTIMATION: f64 = 0.25;
 
-/// Moments are mixed with those of [`bias`] so that rounding to f32 leaves them the moments of some
-/// distribution: how much of these, for 4 and for 6 moments, as the authors have it.
+/// How much of the moments of [`bias`] is mixed into a texel's, for 4 and for 6 moments (the
+/// authors' values). It keeps them the moments of some distribution after rounding to f32.
 const BIAS: [f64; 2] = [5e-7, 5e-6];
 
-/// Numbers of a texel (f32): the optical depth of the whole ray (b0), then moments 1 to 2 `half`,
-/// each -1..1: 20 bytes for 4 moments, 28 for 6.
+/// A texel holds f32 numbers: the optical depth of the whole ray (b0), then moments 1 to 2 `half`,
+/// each in -1..1: 20 bytes for 4 moments, 28 for 6.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moments {
     pub half: usize,
 }
 
-/// The even moments 2, 4, 6 to which the odd ones of 0 belong, as the authors have them.
+/// The even moments 2, 4, 6 of the bias (the authors' values); its odd moments are 0.
 fn bias(half: usize) -> [f64; 3] {
     if half == 2 { [0.375, 0.375, 0.0] } else { [0.48, 0.451, 0.45] }
 }
@@ -70,10 +71,11 @@ impl Codec for Moments {
     }
 }
 
-/// Mean of power `k` of a depth mapped to -1..1, over the shares `a` to `b` of 0..1.
+/// Mean of the `k`-th power of depth, mapped from 0..1 to -1..1, over the slab from share `a` to
+/// share `b`.
 fn mean_power(k: usize, slab: [f64; 2]) -> f64 {
     let [a, b] = slab.map(|share| 2.0 * share - 1.0);
-    // (b^(k+1) - a^(k+1)) / (b - a), divided out.
+    // (b^(k+1) - a^(k+1)) / (b - a), with the division carried out.
     let terms = (0..=k).map(|i| a.powi(i as i32) * b.powi((k - i) as i32));
     terms.sum::<f64>() / (k + 1) as f64
 }

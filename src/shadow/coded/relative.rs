@@ -1,9 +1,9 @@
-//! Seven depths relative to the texel's own opacity, and how transmittance is read from them.
+//! Seven depths at shares of the texel's own opacity, and transmittance reconstructed from them.
 //!
-//! The threshold map's idea (Volumetric Deep Shadow Maps, "Implementation": depths where opacity
-//! reaches fixed values, and the largest opacity A) with every threshold a share of A, so that each
-//! depth is reached in every texel, as in the channels that the threshold map's default lookup
-//! finds unset; and with 16 bits a number in place of 32. The curve through them is the default
+//! The idea is the threshold map's (Volumetric Deep Shadow Maps, "Implementation": depths where
+//! opacity reaches fixed values, and the largest opacity A). Here every threshold is a share of A,
+//! as in unset channels with the threshold map's default lookup, so each depth is reached in every
+//! texel; and numbers take 16 bits instead of 32. The curve through the points is the default
 //! lookup's: `kernel::threshold`.
 
 use super::bytes::{put_share, share_at};
@@ -21,10 +21,11 @@ pub(super) struct Relative;
 
 const POINTS: usize = 7;
 
-/// Shares of A whose depths are kept.
+/// The shares of A whose depths are kept.
 const SHARES: [f32; POINTS] = [0.05, 0.2, 0.4, 0.6, 0.78, 0.91, 0.98];
 
-/// Depths closer than 16 bits can tell are as far apart as this, in shares of the ray.
+/// Least distance between two depths, in shares of the ray, so that depths which 16 bits do not
+/// separate stay apart.
 const NEAREST: f32 = 0.25 / 65535.0;
 
 fn levels(opacity: f32) -> [f32; POINTS] {
@@ -63,7 +64,7 @@ impl Codec for Relative {
     }
 }
 
-/// Optical depth at `place`: zero, an onset, cubics through the points (`z`, `tau`), an end,
+/// Optical depth at `place`: zero, an onset, cubics through the points (`z`, `tau`), an end, then
 /// `total`.
 fn optical_depth(z: &[f32; POINTS], tau: &[f32; POINTS], total: f32, place: f32) -> f32 {
     const LAST: usize = POINTS - 1;

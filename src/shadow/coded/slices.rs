@@ -1,17 +1,17 @@
-//! Transmittance at equal distances: opacity shadow maps (Kim and Neumann 2001), with layers
-//! between each ray's entry and exit.
+//! Transmittance at equal distances in 8 bits: opacity shadow maps (Kim and Neumann 2001), with
+//! layers between each ray's entry and exit.
 
 use super::{Codec, TexelRay, share, through};
 
-/// Byte `i` of a texel is transmittance at the end of part `i` of `count` equal ones, times 255.
-/// Between them transmittance is linear; where the ray enters it is 1.
+/// Byte `i` of a texel is transmittance times 255 at the end of part `i` of `count` equal parts of
+/// the ray. Between the ends transmittance is linear; at the ray's entry it is 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slices {
     pub count: usize,
 }
 
-/// Transmittance at a share of the extent: linear between those `at` the ends of `count` equal
-/// parts, and 1 where the ray enters.
+/// Transmittance at a share of the extent: linear between the values of `at` at the ends of `count`
+/// equal parts, and 1 at the ray's entry.
 pub(super) fn between_slices(share: f32, count: usize, at: impl Fn(usize) -> f32) -> f32 {
     let place = share * count as f32;
     let after = (place as usize).min(count - 1);

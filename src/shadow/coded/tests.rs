@@ -1,10 +1,10 @@
-//! What every codec has to do, and how near each comes to simple rays.
+//! Tests of properties that every codec must have, and of its errors on simple rays.
 
 use super::*;
 
 const EXTENT: [f32; 2] = [2.0, 6.0];
 
-/// Every coding that has a name, and the smallest and largest of those that take a number.
+/// Every coding: for those with a count, the smallest and the largest.
 fn codings() -> Vec<Coding> {
     let usual = MapKind::all();
     let more = ["slices:2", "fourier:3", "fourier:63", "moments:6", "trigonometric:2"].into_iter();
@@ -15,7 +15,7 @@ fn codings() -> Vec<Coding> {
         .collect()
 }
 
-/// A ray's texel, read at a depth.
+/// Encodes a ray, and returns its transmittance as a function of depth.
 fn coded(coding: Coding, nodes: &[Node]) -> impl Fn(f32) -> f32 + use<> {
     let codec = codec(coding);
     let mut texel = vec![0; codec.stride()];
@@ -38,7 +38,7 @@ fn node(depth: f32, optical_depth: f32) -> Node {
     Node { depth, optical_depth }
 }
 
-/// A slab of uniform medium in `pieces`.
+/// A slab of uniform medium, cut into `pieces`.
 fn slab([front, back]: [f32; 2], optical_depth: f32, pieces: u16) -> Vec<Node> {
     let at = |i: u16| f32::from(i) / f32::from(pieces);
     (0..=pieces).map(|i| node(front + at(i) * (back - front), at(i) * optical_depth)).collect()
@@ -66,8 +66,8 @@ fn nothing_is_dark_in_front_of_the_volume_and_all_is_behind_it() {
     }
 }
 
-/// Largest error of transmittance where a uniform medium of optical depth 2 fills the ray, and
-/// where one of optical depth 1 begins and ends within it.
+/// Largest allowed error of transmittance: where a uniform medium of optical depth 2 fills the ray,
+/// and where one of optical depth 1 begins and ends within it.
 fn bounds(coding: Coding) -> [f32; 2] {
     match coding {
         Coding::Nested => [0.007, 0.007],
@@ -124,9 +124,10 @@ fn two_thin_steps_keep_their_heights() {
         let error = (found(4.0) - (-0.7_f32).exp()).abs();
         let most = match coding {
             Coding::Layers(1) | Coding::Adaptive(3) => 0.14,
-            // No share of its opacity lies on the plateau.
+            // None of the shares of opacity lies on the plateau.
             Coding::Relative => 0.025,
-            // Fitted at points along the curve, of which none need lie at the corners of a jump.
+            // The fit uses points along the curve, and none of them need lie at the corners of a
+            // jump.
             Coding::Nested => 0.1,
             _ => 0.003,
         };
@@ -134,7 +135,7 @@ fn two_thin_steps_keep_their_heights() {
     }
 }
 
-/// Seeded numbers.
+/// Seeded random numbers.
 struct Random(u64);
 
 impl Random {
@@ -157,7 +158,7 @@ fn any_bytes_are_some_transmittance() {
         let mut texel = vec![0; codec.stride()];
         for round in 0..400 {
             texel.fill_with(|| if round == 0 { 255 } else { random.next() as u8 });
-            // Numbers that bytes seldom make.
+            // Numbers that random bytes seldom give.
             for bytes in texel.as_chunks_mut::<4>().0 {
                 match random.next() % 4 {
                     0 => *bytes = odd[random.next() as usize % odd.len()].to_le_bytes(),
@@ -182,7 +183,7 @@ fn any_bytes_are_some_transmittance() {
     }
 }
 
-/// Counts that no name has are moved to ones that are allowed.
+/// Counts that a coding does not allow are replaced by ones that it does.
 #[test]
 fn any_count_is_a_codec() {
     for n in [0, 1, 2, 5, 7, 99] {

@@ -1,10 +1,10 @@
 //! Trigonometric moments of extinction over depth: moment-based order-independent transparency
 //! (Muenstermann, Krumpen, Klein and Peters 2018).
 //!
-//! Depth is mapped to angles over the ray's way through the volume, all but the last [`FREE`] of a
-//! circle. Moment k is the mean of exp(i k angle), weighted with extinction. A lookup bounds
-//! optical depth as that of power moments does (see `moments`). Mass that the bound puts in the
-//! free part lies between the end of the way and its beginning: the nearer to the beginning, the
+//! Depth over the ray's length in the volume is mapped to the angles of a circle except for its
+//! last part, [`FREE`]. Moment k is the mean of exp(i k angle), weighted with extinction. A lookup
+//! bounds optical depth as for power moments (see `moments`). Mass that the bound puts into the
+//! free part lies between the end of the ray and its beginning; the nearer to the beginning, the
 //! more of it counts.
 
 use std::f64::consts::{PI, TAU};
@@ -16,15 +16,16 @@ use super::canonical::representation;
 use super::moments::OVERESTIMATION;
 use super::{Codec, TexelRay, optical, share, through};
 
-/// The part of the circle that no depth is mapped to, an angle: the authors' value.
+/// The part of the circle that no depth is mapped to, in radians: the authors' value.
 const FREE: f64 = 0.1 * PI;
 
-/// How much of the uniform distribution (whose moments are 0) is mixed in so that rounding to f32
-/// leaves moments of some distribution: for 2, 3 and 4 moments, as the authors have it.
+/// How much of the uniform distribution, whose moments are 0, is mixed in, for 2, 3 and 4 moments
+/// (the authors' values). It keeps the moments those of some distribution after rounding to f32.
 const BIAS: [f64; 3] = [4e-7, 8e-7, 1.5e-6];
 
-/// Numbers of a texel (f32): the optical depth of the whole ray (b0), then for each of `count`
-/// moments its real and its imaginary part, each -1..1: 20 bytes for 2 moments, 28 for 3, 36 for 4.
+/// A texel holds f32 numbers: the optical depth of the whole ray (b0), then the real and the
+/// imaginary part of each of `count` moments, each in -1..1: 20 bytes for 2 moments, 28 for 3, 36
+/// for 4.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trigonometric {
     pub count: usize,

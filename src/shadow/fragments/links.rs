@@ -1,20 +1,20 @@
 //! Links from each node to the depth-nearest nodes of the texels to the right and above, and
-//! filters that walk along them. (Real-time deep shadow maps for hair, "Neighbor Linking" and
-//! "Spatial filtering".)
+//! filters that follow them. (Real-time deep shadow maps for hair, "Neighbor Linking" and "Spatial
+//! filtering".)
 
 use super::lists::Runs;
 use crate::kernel::fragments::Node;
 
-/// No node to link to: the neighbour's list is empty, there is no such neighbour, or the node's
-/// place is beyond sixteen bits.
+/// The value of a missing link: the neighbour's list is empty, there is no such neighbour, or the
+/// node's index does not fit sixteen bits.
 pub const NO_LINK: u16 = u16::MAX;
 
-/// Nodes that a walk from a link passes before a search takes over.
+/// The number of nodes that a walk from a link passes before a binary search takes over.
 pub const MOST_WALKED: u32 = 8;
 
-/// Of a texel's nodes to those of a neighbour: for each node the index (in `neighbour`) of the
-/// nearest in depth, the nearer to the light of two equal ones. Both rise in depth, so one pass
-/// does.
+/// Links from a texel's `nodes` to those of a `neighbour`: calls `link` with the index of each node
+/// and the index of the neighbour's node nearest in depth, of two equally near ones the one nearer
+/// to the light. Both lists rise in depth, so one pass is enough.
 pub fn nearest_nodes(nodes: &[Node], neighbour: &[Node], mut link: impl FnMut(usize, u16)) {
     let mut at = 0;
     for (i, node) in nodes.iter().enumerate() {
@@ -31,18 +31,19 @@ pub fn nearest_nodes(nodes: &[Node], neighbour: &[Node], mut link: impl FnMut(us
     }
 }
 
-/// Links of all nodes of a square map: to the right (u) and upwards (against v).
+/// Links of all nodes of a square map: to the texel on the right (u) and to the texel above
+/// (against v).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Links {
-    /// For each node of the map the index within the right and the upper texel's nodes.
+    /// For each node of the map: indices within the nodes of the right and of the upper texel.
     pub(super) links: Vec<[u16; 2]>,
 }
 
 impl Links {
-    /// Of a map's nodes, in their order.
+    /// The links of a map with the nodes `runs`, in the order of those nodes.
     ///
     /// # Panics
-    /// If there is not one for each node of `runs`.
+    /// If `links` does not hold one entry for each node.
     pub fn new(runs: &Runs, links: Vec<[u16; 2]>) -> Self {
         assert_eq!(links.len(), runs.nodes().len(), "links of {} nodes", runs.nodes().len());
         Self { links }
@@ -55,16 +56,17 @@ impl Links {
     }
 }
 
-/// Where a walk from texel to texel is: how many of the texel's nodes lie in front of the depth.
+/// A position in a texel's list during a walk from texel to texel: how many of its nodes lie in
+/// front of the depth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) texel: usize,
     pub(super) before: usize,
 }
 
-/// Moves from `from` to the neighbour `texel` by the link `direction` (0 right, 1 up) of the last
-/// node in front of `depth`, then a few nodes further or back to where `depth` is; where the two
-/// lists have little in common, a search finds it.
+/// Moves from `from` to the neighbour `texel` through the link `direction` (0 right, 1 up) of the
+/// last node in front of `depth`, then by a few nodes to the place of `depth`. Where the two lists
+/// have little in common, a binary search finds it.
 pub(super) fn step(
     runs: &Runs,
     links: &Links,
@@ -90,7 +92,7 @@ pub(super) fn step(
     search(runs, texel, depth)
 }
 
-/// Finds `depth` in a texel's list.
+/// Finds the place of `depth` in a texel's list by a binary search.
 pub(super) fn search(runs: &Runs, texel: usize, depth: f32) -> Place {
     Place { texel, before: crate::kernel::fragments::nodes_before(runs.of(texel), depth) }
 }

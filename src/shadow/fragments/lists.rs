@@ -1,4 +1,4 @@
-//! Per-texel linked lists of fragments, as any caster leaves them: unordered. (Real-time deep
+//! Linked lists of fragments per texel, unordered, as any caster leaves them. (Real-time deep
 //! shadow maps for hair, "Creating list entries".)
 
 use super::FragmentMap;
@@ -6,10 +6,12 @@ use crate::error::memory;
 use crate::kernel::fitting::{Fitter, truncated};
 use crate::kernel::fragments::{Node, OPAQUE_OPTICAL_DEPTH};
 
-/// What a caster leaves on a texel's ray: a slab of medium between two depths, or a surface at one.
+/// A fragment that a caster leaves on a texel's ray: a slab of medium between two depths, or a
+/// surface at one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fragment {
-    /// Depth where the ray enters it, in world lengths along the texel's ray.
+    /// Depth where the ray enters it, along the texel's ray in units of the light's view
+    /// ([`LightView::unit`](crate::scene::LightView::unit)).
     pub front: f32,
     /// Depth where the ray leaves it; equal to `front` for a surface.
     pub back: f32,
@@ -18,13 +20,13 @@ pub struct Fragment {
 }
 
 impl Fragment {
-    /// A surface at `depth` that takes `alpha` (0..1) of the light.
+    /// A surface at `depth` that takes the share `alpha` (0..1) of the light.
     pub fn surface(depth: f32, alpha: f32) -> Self {
         let optical_depth = (-(1.0 - alpha).max(0.0).ln()).clamp(0.0, OPAQUE_OPTICAL_DEPTH);
         Self { front: depth, back: depth, optical_depth }
     }
 
-    /// Share of the light that it takes, 0..1.
+    /// The share of the light that it takes, 0..1.
     pub fn alpha(&self) -> f32 {
         -(-self.optical_depth).exp_m1()
     }
@@ -37,10 +39,10 @@ struct Element {
     next: u32,
 }
 
-/// The end of a list.
+/// The `next` of the last element of a list.
 const NONE: u32 = u32::MAX;
 
-/// A head buffer and an element buffer: a linked list of fragments for each texel, last pushed
+/// A head buffer and an element buffer: one linked list of fragments per texel, the last pushed
 /// first.
 #[derive(Clone, Debug)]
 pub struct FragmentLists {
@@ -54,8 +56,8 @@ impl FragmentLists {
         Self { heads: vec![NONE; texels], elements: Vec::new() }
     }
 
-    /// Puts a fragment on a texel's list. One without opacity, or whose numbers are not finite,
-    /// leaves no trace.
+    /// Pushes a fragment on a texel's list. A fragment without opacity, or with a number that is
+    /// not finite, is ignored.
     ///
     /// # Panics
     /// If there is no such texel.
@@ -70,17 +72,17 @@ impl FragmentLists {
         }
     }
 
-    /// Texels.
+    /// Number of texels.
     pub fn texels(&self) -> usize {
         self.heads.len()
     }
 
-    /// Fragments on all lists.
+    /// Number of fragments on all lists.
     pub fn len(&self) -> usize {
         self.elements.len()
     }
 
-    /// Whether no list has a fragment.
+    /// Whether all lists are empty.
     pub fn is_empty(&self) -> bool {
         self.elements.is_empty()
     }
@@ -95,8 +97,9 @@ impl FragmentLists {
             .map(|element| element.fragment)
     }
 
-    /// A texel's list sorted by depth and turned into nodes: fitted within `tolerance` if that is
-    /// above 0, else truncated (0: not). Replaces what `nodes` held.
+    /// Sorts a texel's list by depth and turns it into nodes, which replace the contents of
+    /// `nodes`. They are fitted within `tolerance` if that is above 0; else they are truncated by
+    /// `truncation` (0: not at all).
     ///
     /// # Panics
     /// If there is no such texel.
@@ -107,7 +110,7 @@ impl FragmentLists {
         nodes: &mut Vec<Node>,
     ) {
         let mut fragments: Vec<Fragment> = self.list(texel).collect();
-        // Stable, so that fragments of one depth keep an order.
+        // The sort is stable, so that fragments of equal depth keep their order.
         fragments.sort_by(|a, b| a.front.total_cmp(&b.front));
         nodes.clear();
         let mut fitter = Fitter::new(tolerance);
@@ -123,7 +126,7 @@ impl FragmentLists {
 }
 
 /// Cuts a raw list where transmittance is within `truncation` of its final value; one line to the
-/// last node stands for the rest.
+/// last node replaces the rest.
 pub fn truncate(nodes: &mut Vec<Node>, truncation: f32) {
     let kept = truncated(nodes, truncation);
     if let Some(&last) = nodes.last()
@@ -134,19 +137,21 @@ pub fn truncate(nodes: &mut Vec<Node>, truncation: f32) {
     }
 }
 
-/// Texels' nodes (of a polyline of optical depth, or of another kind) one after the other.
+/// The nodes of all texels in one buffer, texel after texel. A node is a [`Node`] of a polyline of
+/// optical depth unless another type is given.
 #[derive(Clone, Debug, Default)]
 pub struct Runs<T = Node> {
-    /// Where the nodes of each texel begin, and one past the last; empty for no texels.
+    /// The index of each texel's first node, and the number of nodes at the end; empty if there are
+    /// no texels.
     pub(super) starts: Vec<u32>,
     pub(super) nodes: Vec<T>,
 }
 
 impl<T: Copy> Runs<T> {
-    /// Adds a texel.
+    /// Appends a texel.
     ///
     /// # Errors
-    /// If there would be more nodes than can be counted in 32 bits.
+    /// If the number of nodes would exceed 32 bits.
     pub fn push(&mut self, nodes: &[T]) -> crate::Result<()> {
         if self.starts.is_empty() {
             self.starts.push(0);
@@ -157,10 +162,10 @@ impl<T: Copy> Runs<T> {
         Ok(())
     }
 
-    /// Adds all texels of `other`.
+    /// Appends all texels of `other`.
     ///
     /// # Errors
-    /// If there would be more nodes than can be counted in 32 bits.
+    /// If the number of nodes would exceed 32 bits.
     pub fn append(&mut self, other: &Self) -> crate::Result<()> {
         if self.starts.is_empty() {
             self.starts.push(0);
@@ -173,12 +178,12 @@ impl<T: Copy> Runs<T> {
         Ok(())
     }
 
-    /// Texels.
+    /// Number of texels.
     pub fn texels(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Bytes of nodes and of where each texel's begin.
+    /// Bytes of the nodes and of the index of each texel's first one.
     pub fn bytes(&self) -> u64 {
         (size_of_val(&*self.nodes) + size_of_val(&*self.starts)) as u64
     }
@@ -188,12 +193,12 @@ impl<T: Copy> Runs<T> {
         &self.nodes
     }
 
-    /// Where each texel's nodes begin, and one past the last.
+    /// The index of each texel's first node, and the number of nodes at the end.
     pub fn starts(&self) -> &[u32] {
         &self.starts
     }
 
-    /// Nodes of a texel, by rising depth; none if there is no such texel.
+    /// The nodes of a texel, by rising depth; none if there is no such texel.
     #[inline]
     pub fn of(&self, texel: usize) -> &[T] {
         let bounds = self.starts.get(texel).zip(self.starts.get(texel + 1));

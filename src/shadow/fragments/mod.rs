@@ -1,4 +1,4 @@
-//! The fragment map as data: for each texel its fragments as nodes of a polyline of optical depth.
+//! The fragment map as data: each texel's fragments, as the nodes of a polyline of optical depth.
 //!
 //! ```text
 //! casters --(texel, front, back, optical depth)--> FragmentLists --sort, fit, compact--> Runs
@@ -31,18 +31,19 @@ pub struct FragmentMap {
     runs: Runs,
     links: Option<Links>,
     view: LightView,
-    /// How steep exponential shadow tests are, 1 / world length; 0 for exact ones.
+    /// Steepness of exponential shadow tests, 1 / world length; 0 for exact ones.
     sharpness: f32,
     tolerance: f32,
-    /// [`TexelMap::reach`].
+    /// See [`TexelMap::reach`].
     reach: f32,
 }
 
 impl FragmentMap {
-    /// A map of `size` squared texels, row 0 at v = 0, built from `view` for `frame`.
+    /// A map of `frame.map.size` squared texels, row 0 at v = 0, with the nodes `runs`, built from
+    /// `view` for `frame`.
     ///
     /// # Panics
-    /// If the number of texels is another one.
+    /// If `runs` has another number of texels.
     pub fn new(runs: Runs, view: LightView, frame: &Frame) -> Self {
         let size = frame.map.size;
         assert_eq!(runs.texels(), size as usize * size as usize, "texels of a {size}^2 map");
@@ -62,22 +63,22 @@ impl FragmentMap {
         &self.runs
     }
 
-    /// Links between neighbours, if there are some.
+    /// Links between neighbours, if the map has any.
     pub fn links(&self) -> Option<&Links> {
         self.links.as_ref()
     }
 
-    /// Largest error of transmittance that fitting may have made; 0 if every fragment is kept.
+    /// Largest error of transmittance that fitting may have caused; 0 if every fragment is kept.
     pub fn tolerance(&self) -> f32 {
         self.tolerance
     }
 
-    /// How the map lies in the world.
+    /// The light's view that the map was built from.
     pub fn view(&self) -> &LightView {
         &self.view
     }
 
-    /// The fragments of a texel by rising depth, stretches without opacity left out.
+    /// The fragments of a texel by rising depth, without stretches of zero opacity.
     pub fn fragments(&self, x: u32, y: u32) -> impl Iterator<Item = Fragment> {
         self.nodes(x, y)
             .windows(2)
@@ -94,10 +95,10 @@ impl FragmentMap {
         self.runs.of(self.texel(x, y))
     }
 
-    /// A number of nodes as the 32 bits that it is kept in.
+    /// A number of nodes in 32 bits.
     ///
     /// # Errors
-    /// If it is larger.
+    /// If it does not fit.
     pub(super) fn counted(nodes: usize) -> Result<u32> {
         u32::try_from(nodes).map_err(|_| {
             let needed = format!("{nodes} nodes");
@@ -118,7 +119,7 @@ impl FragmentMap {
         (-optical_depth_between(nodes, place.before, depth)).exp()
     }
 
-    /// Mean over a window from its lower left texel, each next texel found by a link.
+    /// Mean over a window of texels, which follows the links from the lower left texel.
     fn linked_mean(&self, links: &Links, window: [[u32; 2]; 2], depth: f32) -> f32 {
         let [[x0, x1], [y0, y1]] = window;
         let mut row = search(&self.runs, self.texel(x0, y1), depth);
@@ -141,7 +142,7 @@ impl FragmentMap {
 }
 
 impl Shadow for FragmentMap {
-    /// Nodes and where each texel's begin; links left out.
+    /// Bytes of the nodes and of the index of each texel's first one, without links.
     fn bytes(&self) -> u64 {
         self.runs.bytes()
     }

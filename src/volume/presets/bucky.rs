@@ -43,10 +43,12 @@ fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     (p - a - along * (b - a)).length()
 }
 
-/// The 60 vertices: the cyclic permutations of three points with all changes of sign, each once.
+/// The 60 vertices: the cyclic permutations of three points with all combinations of signs, each
+/// once.
 fn truncated_icosahedron() -> [DVec3; 60] {
     let phi = f64::midpoint(1.0, 5.0_f64.sqrt());
-    // The first point has a zero, so half of its sign changes; 3 x (4 + 8 + 8) = 60.
+    // The first point contains a zero, so half of its sign combinations are duplicates; 3 x (4 + 8
+    // + 8) = 60.
     let with_zero = signed([0.0, 1.0, 3.0 * phi]).into_iter().step_by(2);
     let others = [[1.0, 2.0 + phi, 2.0 * phi], [phi, 2.0, 2.0 * phi + 1.0]];
     let mut points = with_zero
@@ -61,7 +63,7 @@ fn signed(p: [f64; 3]) -> [[f64; 3]; 8] {
     })
 }
 
-/// Pairs of atoms one edge apart: 90 of them.
+/// Pairs of atoms at the distance of one edge: 90 of them.
 fn bonds(atoms: &[DVec3; 60]) -> Vec<[DVec3; 2]> {
     let pairs: Vec<[DVec3; 2]> = (0..atoms.len())
         .flat_map(|i| (0..i).map(move |j| [i, j]))

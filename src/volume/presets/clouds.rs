@@ -1,4 +1,4 @@
-//! Clouds: spectral noise with a vertical profile, a layer with gaps. Index z is up.
+//! Clouds: spectral noise with a vertical profile, which forms a layer with gaps. Index z is up.
 
 use ndarray::{Array3, Axis};
 use rayon::prelude::*;
@@ -8,9 +8,9 @@ use rustfft::num_complex::Complex;
 
 use super::numpy_random::StandardNormal;
 
-/// Amplitude falls as the wave number to this power.
+/// The exponent with which amplitude falls over the wave number.
 const SLOPE: f64 = -11.0 / 6.0 - 0.25;
-/// Nothing below this many cycles over the layer's width.
+/// Waves with fewer cycles over the layer's width have amplitude zero.
 const LOWEST_CYCLES: f64 = 3.0;
 
 type Wave = Complex<f32>;
@@ -43,8 +43,8 @@ pub(super) fn voxels(n: usize, nz: usize, seed: u32) -> Array3<f32> {
     values
 }
 
-/// White noise of `n` x `n` x `4 nz` (z fastest), filtered in the frequency domain; its first `nz`
-/// layers.
+/// White noise of `n` x `n` x `4 nz` (z fastest), filtered in the frequency domain; only the first
+/// `nz` layers are kept.
 fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
     let depth = nz * 4;
     let mut normals = StandardNormal::seeded(seed);
@@ -63,7 +63,7 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
         |(plane, rows)| {
             let mut row_waves = vec![Wave::default(); waves];
             for (y, row) in rows.chunks_exact_mut(depth).enumerate() {
-                // The lengths are the planner's own, which is all that it can complain of.
+                // The only possible error is a wrong length, and the lengths are the planner's own.
                 let _ = along_z.process(row, &mut row_waves);
                 for (kz, wave) in row_waves.iter().enumerate() {
                     plane[kz * n + y] = *wave;
@@ -91,7 +91,7 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
         back.process(plane);
     });
     drop(by_x);
-    // For each x: back along z, of which the first layers are kept; [x][y][z].
+    // For each x: back along z, keeping the first layers; stored as [x][y][z].
     let mut field = vec![0.0; n * n * nz];
     field.par_chunks_exact_mut(n * nz).enumerate().for_each(|(x, plane)| {
         let mut columns = vec![Wave::default(); n * waves];
@@ -102,7 +102,7 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
         }
         let mut layers = vec![0.0; depth];
         for (waves, kept) in columns.chunks_exact_mut(waves).zip(plane.chunks_exact_mut(nz)) {
-            // The ends of a real signal's spectrum are real; rounding leaves them almost so.
+            // The ends of a real signal's spectrum are real; rounding leaves small imaginary parts.
             waves[0].im = 0.0;
             if let Some(last) = waves.last_mut() {
                 last.im = 0.0;
@@ -114,7 +114,7 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
     field
 }
 
-/// Cycles a voxel of the wave with index `i` of `n`.
+/// Cycles per voxel of the wave with index `i` of `n`.
 fn frequency(i: usize, n: usize) -> f64 {
     let i = i as f64;
     let n = n as f64;

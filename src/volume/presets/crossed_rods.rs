@@ -1,4 +1,4 @@
-//! Rods: two crossed solid rods in empty space, with an edge 1.5 voxels soft.
+//! Rods: two crossed solid rods in empty space, with edges that are 1.5 voxels soft.
 
 use glam::DVec3;
 use ndarray::Array3;
@@ -8,7 +8,7 @@ const HALF_LENGTH: f64 = 0.85;
 const DENSITY: f64 = 0.9;
 const AXES: [DVec3; 2] = [DVec3::new(1.0, 1.0, 0.15), DVec3::new(1.0, -1.0, -0.15)];
 
-/// The larger of the two rods' densities.
+/// The larger of the two rods' densities at each voxel.
 pub(super) fn voxels(n: usize) -> Array3<f32> {
     let soft_edge = 1.5 * 2.0 / n as f64;
     let inside = |distance: f64| (distance / soft_edge + 0.5).clamp(0.0, 1.0);

@@ -1,4 +1,4 @@
-//! Box: a cube that grows more opaque towards its centre.
+//! Box: a cube whose density increases towards its centre.
 
 use ndarray::Array3;
 

@@ -1,6 +1,6 @@
-//! The four volumes of the volumetric deep shadow map paper (its figure 2), made by procedures:
-//! the same voxels on every machine. Values are eighth-bit densities, 0..1 in steps of 1/255.
-//! How they are lit and seen is not known here: that is in `volumes/*.toml`.
+//! The four volumes of the volumetric deep shadow map paper (its figure 2), computed procedurally,
+//! with the same voxels on every machine. Values are 8-bit densities, 0..1 in steps of 1/255.
+//! `volumes/*.toml` says how they are lit and viewed; this module does not.
 
 mod bucky;
 mod clouds;
@@ -15,7 +15,7 @@ use super::{Axis, Volume, world_from_index_in_bounds};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 
-/// A volume that the library makes itself.
+/// A volume that the library computes itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// 64 x 64 x 64, more opaque towards the centre.
@@ -29,7 +29,7 @@ pub enum Preset {
 }
 
 impl Preset {
-    /// All of them, in the paper's order.
+    /// All presets, in the paper's order.
     pub const ALL: [Self; 4] = [Self::Box, Self::Bucky, Self::Rods, Self::Clouds];
 
     /// The name on the command line and in scene files.
@@ -42,11 +42,11 @@ impl Preset {
         }
     }
 
-    /// The volume, its longest edge 1 world length, centred at the world's origin, with the file
-    /// axis `up` along the world's y.
+    /// The volume, with a longest edge of 1 world length, centred at the world's origin, with the
+    /// file axis `up` along the world's y.
     ///
     /// # Errors
-    /// Never for these presets; the placement of volumes can fail in general.
+    /// Never for these presets; but placing a volume can fail in general.
     pub fn volume(self, up: Axis) -> Result<Volume> {
         let voxels = self.voxels();
         let (z, y, x) = voxels.dim();
@@ -58,7 +58,7 @@ impl Preset {
         Volume::new(self.name(), voxels, world_from_index_in_bounds(dims, &bounds, up)?)
     }
 
-    /// Densities, shape (z, y, x).
+    /// Densities, shape (z, y, x), 0..1.
     pub fn voxels(self) -> Array3<f32> {
         match self {
             Self::Box => graded_box::voxels(64),

@@ -1,14 +1,15 @@
-//! The random numbers of numpy's `default_rng(seed).standard_normal(dtype=float32)`, number by
-//! number, so that the clouds are the same as those made in Python.
+//! The random numbers of numpy's `default_rng(seed).standard_normal(dtype=float32)`, bit for bit,
+//! so that the clouds equal those made in Python.
 //!
-//! Seeding: O'Neill's `seed_seq` replacement as numpy's `SeedSequence` uses it. Generator: PCG64
-//! XSL-RR (O'Neill 2014). Normals: the ziggurat of Marsaglia and Tsang 2000 with 256 strips.
+//! Seeding: O'Neill's replacement of `seed_seq`, as numpy's `SeedSequence` uses it. Generator:
+//! PCG64 XSL-RR (O'Neill 2014). Normals: the ziggurat of Marsaglia and Tsang (2000) with 256
+//! strips.
 
 /// A stream of standard normals.
 pub(super) struct StandardNormal {
     state: u128,
     increment: u128,
-    /// The upper half of the last 64 bits drawn, not yet used.
+    /// The unused upper half of the last 64 bits drawn.
     spare: Option<u32>,
     strips: Box<[Strip; 256]>,
 }
@@ -16,7 +17,7 @@ pub(super) struct StandardNormal {
 /// One strip of the ziggurat.
 #[derive(Clone, Copy, Default)]
 struct Strip {
-    /// Below this a draw lies under the curve for certain.
+    /// A draw below this certainly lies under the curve.
     inside: u32,
     /// Width of a unit of the draw.
     width: f32,
@@ -58,7 +59,7 @@ impl StandardNormal {
                 return self.tail(magnitude);
             }
             let above = self.strips[index - 1].height - strip.height;
-            // Widths as in numpy: one draw decided otherwise would shift all that follow.
+            // In numpy's precision: a single draw decided otherwise would shift all later ones.
             let height = f64::from(above * self.next_unit() + strip.height);
             if height < (-0.5 * f64::from(x) * f64::from(x)).exp() {
                 return x;
@@ -153,8 +154,9 @@ fn strips() -> [Strip; 256] {
 mod tests {
     use super::StandardNormal;
 
-    /// From numpy 2: `default_rng(7).standard_normal(2**25, dtype=float32)`, the first five and the
-    /// last: one strip of the table off by one, or one comparison in other widths, shifts the rest.
+    /// Values from numpy 2, `default_rng(7).standard_normal(2**25, dtype=float32)`: the first five
+    /// and the last one. A table strip that is off by one, or one comparison in another precision,
+    /// would shift the rest.
     #[test]
     fn the_stream_is_numpys() {
         let mut normals = StandardNormal::seeded(7);

@@ -1,22 +1,23 @@
-//! Where the nine knots go: least squares over a texel's points, first freely, then code by code.
+//! Places the nine knots by least squares over a texel's points, first freely, then rounded to
+//! codes.
 //!
-//! Knots are put one after the other where a polyline errs most. Then each in turn moves along the
-//! points, a knot's best opacity following from its depth in closed form: with its neighbours held,
-//! the squared error is a parabola of it. Knots settle on codes from the root of the tree down,
-//! each choosing its best opacity again with what is settled already, so that later knots make up
-//! for rounding. All of it touches 64 points and nine knots, in order, without division of work
-//! that a GPU thread could not do.
+//! Knots are added one after another where a polyline errs most. Then each in turn moves along the
+//! points; a knot's best opacity follows from its depth in closed form, because with fixed
+//! neighbours the squared error is a parabola of it. Knots are rounded to codes from the root of
+//! the tree down, and each chooses its best opacity again with those rounded before, so that later
+//! knots make up for rounding. All of it works on 64 points and nine knots in sequence, with no
+//! division of work that a GPU thread could not do.
 
 use super::samples::{COUNT, Samples, unit};
 
 /// Knots of a curve.
 pub const KNOTS: usize = 9;
 const LAST: usize = KNOTS - 1;
-/// How many points a knot tries to move by, sweep after sweep.
+/// By how many points a knot tries to move, sweep after sweep.
 const MOVES: [usize; 4] = [4, 2, 1, 1];
 
-/// Codes of depth to either side of the wanted one that are tried: opacity's codes are coarser, and
-/// a knot a little aside may meet one.
+/// How many depth codes are tried to either side of the wanted one: opacity has coarser codes, and
+/// a knot at a nearby depth may lie closer to one.
 const NEAR: u32 = 2;
 
 /// A knot of the curve.
@@ -29,7 +30,7 @@ pub struct Knot {
 }
 
 impl Knot {
-    /// The knot at shares `depth` and `opacity` of the way from `a` to `b`.
+    /// The knot at the shares `depth` and `opacity` of the way from `a` to `b`.
     pub fn between([a, b]: [Self; 2], depth: f32, opacity: f32) -> Self {
         Self {
             depth: a.depth + (b.depth - a.depth) * depth,
@@ -37,7 +38,7 @@ impl Knot {
         }
     }
 
-    /// The same moved to where it rises from `a` to `b`.
+    /// The same knot, clamped to the range from `a` to `b`.
     fn held_between(self, [a, b]: [Self; 2]) -> Self {
         Self {
             depth: self.depth.max(a.depth).min(b.depth),
@@ -46,7 +47,7 @@ impl Knot {
     }
 }
 
-/// Squared error over a knot's opacity: `least + steepness (opacity - best)^2`.
+/// Squared error as a function of a knot's opacity: `least + steepness (opacity - best)^2`.
 struct Parabola {
     best: f32,
     least: f32,
@@ -60,11 +61,11 @@ impl Parabola {
     }
 }
 
-/// Nine knots and the points that they follow.
+/// Nine knots and the points that they approximate.
 #[derive(Debug)]
 pub struct Fit {
     samples: Samples,
-    /// The point at which each knot stands, before it settles.
+    /// Index of the point at which each knot stands before it is rounded.
     at: [usize; KNOTS],
     /// The knots by rising depth.
     knots: [Knot; KNOTS],
@@ -89,14 +90,14 @@ impl Fit {
         [self.knots[0], self.knots[LAST]]
     }
 
-    /// Puts the first and the last knot at these depths.
+    /// Puts the first and the last knot at these rounded depths.
     pub fn settle_ends(&mut self, [first, last]: [f32; 2]) {
         self.knots[0] = Knot { depth: first, opacity: 0.0 };
         self.knots[LAST] = Knot { depth: last, opacity: 1.0 };
     }
 
-    /// Puts inner knot `j` on the best codes of so many `bits` for depth and opacity between the
-    /// settled knots `reach` to either side.
+    /// Rounds inner knot `j` to the best codes, of `bits` bits for depth and opacity, between the
+    /// already rounded knots at distance `reach` to either side. Returns the codes.
     pub fn settle(&mut self, j: usize, reach: usize, bits: [u32; 2]) -> [u32; 2] {
         let around = [self.knots[j - reach], self.knots[j + reach]];
         let neighbours =
@@ -116,7 +117,7 @@ impl Fit {
             let opacity = share(parabola.best, around.map(|knot| knot.opacity));
             let opacity = (opacity * most_opacity).round();
             let coded = Knot::between(around, depth / most_depth, opacity / most_opacity);
-            // A depth beyond a neighbour is only taken where there is no other.
+            // A depth beyond a neighbour is taken only if there is no other.
             let beyond = if held.depth == knot.depth { 0.0 } else { 1e3 };
             let error = parabola.at(coded.opacity) + beyond;
             if error < least {
@@ -127,7 +128,7 @@ impl Fit {
         codes.map(|code| code as u32)
     }
 
-    /// Moves knot `j` by `step` points to either side if that is better.
+    /// Moves knot `j` by `step` points to either side if that lowers the error.
     fn move_knot(&mut self, j: usize, step: usize) {
         let low = if j == 0 { 0 } else { self.at[j - 1] };
         let high = if j == LAST { COUNT - 1 } else { self.at[j + 1] };
@@ -154,13 +155,14 @@ impl Fit {
         }
     }
 
-    /// Squared error between the points of the neighbours of knot `j` if it is put at `depth`
-    /// between `neighbours`.
+    /// Squared error between the neighbours of knot `j` if it stands at `depth` between the knots
+    /// `a` and `b`.
     fn error(&self, j: usize, [a, b]: [Knot; 2], depth: f32) -> Parabola {
-        // Relative to a guess, so that small errors keep their digits.
+        // Computed relative to a guess, so that small errors keep their digits.
         let guess = self.knots[j].opacity;
         let [rise, fall] = [inverse(depth - a.depth), inverse(b.depth - depth)];
-        // So little that it decides only where no point has a say: halfway.
+        // So small that it matters only where no point has influence; then the best opacity is
+        // halfway.
         let mut steepness = 1e-9_f32;
         let mut slope = steepness * (0.5 * (a.opacity + b.opacity) - guess);
         let mut sum = 0.0;
@@ -182,7 +184,7 @@ impl Fit {
         Parabola { best: guess + change, least: (sum - slope * change).max(0.0), steepness }
     }
 
-    /// Squared error of a line from `a` to `b`, level beyond them, at points `from` to `to`.
+    /// Squared error of a line from `a` to `b`, constant beyond them, at the points `from` to `to`.
     fn line_error(&self, [a, b]: [Knot; 2], from: usize, to: usize) -> f32 {
         let per_depth = inverse(b.depth - a.depth);
         let points = from..=to;
@@ -197,7 +199,7 @@ impl Fit {
     }
 }
 
-/// Points for nine knots: the ends, then again and again the point farthest off the polyline so far
+/// Points for nine knots: the ends, then repeatedly the point farthest from the polyline so far
 /// (Douglas and Peucker 1973).
 fn farthest_points(samples: &Samples) -> [usize; KNOTS] {
     let mut at = [COUNT - 1; KNOTS];
@@ -222,12 +224,12 @@ fn farthest_points(samples: &Samples) -> [usize; KNOTS] {
     at
 }
 
-/// 1 / `length`, 0 for none.
+/// 1 / `length`; 0 if `length` is 0.
 fn inverse(length: f32) -> f32 {
     if length > 0.0 { 1.0 / length } else { 0.0 }
 }
 
-/// Share of the way from `a` to `b` at `x`.
+/// Position of `x` between `a` and `b`, as a share of the way.
 fn share(x: f32, [a, b]: [f32; 2]) -> f32 {
     unit((x - a) * inverse(b - a))
 }

@@ -1,10 +1,11 @@
-//! Sixteen bytes a texel: nine knots of opacity over depth, each placed between the two around it.
-//! Knows one texel at a time; where the ray enters and leaves the volume is the reader's to say.
+//! Sixteen bytes per texel: nine knots of opacity over depth, each placed between the two around
+//! it. The code handles one texel at a time; the reader knows where its ray enters and leaves the
+//! volume.
 //!
 //! Transmittance is 1 in front of the first knot, linear between knots, and 1 - A behind the last,
-//! where A is the ray's largest opacity. The first and the last knot lie at shares of the way from
-//! the ray's entry to its exit. The seven others form a tree: the middle one lies between those
-//! two, the quarters between the middle and an end, the eighths between two of these.
+//! where A is the ray's largest opacity. The depths of the first and the last knot are shares of
+//! the way from the ray's entry to its exit. The seven others form a tree: the middle one lies
+//! between those two, the quarters between the middle and an end, the eighths between two of these.
 //!
 //! ```text
 //! opacity                                   _8-------- A
@@ -17,8 +18,9 @@
 //!     entry                                       exit
 //! ```
 //!
-//! So any 128 bits are a curve that falls, precision grows where knots crowd, and a lookup goes
-//! down three levels and decodes three knots: no search, no table, no exponential.
+//! So any 128 bits are a curve whose transmittance falls, precision is higher where knots are
+//! dense, and a lookup descends three levels and decodes three knots, without a search, a table or
+//! an exponential.
 //!
 //! Four 32-bit words, little endian; bit 0 is the lowest; a field of n bits is a share of 2^n - 1:
 //!
@@ -37,22 +39,25 @@
 //! | 3 | 6..13, 13..19 | depth and opacity of knot 5 | knot 4 to 6 |
 //! | 3 | 19..26, 26..32 | depth and opacity of knot 7 | knot 6 to 8 |
 //!
-//! Errors of transmittance on texel-centre rays of 512 x 512 maps, RMS on average over the four
-//! presets at largest optical depth 4 and 16: .0010 and .0013; over six real volumes that had no
-//! part in the design .0015 and .0017. What lost, fitted by a slower search with which this layout
-//! has .0011 and .0014 on a twentieth of the texels:
+//! RMS errors of transmittance on texel-centre rays of 512 x 512 maps, at largest optical depths 4
+//! and 16: .0010 and .0013 on average over the four presets, .0015 and .0017 over six real volumes
+//! that had no part in the design.
+//! Rejected alternatives follow, with the same two errors. They were fitted by a slower search,
+//! with which this layout has .0011 and .0014 on a twentieth of the texels:
 //! - Monotone cubics through the same knots: .0010 and .0013, with larger maxima on thin surfaces;
-//!   over presets and nine real volumes .0013 and .0014, this layout .0011 and .0015. The better of
-//!   the two by a bit a texel: .0009 and .0012 there, for some three times the arithmetic of a
-//!   lookup. Exponentials by a bit: .0010 and .0012 there, nothing on the presets.
-//! - More knots of fewer bits: 11 of 8.5 bits .0018 and .0022, 15 of 6.5 bits .0022 and .0025.
-//!   Seven that are not rounded: .0009 and .0012. So knots are what is short, and how 96 bits are
-//!   shared between depths and opacities changes errors by 5 %.
-//! - Six knots of 8 + 8 bits, each by itself: .0014 and .0017. Seven of 11 bits with a curvature of
-//!   3 bits for each piece between: .0012 and .0014.
+//!   over presets and nine real volumes .0013 and .0014, where this layout has .0011 and .0015.
+//!   Choosing the better of the two with a bit per texel: .0009 and .0012 there, with about three
+//!   times the arithmetic per lookup. Choosing exponentials with a bit: .0010 and .0012 there, and
+//!   no gain on the presets.
+//! - More knots with fewer bits: 11 of 8.5 bits .0018 and .0022, 15 of 6.5 bits .0022 and .0025.
+//!   Seven without rounding: .0009 and .0012. So the number of knots limits the accuracy; how 96
+//!   bits are divided between depths and opacities changes errors by 5 % only.
+//! - Six independent knots of 8 + 8 bits: .0014 and .0017. Seven of 11 bits, with a curvature of 3
+//!   bits for each piece between: .0012 and .0014.
 //! - Depths of fifteen fixed opacities: .0017 and .0046, joined by cubics .0011 and .0034.
-//!   Opacities of fifteen equal slices between the ends: .0012 and .0025, by cubics .0008 and
-//!   .0016; their largest errors at optical depth 16 are twice to four times this layout's.
+//!   Opacities of fifteen equal slices between the ends: .0012 and .0025, joined by cubics .0008
+//!   and .0016; their largest errors at optical depth 16 are two to four times those of this
+//!   layout.
 
 mod fit;
 mod samples;
@@ -84,20 +89,19 @@ impl Codec for Nested {
         Self::BYTES
     }
 
-    /// Codes a ray that enters and leaves the volume at the depths of `extent`, from the polyline
-    /// `nodes` of optical depth, which rises; what does not is read as if it did. Without nodes,
-    /// and below an opacity of 1 / 8190, the texel is empty.
+    /// Encodes a ray. Optical depth along its nodes should rise; where it does not, it is read as
+    /// if it stayed. A ray without nodes, or with an opacity below 1 / 8190, gives an empty texel.
     ///
-    /// Writes the first [`Self::BYTES`] bytes of `texel`, nothing if there are fewer.
+    /// Writes the first [`Self::BYTES`] bytes of `texel`; nothing if there are fewer.
     fn encode(&self, ray: &TexelRay<'_>, texel: &mut [u8]) {
         if let Some(bytes) = texel.first_chunk_mut::<{ Self::BYTES }>() {
             *bytes = bytemuck::cast(words_of(ray.nodes, ray.extent).map(u32::to_le));
         }
     }
 
-    /// Transmittance of a texel from the light to `depth`, in 0..1, never rising with depth:
-    /// exactly 1 in front of the medium, 1 - A behind it. Fewer than [`Self::BYTES`] bytes are an
-    /// empty texel.
+    /// Transmittance of a texel from the light to `depth`, in 0..1. It never rises with depth, is
+    /// exactly 1 in front of the medium and 1 - A behind it. Fewer than [`Self::BYTES`] bytes are
+    /// an empty texel.
     fn transmittance(&self, texel: &[u8], [enter, exit]: [f32; 2], depth: f32) -> f32 {
         let [ends, middle, left, right] = words_in(texel);
         let largest = share(ends, 0, LARGEST_BITS);
@@ -118,19 +122,19 @@ impl Codec for Nested {
         }
         let mut a = Knot { depth: first, opacity: 0.0 };
         let mut b = Knot { depth: last, opacity: 1.0 };
-        // The half, with the word that holds it.
+        // The middle knot, and the word for the half that contains the depth.
         let knot = Knot::between([a, b], share(middle, 0, 8), share(middle, 8, 8));
         let behind = at >= knot.depth;
         (a, b) = if behind { (knot, b) } else { (a, knot) };
         let (half, quarter) = if behind { (right, 24) } else { (left, 16) };
-        // The quarter, and where the eighth between begins.
+        // The quarter's knot, and the bit where the eighth between begins.
         let knot = Knot::between([a, b], share(middle, quarter, 8), share(half, 0, 6));
         let behind = at >= knot.depth;
         (a, b) = if behind { (knot, b) } else { (a, knot) };
         let eighth = if behind { 19 } else { 6 };
         let knot = Knot::between([a, b], share(half, eighth, 7), share(half, eighth + 7, 6));
         (a, b) = if at >= knot.depth { (knot, b) } else { (a, knot) };
-        // Rounding may put b a little in front of a; then it is as if on it.
+        // Rounding may put b slightly in front of a; then it counts as being at a.
         let way = unit((at - a.depth) / (b.depth - a.depth));
         1.0 - largest * unit(a.opacity + (b.opacity - a.opacity) * way)
     }
@@ -145,7 +149,8 @@ fn words_of(nodes: &[Node], extent: [f32; 2]) -> [u32; 4] {
     }
     let mut fit = Fit::new(Samples::new(nodes, extent, largest));
     let most = 1023.0;
-    // Inwards, so that nothing is shadowed in front of the medium; 1e-4 of a code is rounding.
+    // Rounded inwards, so that nothing is shadowed in front of the medium; 1e-4 of a code allows
+    // for rounding errors.
     let first = (fit.ends()[0].depth * most - 1e-4).ceil().clamp(0.0, most);
     let last = (fit.ends()[1].depth * most + 1e-4).floor().clamp(first, most);
     fit.settle_ends([first / most, last / most]);
@@ -178,7 +183,7 @@ fn words_in(texel: &[u8]) -> [u32; 4] {
     bytemuck::cast::<[u8; Nested::BYTES], [u32; 4]>(bytes).map(u32::from_le)
 }
 
-/// The share that `bits` of `word` from bit `shift` on hold.
+/// The share 0..1 stored in `bits` bits of `word`, from bit `shift` on.
 fn share(word: u32, shift: u32, bits: u32) -> f32 {
     let most = (1 << bits) - 1;
     (word >> shift & most) as f32 / most as f32

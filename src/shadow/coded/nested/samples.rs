@@ -1,25 +1,26 @@
-//! What a fit is held to: a texel's opacity over depth at points equally far apart along the curve.
+//! The points that a fit approximates: a texel's opacity over depth at equal distances along the
+//! curve.
 
 use crate::shadow::Node;
 
-/// Points of a curve.
+/// Number of points of a curve.
 pub const COUNT: usize = 64;
-/// How much a point weighs for being one, against the share of depth that it stands for: points
-/// crowd where opacity rises steeply, so this keeps the largest error small.
+/// The weight that every point has in addition to the share of depth that it stands for. Points are
+/// dense where opacity rises steeply, so this keeps the largest error small.
 const POINT_WEIGHT: f32 = 1.0;
-/// Smallest length that is divided by.
+/// Lengths are raised to this before a division.
 const SMALLEST: f32 = 1e-30;
-/// Optical depth above which nothing gets through.
+/// Optical depth above which transmittance counts as zero.
 const OPAQUE: f32 = 87.0;
 
 /// Points of opacity over depth, by rising depth; the first and the last are the medium's ends.
 #[derive(Clone, Debug)]
 pub struct Samples {
-    /// Depths, shares of the way from the ray's entry to its exit.
+    /// Depths, as shares of the way from the ray's entry to its exit.
     pub depth: [f32; COUNT],
-    /// Opacities, shares of the ray's largest.
+    /// Opacities, as shares of the ray's largest opacity.
     pub opacity: [f32; COUNT],
-    /// How much a squared error counts; the sum is at most 1 + `POINT_WEIGHT`.
+    /// Weights of squared errors; their sum is at most 1 + `POINT_WEIGHT`.
     pub weight: [f32; COUNT],
 }
 
@@ -29,10 +30,11 @@ pub fn largest_opacity(nodes: &[Node]) -> f32 {
 }
 
 impl Samples {
-    /// Points of a ray's `nodes`, which rise, where `largest` is its largest opacity, above 0.
+    /// The points of a ray's `nodes`, whose optical depth rises; `largest` is the ray's largest
+    /// opacity, above 0.
     ///
-    /// Half of the way along the curve is depth and half opacity, so that the whole length is known
-    /// beforehand and one pass over the nodes does.
+    /// Distance along the curve is half depth and half opacity. So the whole length is known
+    /// beforehand, and one pass over the nodes is enough.
     pub fn new(nodes: &[Node], [enter, exit]: [f32; 2], largest: f32) -> Self {
         let share = |depth: f32| unit((depth - enter) / (exit - enter).max(SMALLEST));
         let [first, last] =
@@ -57,7 +59,7 @@ impl Samples {
                 let tau = front.1 + (back.1 - front.1) * part;
                 let depth = front.0 + (back.0 - front.0) * part;
                 let opacity = (1.0 - (-tau).exp()) / largest;
-                // Whatever the nodes, points rise.
+                // Points rise, whatever the nodes are.
                 samples.depth[count] = depth.max(samples.depth[count - 1]).min(last);
                 samples.opacity[count] = opacity.max(samples.opacity[count - 1]).min(1.0);
                 count += 1;
@@ -69,8 +71,8 @@ impl Samples {
         samples
     }
 
-    /// Weighs points by the depth halfway to their neighbours. What lies within a jump weighs
-    /// nothing.
+    /// Sets each point's weight by the depth halfway to its neighbours. A point within a jump
+    /// stands for no depth.
     fn weigh(&mut self) {
         let length = (self.depth[COUNT - 1] - self.depth[0]).max(SMALLEST);
         for i in 0..COUNT {
@@ -82,12 +84,12 @@ impl Samples {
     }
 }
 
-/// `x` in 0..1; 0 for NaN.
+/// `x` clamped to 0..1; 0 for NaN.
 pub fn unit(x: f32) -> f32 {
     if x > 0.0 { x.min(1.0) } else { 0.0 }
 }
 
-/// An optical depth that can be calculated with; 0 for NaN.
+/// An optical depth clamped to a finite range; 0 for NaN.
 fn capped(optical_depth: f32) -> f32 {
     if optical_depth > 0.0 { optical_depth.min(OPAQUE) } else { 0.0 }
 }

@@ -1,4 +1,4 @@
-//! Nine nested knots on rays with known answers, and on nonsense.
+//! Tests of nine nested knots on rays with known results, and on invalid bytes.
 
 use super::Nested;
 use crate::shadow::Node;
@@ -16,7 +16,7 @@ fn coded(list: &[[f32; 2]], extent: [f32; 2]) -> [u8; 16] {
     texel
 }
 
-/// Depths over and around the extent, rising.
+/// Depths in and around the extent, rising.
 fn depths() -> impl Iterator<Item = f32> {
     (0..=3000_u16).map(|i| 1.5 + f32::from(i) * 1e-3)
 }
@@ -29,7 +29,7 @@ fn noise(state: &mut u32) -> u32 {
     *state
 }
 
-/// A texel of fields, each a value, where it begins and how long it is, in a word.
+/// A texel from fields; each word has a list of (value, bit offset).
 fn packed(fields: [&[(u32, u32)]; 4]) -> [u8; 16] {
     bytemuck::cast(fields.map(|fields| {
         fields.iter().fold(0_u32, |word, &(value, shift)| word | value << shift).to_le()
@@ -48,7 +48,7 @@ fn an_empty_ray_is_all_zeros_and_lets_everything_through() {
 #[test]
 fn a_uniform_slab_follows_beer_lambert() {
     for (tau, most) in [(0.01, 2e-4), (0.5, 2e-3), (3.0, 8e-3), (16.0, 0.012)] {
-        // Two nodes say the same as many.
+        // Two nodes describe the same curve as many.
         let few = vec![[2.0, 0.0], [4.0, tau]];
         let many = (0..=100_u8).map(|i| f32::from(i) * 0.01).map(|x| [2.0 + 2.0 * x, tau * x]);
         for list in [few, many.collect()] {
@@ -86,7 +86,7 @@ fn in_front_of_the_medium_transmittance_is_exactly_one_and_behind_it_the_rest() 
                 let texel = coded(&[[front, 0.0], [back, tau]], EXTENT);
                 let at = |z: f32| Nested.transmittance(&texel, EXTENT, z);
                 assert!([-9.0, 1.0, 2.0, front - 1e-5].map(at) == [1.0; 4], "{front} {back} {tau}");
-                // A code of depth later at most.
+                // At most one code of depth later.
                 let rest = at(back + 2.0 / 1023.0 + 1e-5);
                 assert!((rest - (-tau).exp()).abs() < 1.3e-4, "{front} {back} {tau}: {rest}");
                 assert!([4.0, 9.0, f32::INFINITY].map(at) == [rest; 3], "{front} {back} {tau}");
