@@ -32,7 +32,7 @@ pub fn example(folder: &Path) -> Result<Vec<f32>> {
     let way = beam.light.direction_at(middle);
     let points = [-0.6, -0.3, 0.0, 0.3, 0.6].map(|distance| middle + distance * way);
     let light_at = |point: DVec3| {
-        let place = beam.view.coordinates(point)?.as_vec3();
+        let place = beam.view.place(point)?;
         Some(map.lookup(0, place.x, place.y, place.z))
     };
     Ok(points.into_iter().filter_map(light_at).collect())

@@ -43,7 +43,9 @@ mod tests {
     fn every_item_is_worked_on_once_and_results_keep_their_order() {
         let mut values: Vec<u64> = (0..10_001).collect();
         for_each(values.chunks_mut(7).enumerate(), |(i, part)| {
-            part.iter_mut().for_each(|value| *value += 1_000_000 * i as u64);
+            for value in part {
+                *value += 1_000_000 * i as u64;
+            }
         });
         let expected = (0..10_001).map(|i| i + 1_000_000 * (i / 7));
         assert!(values.iter().copied().eq(expected));

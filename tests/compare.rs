@@ -2,6 +2,9 @@
 
 use std::fs;
 
+use deepshadow::compare::{Bench, Method};
+use deepshadow::ndarray::Array3;
+use deepshadow::{Scene, Settings, Silent, Volume};
 use serde_json::Value as Json;
 
 use crate::cli::{Folder, must_succeed, stderr};
@@ -146,4 +149,27 @@ fn wrong_options_are_refused() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("filter"), "{}", stderr(&output));
     assert!(folder.names().is_empty());
+}
+
+/// Lengths of a map are in the media's unit, which is not the world's where that is very large or
+/// small; those of a report are the world's.
+#[test]
+fn the_worst_ray_is_drawn_in_world_lengths_whatever_the_unit() {
+    for spacing in [1e-7, 0.1, 1e7] {
+        let cloud = Array3::from_shape_fn((8, 9, 10), |(z, y, x)| ((x + 2 * y * z) % 5) as f32);
+        let volume = Volume::from_array("cloud", cloud, [spacing; 3]).unwrap();
+        let scene = Scene::automatic(volume).unwrap();
+        let settings = Settings::default().with(|settings| {
+            (settings.map.size, settings.image.size) = (16, [8, 8]);
+        });
+        let bench = Bench::new(&scene, &settings, [300, 1], &Silent).unwrap();
+        let worst = bench.measure(&Method::parse("fragments@0.001").unwrap()).unwrap().worst;
+        let worst = worst.unwrap();
+        let longest = 30.0 * spacing;
+        assert!((0.0..longest).contains(&(worst.extent[1] - worst.extent[0])), "{worst:?}");
+        let [last, ..] = worst.points.last().copied().unwrap();
+        assert!((worst.points[0][0]..=last).contains(&worst.depth), "{spacing}: {worst:?}");
+        let off = worst.points.iter().map(|[_, truth, found]| (truth - found).abs());
+        assert!(off.fold(0.0, f64::max) < 0.01, "{spacing}: {worst:?}");
+    }
 }

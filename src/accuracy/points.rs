@@ -132,8 +132,7 @@ fn sample(drawn: Drawn, beam: &Beam, exact: &ExactTexels<'_>) -> Option<Sample> 
     match drawn {
         Drawn::World(point) if !view.answers_for(point) => None,
         Drawn::World(point) => {
-            let place = view.coordinates(point)? / DVec3::new(1.0, 1.0, view.unit);
-            let place = place.as_vec3().to_array();
+            let place = view.place(point)?.to_array();
             let truth = exact.extinction().light_transmittance(&beam.light, point);
             Some(Sample { place, truth })
         }

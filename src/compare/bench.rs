@@ -69,6 +69,7 @@ pub struct Row {
 }
 
 /// Transmittance over depth along the central ray of one texel.
+#[derive(Clone, Debug)]
 pub struct Curve {
     /// The texel (x, y), from the upper left.
     pub texel: [u32; 2],
@@ -195,7 +196,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The curve along the whole ray of a sample.
+    /// The curve along the whole ray of a sample, in world lengths.
     fn curve(&self, part: &Part, map: &dyn Shadow, sample: Sample) -> Curve {
         let [u, v, depth] = sample.place;
         let n = self.settings.map.size;
@@ -208,12 +209,14 @@ impl<'a> Bench<'a> {
         let step = (exit - enter + 2.0 * margin) / (CURVE_POINTS - 1) as f64;
         let depths: Vec<f64> =
             (0..CURVE_POINTS).map(|i| enter - margin + i as f64 * step).collect();
+        let unit = part.beam.view.unit;
         let lookup = |depth: f32| f64::from(map.lookup(1, u, v, depth));
         let truths = trace(&depths).transmittance;
-        let points = depths.iter().zip(truths).map(|(&z, truth)| [z, truth, lookup(z as f32)]);
+        let points =
+            depths.iter().zip(truths).map(|(&z, truth)| [z, truth, lookup((z / unit) as f32)]);
         Curve {
             texel,
-            depth: depth.into(),
+            depth: f64::from(depth) * unit,
             truth: sample.truth,
             found: lookup(depth),
             extent: [enter, exit],

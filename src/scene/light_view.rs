@@ -9,7 +9,7 @@
 //!           v \  /          the map's edges touch the volume's outline
 //! ```
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec3, DVec4, Vec3};
 
 use super::{Light, LightKind, Media};
 use crate::error::{Error, Result};
@@ -238,6 +238,13 @@ impl LightView {
             }
             Some(_) => None,
         }
+    }
+
+    /// (u, v, depth) of a world position as lookups in maps take them: depth in [`Self::unit`];
+    /// `None` for positions behind a point or spot light.
+    pub fn place(&self, world: DVec3) -> Option<Vec3> {
+        let [u, v, depth] = self.coordinates(world)?.to_array();
+        Some(DVec3::new(u, v, depth / self.unit).as_vec3())
     }
 }
 

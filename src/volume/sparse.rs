@@ -218,7 +218,9 @@ impl SparseVoxels {
     /// Replaces every value by `with` of it.
     pub fn replace(&mut self, with: impl Fn(f32) -> f32 + Sync) {
         parallel::for_each(self.values.chunks_mut(BLOCK_VALUES), |block| {
-            block.iter_mut().for_each(|value| *value = with(*value));
+            for value in block {
+                *value = with(*value);
+            }
         });
         self.share();
     }

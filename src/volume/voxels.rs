@@ -130,7 +130,9 @@ impl Voxels {
         match self {
             Self::Dense(values) => match values.as_slice_mut() {
                 Some(all) => parallel::for_each(all.chunks_mut(CHUNK), |part| {
-                    part.iter_mut().for_each(|value| *value = with(*value));
+                    for value in part {
+                        *value = with(*value);
+                    }
                 }),
                 None => values.mapv_inplace(with),
             },

@@ -19,7 +19,9 @@ pub(super) fn densities(header: &DenseHeader, rows: &[u8]) -> Vec<f32> {
     parallel::for_each(parts, |(densities, bytes)| {
         let mut numbers = value_type.decode(bytes, endian);
         if header.scale != [1.0, 0.0] {
-            numbers.iter_mut().for_each(|number| *number = *number * slope + intercept);
+            for number in &mut numbers {
+                *number = *number * slope + intercept;
+            }
         }
         for (density, vector) in densities.iter_mut().zip(numbers.chunks_exact(components)) {
             *density = length(vector) as f32;

@@ -163,7 +163,9 @@ impl<T: Value> Tree<T> {
         let mut all = Findings::of_tiles(&self.topology);
         let leaves =
             parallel::map(self.leaves(), |leaf| Findings::of_leaf(leaf.values, leaf.active));
-        leaves.iter().for_each(|leaf| all.merge(leaf));
+        for leaf in &leaves {
+            all.merge(leaf);
+        }
         all.statistics(T::COMPONENTS)
     }
 
