@@ -1,5 +1,6 @@
 //! Shared by many tests: small scenes, seeded random numbers, error measures.
 
+pub mod answers;
 pub mod backends;
 pub mod data;
 pub mod scenes;
