@@ -155,13 +155,13 @@ impl Voxels {
     /// Sets values that are negative, NaN or infinite to 0, and returns how many voxels these were.
     pub(super) fn clean(&mut self) -> usize {
         let renders = |v: f32| v >= 0.0 && v.is_finite();
+        let among = |values: &[f32]| -> usize {
+            let count = |part: &[f32]| part.iter().filter(|&&v| !renders(v)).count();
+            parallel::map(values.chunks(CHUNK), count).into_iter().sum()
+        };
         let replaced = match self {
-            Self::Dense(values) => {
-                let count = |part: &[f32]| part.iter().filter(|&&v| !renders(v)).count();
-                let parts = values.as_slice().unwrap_or_default().chunks(CHUNK);
-                parallel::map(parts, count).into_iter().sum()
-            }
-            Self::Sparse(voxels) if voxels.values().iter().all(|&v| renders(v)) => 0,
+            Self::Dense(values) => among(values.as_slice().unwrap_or_default()),
+            Self::Sparse(voxels) if among(voxels.values()) == 0 => 0,
             Self::Sparse(_) => {
                 let mut count = 0;
                 self.for_each_held(|held, value| {
