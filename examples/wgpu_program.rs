@@ -2,12 +2,11 @@
 //! lookup. It asks how much light reaches points along a line through a volume.
 #![allow(clippy::print_stdout)]
 
-use deepshadow::frame::Frame;
-use deepshadow::gpu::{Renderer, shadow_wgsl};
+use deepshadow::gpu::{GpuShadow, Renderer, shadow_wgsl};
 use deepshadow::settings::MapKind;
 use deepshadow::volume::{Axis, presets::Preset};
 use deepshadow::wgpu::BufferUsages as Usage;
-use deepshadow::{Error, Result, Scene, Settings, wgpu};
+use deepshadow::{Error, Frame, Result, Scene, Settings, wgpu};
 
 /// The program's shader. `shadow_at` is the crate's; its bindings are in bind group 1.
 const SHADER: &str = "
@@ -64,41 +63,52 @@ pub fn example() -> Result<Vec<f32>> {
     let light = buffer(4 * POINTS, Usage::STORAGE | Usage::COPY_SRC);
     let readback = buffer(4 * POINTS, Usage::MAP_READ | Usage::COPY_DST);
     queue.write_buffer(&points, 0, bytemuck::cast_slice(&way_through));
+    let ours = renderer.shadow_layout(MapKind::Threshold, wgpu::ShaderStages::COMPUTE)?;
+    let shadow = renderer.shadow_group(&ours, &frame, GpuShadow::Threshold(&map));
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl((shadow_wgsl(1, MapKind::Threshold)? + SHADER).into()),
     });
+    let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let theirs = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[storage(0, true), storage(1, false)],
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(&theirs), Some(&ours)],
+        immediate_size: 0,
+    });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: None,
-        layout: None,
+        layout: Some(&layout),
         module: &module,
         entry_point: Some("shade"),
         compilation_options: Default::default(),
         cache: None,
     });
-    let group = |index: u32, entries: &[(u32, wgpu::BindingResource<'_>)]| {
-        let entries: Vec<_> = entries
-            .iter()
-            .map(|(binding, resource)| wgpu::BindGroupEntry {
-                binding: *binding,
-                resource: resource.clone(),
-            })
-            .collect();
-        device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(index),
-            entries: &entries,
-        })
-    };
-    let theirs = group(0, &[(0, points.as_entire_binding()), (1, light.as_entire_binding())]);
-    let parameters = frame.buffer().as_entire_binding();
-    let texels = wgpu::BindingResource::TextureView(map.view());
-    let ours = group(1, &[(0, parameters), (3, texels)]);
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &theirs,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: points.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: light.as_entire_binding() },
+        ],
+    });
     {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &theirs, &[]);
-        pass.set_bind_group(1, &ours, &[]);
+        pass.set_bind_group(0, &group, &[]);
+        pass.set_bind_group(1, &shadow, &[]);
         pass.dispatch_workgroups(1, 1, 1);
     }
     encoder.copy_buffer_to_buffer(&light, 0, &readback, 0, 4 * POINTS as u64);

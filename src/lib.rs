@@ -38,20 +38,25 @@
 //!
 //! # Features
 //! - `gpu` (default): the wgpu backend.
-//! - `cli` (default): the program. A library user can leave it out.
+//! - `io` (default): files of all formats. Without it nothing reads or writes a file.
+//! - `cli` (default): the program, which needs `io`. A library user can leave it out.
 
 pub mod accuracy;
 pub mod backend;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
 pub mod compare;
 pub mod cpu;
 pub mod error;
+#[doc(hidden)]
 pub mod frame;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod image;
+#[cfg(feature = "io")]
 pub mod io;
+#[doc(hidden)]
 pub mod kernel;
 pub mod math;
 mod parallel;
@@ -65,6 +70,8 @@ pub mod volume;
 pub use backend::Backend;
 pub use cpu::CpuBackend;
 pub use error::{Error, ErrorKind, Result};
+#[doc(inline)]
+pub use frame::Frame;
 #[cfg(feature = "gpu")]
 pub use gpu::GpuBackend;
 pub use image::Image;

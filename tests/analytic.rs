@@ -114,7 +114,7 @@ fn profiles_agree_with_single_integrals_for_every_kind_of_light() {
         LightKind::Point { position: DVec3::new(0.3, 2.0, -1.1) },
     ];
     for kind in kinds {
-        let light = Light { kind, irradiance: DVec3::ONE };
+        let light = Light::new(kind, DVec3::ONE);
         let view = LightView::of(&light, &media).unwrap()[0];
         let depths: Vec<f64> = (0..50).map(|i| f64::from(i) * 0.06).collect();
         for uv in [[0.5, 0.5], [0.21, 0.64], [0.8, 0.33]] {
@@ -142,7 +142,7 @@ fn light_views_fit_tightly() {
         LightKind::Directional { direction: DVec3::NEG_Y },
         LightKind::Point { position: DVec3::new(1.0, 2.0, 0.5) },
     ] {
-        let view = LightView::of(&Light { kind, irradiance: DVec3::ONE }, &cube).unwrap()[0];
+        let view = LightView::of(&Light::new(kind, DVec3::ONE), &cube).unwrap()[0];
         let seen = cube.world_corners().map(|c| view.coordinates(c).unwrap());
         for axis in 0..2 {
             let lo = seen.iter().map(|c| c[axis]).fold(f64::MAX, f64::min);
@@ -163,7 +163,7 @@ fn light_views_fit_tightly() {
 fn a_light_in_or_too_near_the_volume_has_the_faces_of_a_cube() {
     let cube = Media::from(volume([4; 3], unit_cube(), |_| 1.0));
     for position in [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.0, 0.501, 0.0)] {
-        let light = |kind| Light { kind, irradiance: DVec3::ONE };
+        let light = |kind| Light::new(kind, DVec3::ONE);
         let views = LightView::of(&light(LightKind::Point { position }), &cube).unwrap();
         assert_eq!(views.len(), 6);
         let mut random = Random(3);

@@ -34,12 +34,12 @@ fn scenes() -> Vec<(&'static str, Scene, Settings)> {
         s.map.kind = Some(MapKind::Fragments);
         s.map.fragments.tolerance = TOLERANCE;
     });
-    let ground = Ground { height: -0.6, albedo: 0.3, half_extent: Some(1.5) };
+    let ground = Ground::new(-0.6, 0.3).within(1.5);
     let mut lit = anchor_scene(Preset::Bucky, 6.0, 32);
     lit.ground = Some(ground);
     lit.ambient = DVec3::new(0.1, 0.2, 0.3);
     let mut endless = anchor_scene(Preset::Rods, 12.0, 32);
-    endless.ground = Some(Ground { half_extent: None, ..ground });
+    endless.ground = Some(Ground::new(ground.height, ground.albedo));
     endless.media.medium_mut().phase_g = 0.6;
     endless.media.medium_mut().albedo = DVec3::new(1.0, 0.6, 0.2);
     let mut point = anchor_scene(Preset::Box, 5.0, 32);
@@ -114,29 +114,21 @@ fn mixture() -> Media {
     let grid = |seed: usize| {
         Arc::new(volume([7, 9, 8], unit_cube(), |[x, y, z]| ((x * y + seed * z) % 6) as f32 / 5.0))
     };
-    let colors = Medium {
-        density_scale: 6.0,
-        albedo: DVec3::new(0.9, 0.8, 1.0),
-        phase_g: 0.3,
-        transfer: Some(Arc::new(preset("inferno").unwrap())),
-        color: Some([grid(1), grid(2), grid(3)]),
-        emission: Some(Emission {
-            field: Some(grid(4)),
-            ramp: Arc::new(preset("fire").unwrap()),
-            scale: 0.4,
-        }),
-        ..Medium::default()
-    };
-    let tinted = Medium {
-        density_scale: 4.0,
-        tint: DVec3::new(0.2, 1.0, 1.5),
-        modulation: Some(grid(2)),
-        ..Medium::default()
-    };
+    let fire = Emission::new(Arc::new(preset("fire").unwrap()), 0.4);
+    let colors = Medium::new(6.0).with(|medium| {
+        medium.albedo = DVec3::new(0.9, 0.8, 1.0);
+        medium.phase_g = 0.3;
+        medium.transfer = Some(Arc::new(preset("inferno").unwrap()));
+        medium.color = Some([grid(1), grid(2), grid(3)]);
+        medium.emission = Some(fire.over(grid(4)));
+    });
+    let tinted = Medium::new(4.0).with(|medium| {
+        medium.tint = DVec3::new(0.2, 1.0, 1.5);
+        medium.modulation = Some(grid(2));
+    });
     let bounds = Aabb { min: DVec3::new(-0.3, -0.2, -0.5), max: DVec3::new(0.7, 0.6, 0.4) };
     let second = Arc::new(volume([5, 6, 4], bounds, |[x, y, z]| ((x + y + z) % 3) as f32 * 0.5));
-    let bodies =
-        vec![Body { volume: grid(5), medium: colors }, Body { volume: second, medium: tinted }];
+    let bodies = vec![Body::new(grid(5), colors), Body::new(second, tinted)];
     Media::new(bodies)
 }
 
@@ -204,7 +196,7 @@ fn one_percent_of_density_is_noticed_in_every_scene() {
 fn pictures_converge_to_brute_force() {
     for preset in [Preset::Box, Preset::Bucky, Preset::Rods] {
         let mut scene = anchor_scene(preset, 8.0, 64);
-        scene.ground = Some(Ground { height: -0.55, albedo: 0.3, half_extent: None });
+        scene.ground = Some(Ground::new(-0.55, 0.3));
         let truth = brute_force_image(&scene, [40, 32], 2).unwrap();
         for backend in every_backend() {
             let image = backend.render(&scene, &settings(128, [40, 32]), &Silent).unwrap();
@@ -274,7 +266,7 @@ fn light_is_scattered_forwards_for_positive_g() {
 #[test]
 fn nothing_lies_in_the_shadow_of_an_empty_volume() {
     let mut empty = scene(volume([4; 3], unit_cube(), |_| 0.0), 3.0);
-    empty.ground = Some(Ground { height: -0.55, albedo: 0.5, half_extent: None });
+    empty.ground = Some(Ground::new(-0.55, 0.5));
     for backend in every_backend() {
         let image = backend.render(&empty, &settings(16, [16, 16]), &Silent).unwrap();
         let map =

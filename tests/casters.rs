@@ -28,8 +28,8 @@ fn worst(image: &Image, truth: &Image) -> f64 {
 fn lamp(kind: LightKind) -> Scene {
     let density = |[x, y, z]: [usize; 3]| ((x * 5 + y * 3 + z * 7) % 11) as f32 / 10.0;
     let mut lit = scene(volume([16; 3], unit_cube(), density), 4.0);
-    lit.lights[0] = Light { kind, irradiance: DVec3::splat(0.5) };
-    lit.ground = Some(Ground { height: -0.6, albedo: 0.5, half_extent: None });
+    lit.lights[0] = Light::new(kind, DVec3::splat(0.5));
+    lit.ground = Some(Ground::new(-0.6, 0.5));
     lit
 }
 
@@ -83,7 +83,7 @@ fn the_papers_shading_refuses_a_light_in_a_volume() {
 fn no_seam_shows_between_faces() {
     let mut scene = scene(volume([24; 3], unit_cube(), |_| 1.0), 3.0);
     let light = LightKind::Point { position: DVec3::ZERO };
-    scene.lights[0] = Light { kind: light, irradiance: DVec3::splat(0.3) };
+    scene.lights[0] = Light::new(light, DVec3::splat(0.3));
     scene.camera.position = DVec3::new(0.0, 0.0, 3.0);
     scene.camera.target = DVec3::ZERO;
     scene.camera.projection = Projection::Orthographic { height: 0.9 };
@@ -119,7 +119,7 @@ fn no_seam_shows_between_faces() {
 fn a_scene_without_volumes_is_its_ground() {
     let mut bare = scene(volume([2; 3], unit_cube(), |_| 0.0), 0.0);
     bare.media = Media::none();
-    bare.ground = Some(Ground { height: -0.6, albedo: 0.5, half_extent: Some(1.0) });
+    bare.ground = Some(Ground::new(-0.6, 0.5).within(1.0));
     bare.background = Some(DVec3::new(0.1, 0.2, 0.3));
     let kinds = [
         LightKind::Directional { direction: DVec3::new(0.3, -1.0, 0.2) },
@@ -160,7 +160,7 @@ fn a_scene_without_volumes_is_its_ground() {
 fn ground_in_a_medium_is_shadowed_by_what_lies_above_it() {
     let mut buried = scene(volume([16; 3], unit_cube(), |_| 1.0), 3.0);
     buried.lights[0].kind = LightKind::Directional { direction: DVec3::NEG_Y };
-    buried.ground = Some(Ground { height: 0.1, albedo: 0.5, half_extent: None });
+    buried.ground = Some(Ground::new(0.1, 0.5));
     buried.camera.position = DVec3::new(0.0, 3.0, 0.0);
     buried.camera.target = DVec3::ZERO;
     buried.camera.up = DVec3::Z;

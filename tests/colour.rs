@@ -9,9 +9,7 @@ use deepshadow::math::Aabb;
 use deepshadow::progress::Silent;
 use deepshadow::reference::Extinction;
 use deepshadow::scene::transfer::{TransferFunction, TransferPoint, preset};
-use deepshadow::scene::{
-    Body, Camera, Emission, Ground, Light, LightKind, Media, Medium, Projection, Scene,
-};
+use deepshadow::scene::{Body, Camera, Emission, Ground, Light, LightKind, Media, Medium, Scene};
 use deepshadow::settings::{MapKind, Settings};
 use deepshadow::shadow::Shadow;
 use deepshadow::volume::Volume;
@@ -36,28 +34,23 @@ fn boxed(center: DVec3, size: f64) -> Aabb {
 }
 
 fn body(volume: Volume, medium: Medium) -> Body {
-    Body { volume: Arc::new(volume), medium }
+    Body::new(Arc::new(volume), medium)
 }
 
 fn medium(density_scale: f64) -> Medium {
-    Medium { density_scale, ..Medium::default() }
+    Medium::new(density_scale)
 }
 
 /// Light from above on a white ground, seen by a camera below the volumes.
 fn ground_scene(bodies: Vec<Body>) -> Scene {
     let mut scene = scene(uniform(unit_cube()), 1.0);
     scene.media = Media::new(bodies);
-    scene.lights[0] = Light {
-        kind: LightKind::Directional { direction: DVec3::NEG_Y },
-        irradiance: DVec3::splat(std::f64::consts::PI),
-    };
-    scene.ground = Some(Ground { height: GROUND, albedo: 1.0, half_extent: None });
-    scene.camera = Camera {
-        projection: Projection::Orthographic { height: 2.0 },
-        position: DVec3::new(0.0, -1.5, 0.0),
-        target: DVec3::new(0.0, GROUND, 0.0),
-        up: DVec3::NEG_Z,
-    };
+    let kind = LightKind::Directional { direction: DVec3::NEG_Y };
+    scene.lights[0] = Light::new(kind, DVec3::splat(std::f64::consts::PI));
+    scene.ground = Some(Ground::new(GROUND, 1.0));
+    let (below, middle) = (DVec3::new(0.0, -1.5, 0.0), DVec3::new(0.0, GROUND, 0.0));
+    scene.camera = Camera::orthographic(below, middle, 2.0);
+    scene.camera.up = DVec3::NEG_Z;
     scene
 }
 
@@ -79,7 +72,7 @@ fn largest_difference(a: &Image, b: &Image) -> f32 {
 #[test]
 fn a_coloured_slab_over_a_white_ground_lets_through_exp_minus_tau_of_each_channel() {
     let tint = DVec3::new(1.0, 0.25, 0.0);
-    let slab = body(uniform(unit_cube()), Medium { tint, ..medium(1.5) });
+    let slab = body(uniform(unit_cube()), medium(1.5).with(|medium| medium.tint = tint));
     let scene = ground_scene(vec![slab]);
     for backend in every_backend() {
         for kind in KINDS {
@@ -106,7 +99,7 @@ fn overlapping_boxes_multiply_their_transmittances() {
         body(uniform(a), medium(0.9)),
         body(
             turned.placed(turn).unwrap(),
-            Medium { tint: DVec3::new(0.2, 1.0, 2.0), ..medium(1.3) },
+            medium(1.3).with(|medium| medium.tint = DVec3::new(0.2, 1.0, 2.0)),
         ),
     ];
     let scene = ground_scene(bodies);
@@ -142,8 +135,11 @@ fn two_clouds() -> Vec<Body> {
             (1.0 - 2.0 * p.length()).max(0.0) as f32 * noise[(z * 12 + y) * 12 + x]
         })
     };
-    let warm = Medium { albedo: DVec3::new(1.0, 0.6, 0.3), phase_g: 0.4, ..medium(9.0) };
-    let red = Medium { tint: DVec3::new(0.3, 1.0, 1.4), ..medium(7.0) };
+    let warm = medium(9.0).with(|medium| {
+        medium.albedo = DVec3::new(1.0, 0.6, 0.3);
+        medium.phase_g = 0.4;
+    });
+    let red = medium(7.0).with(|medium| medium.tint = DVec3::new(0.3, 1.0, 1.4));
     vec![body(blob(DVec3::new(-0.15, 0.0, 0.0)), warm), body(blob(DVec3::new(0.2, 0.1, 0.1)), red)]
 }
 
@@ -170,8 +166,8 @@ fn the_order_of_volumes_means_nothing() {
 #[test]
 fn a_volume_split_into_two_renders_as_one() {
     let mut whole = anchor_scene(Preset::Bucky, 8.0, 32);
-    whole.ground = Some(Ground { height: -0.6, albedo: 0.4, half_extent: None });
-    let Body { volume, medium } = whole.media.first().unwrap().clone();
+    whole.ground = Some(Ground::new(-0.6, 0.4));
+    let Body { volume, medium, .. } = whole.media.first().unwrap().clone();
     let mut random = Random(3);
     let shares: Vec<f32> = volume.values().iter().map(|_| random.unit() as f32).collect();
     let part = |keep: &dyn Fn(f32) -> f32| {
@@ -227,7 +223,7 @@ fn bands_of_a_transfer_function_are_never_stepped_over() {
         let mut across = scene(ramp.clone(), 1.0);
         across.media = Media::new(vec![body(
             ramp.clone(),
-            Medium { transfer: Some(band), ..medium(40.0 / width * 0.03) },
+            medium(40.0 / width * 0.03).with(|medium| medium.transfer = Some(band)),
         )]);
         let exact = Extinction::of(&across.media);
         let found = exact.optical_depth(DVec3::new(-2.0, 0.1, 0.2), DVec3::X, [0.0, 9.0]);
@@ -275,16 +271,14 @@ fn a_straight_transfer_function_is_none() {
 fn emission_has_its_closed_form() {
     let glowing = function(&[(0.0, [0.5, 0.25, 1.0], 1.0), (1.0, [0.5, 0.25, 1.0], 1.0)]);
     for extinction in [0.0, 3.0] {
-        let emission = Emission { field: None, ramp: glowing.clone(), scale: 0.8 };
-        let dark = Medium { albedo: DVec3::ZERO, emission: Some(emission), ..medium(extinction) };
+        let emission = Emission::new(glowing.clone(), 0.8);
+        let dark = medium(extinction).with(|medium| {
+            medium.albedo = DVec3::ZERO;
+            medium.emission = Some(emission);
+        });
         let mut scene = scene(uniform(unit_cube()), 1.0);
         scene.media = Media::new(vec![body(uniform(unit_cube()), dark)]);
-        scene.camera = Camera {
-            projection: Projection::Orthographic { height: 0.5 },
-            position: DVec3::new(0.0, 0.0, 3.0),
-            target: DVec3::ZERO,
-            up: DVec3::Y,
-        };
+        scene.camera = Camera::orthographic(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 0.5);
         let length =
             if extinction > 0.0 { (1.0 - f64::exp(-extinction)) / extinction } else { 1.0 };
         let truth = DVec3::new(0.5, 0.25, 1.0) * 0.8 * length;
@@ -303,11 +297,9 @@ fn emission_has_its_closed_form() {
 fn the_picture_of_two_lights_is_the_sum_of_theirs() {
     let mut both = scene(uniform(unit_cube()), 1.0);
     both.media = Media::new(two_clouds());
-    both.ground = Some(Ground { height: -0.6, albedo: 0.4, half_extent: None });
-    let blue = Light {
-        kind: LightKind::Point { position: DVec3::new(-1.4, 1.2, 0.9) },
-        irradiance: DVec3::new(2.0, 4.0, 9.0),
-    };
+    both.ground = Some(Ground::new(-0.6, 0.4));
+    let kind = LightKind::Point { position: DVec3::new(-1.4, 1.2, 0.9) };
+    let blue = Light::new(kind, DVec3::new(2.0, 4.0, 9.0));
     let mut second = both.clone();
     second.lights = vec![blue];
     let first = both.clone();

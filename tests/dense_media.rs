@@ -189,7 +189,7 @@ fn emission_of_a_dense_medium_is_that_over_its_extinction() {
         scene.lights[0].irradiance = DVec3::ZERO;
         let extinction = depth * VOXELS as f64;
         let ramp = TransferFunction::new(vec![point(0.0), point(2.0)]).unwrap();
-        let emission = Emission { field: None, ramp: Arc::new(ramp), scale: 3.0 * extinction };
+        let emission = Emission::new(Arc::new(ramp), 3.0 * extinction);
         scene.media.medium_mut().emission = Some(emission);
         let found = radiance(&scene, &settings(MapKind::Fragments));
         let exact: Vec<f64> = vec![3.0 * -(-extinction).exp_m1(); found.len()];

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use deepshadow::math::Aabb;
 use deepshadow::progress::Silent;
 use deepshadow::scene::transfer::{TransferFunction, TransferPoint};
-use deepshadow::scene::{Camera, Emission, Media, Medium, Projection};
+use deepshadow::scene::{Camera, Emission, Media, Medium};
 use deepshadow::volume::Volume;
 use glam::DVec3;
 
@@ -28,13 +28,11 @@ fn emission_goes_on_beyond_the_densities() {
     let end = TransferPoint { value: 1.0, ..point };
     let glowing = Arc::new(TransferFunction::new(vec![point, end]).unwrap());
     let fire = Arc::new(uniform(boxed(DVec3::new(0.0, 0.0, -3.0), 1.0)));
-    let emission = Emission { field: Some(fire), ramp: glowing, scale: 0.8 };
-    let dark = Medium {
-        albedo: DVec3::ZERO,
-        emission: Some(emission),
-        density_scale: 0.5,
-        ..Medium::default()
-    };
+    let emission = Emission::new(glowing, 0.8).over(fire);
+    let dark = Medium::new(0.5).with(|medium| {
+        medium.albedo = DVec3::ZERO;
+        medium.emission = Some(emission);
+    });
     let mut scene = scene(uniform(unit_cube()), 1.0);
     scene.media = Media::of(Arc::new(uniform(unit_cube())), dark);
     let size = scene.media.world_bounds().size();
@@ -45,12 +43,7 @@ fn emission_goes_on_beyond_the_densities() {
         (DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 0.8 * f64::exp(-0.5)),
         (DVec3::new(9.0, 0.0, -1.5), DVec3::new(0.0, 0.0, -1.5), 0.0),
     ] {
-        scene.camera = Camera {
-            projection: Projection::Orthographic { height: 0.5 },
-            position: from,
-            target: to,
-            up: DVec3::Y,
-        };
+        scene.camera = Camera::orthographic(from, to, 0.5);
         for backend in every_backend() {
             let image = backend.render(&scene, &settings(16, [8, 8]), &Silent).unwrap();
             let found = f64::from(image.pixels[36][0]);

@@ -20,12 +20,17 @@ const POINTS: usize = 64;
 
 /// The other program's shader, which tells how much light reaches each of its points.
 const THEIR_SHADER: &str = "
+// Names that the crate's shaders have as well.
+struct Frame { map: f32 }
+const FARTHEST: f32 = 1.0;
+fn front(frame: Frame) -> f32 { return frame.map * FARTHEST; }
+
 @group(0) @binding(0) var<storage, read> points: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> light: array<f32>;
 
 @compute @workgroup_size(64)
 fn their_pass(@builtin(global_invocation_id) id: vec3<u32>) {
-    light[id.x] = shadow_at(points[id.x].xyz);
+    light[id.x] = front(Frame(shadow_at(points[id.x].xyz)));
 }
 ";
 
@@ -115,97 +120,121 @@ fn prepared_passes_follow_light_and_camera_and_leave_nothing_behind() {
     }
 }
 
+/// The layout of the other program's own resources.
+fn their_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[storage(0, true), storage(1, false)],
+    })
+}
+
 #[test]
 fn another_program_shades_its_points_with_our_shadow() {
     let Some((_, device, queue)) = their_device() else { return };
 
     // The crate's map, built on that device.
     let scene = anchor_scene(Preset::Bucky, 4.0, 32);
-    let settings = settings(64, [1, 1]);
     let beam = scene.only_beam().unwrap();
-    let frame = Frame::new(&beam, &settings).unwrap();
-    let renderer = Renderer::new(&device, &queue);
-    let volume = renderer.upload(&scene.media).unwrap();
-    let parameters = renderer.frame(&frame, &volume).unwrap();
-    let map = renderer.map(settings.map.size).unwrap();
-    let mut encoder = device.create_command_encoder(&Default::default());
-    renderer.trace_threshold(&mut encoder, &volume, &parameters, &map).unwrap();
+    for kind in [MapKind::Threshold, MapKind::Fragments] {
+        let settings = settings(64, [1, 1]).with(|s| s.map.kind = Some(kind));
+        let frame = Frame::new(&beam, &settings).unwrap();
+        let renderer = Renderer::new(&device, &queue);
+        let volume = renderer.upload(&scene.media).unwrap();
+        let parameters = renderer.frame(&frame, &volume).unwrap();
+        let map = renderer.map(settings.map.size).unwrap();
+        let lists = renderer.fragments(Tile::rows(64, 0, 64, 64)).unwrap();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let shadow = if kind == MapKind::Threshold {
+            renderer.trace_threshold(&mut encoder, &volume, &parameters, &map).unwrap();
+            GpuShadow::Threshold(&map)
+        } else {
+            renderer.trace_slices(&mut encoder, &volume, &parameters, &lists).unwrap();
+            GpuShadow::Fragments(&lists)
+        };
 
-    // The program's points: a column through the volume, from above it to below it.
-    let points: Vec<[f32; 4]> = (0..POINTS)
-        .map(|i| {
-            let t = i as f32 / POINTS as f32 * 2.0 - 1.0;
-            [0.13 * t, -1.2 * t, 0.21, 0.0]
-        })
-        .collect();
-    let buffer = |contents: &[u8], usage| {
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        // The program's points: a column through the volume, from above it to below it.
+        let points: Vec<[f32; 4]> = (0..POINTS)
+            .map(|i| {
+                let t = i as f32 / POINTS as f32 * 2.0 - 1.0;
+                [0.13 * t, -1.2 * t, 0.21, 0.0]
+            })
+            .collect();
+        let buffer = |contents: &[u8], usage| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: None,
+                contents,
+                usage,
+            })
+        };
+        let input = buffer(bytemuck::cast_slice(&points), wgpu::BufferUsages::STORAGE);
+        let output =
+            buffer(&[0; 4 * POINTS], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+        let readback =
+            buffer(&[0; 4 * POINTS], wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+
+        // The program's pipeline: the crate's lookup in bind group 1, its own resources in group 0.
+        let source = shadow_wgsl(1, kind).unwrap() + THEIR_SHADER;
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
-            contents,
-            usage,
-        })
-    };
-    let input = buffer(bytemuck::cast_slice(&points), wgpu::BufferUsages::STORAGE);
-    let output =
-        buffer(&[0; 4 * POINTS], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
-    let readback =
-        buffer(&[0; 4 * POINTS], wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let their_layout = their_layout(&device);
+        let our_layout = renderer.shadow_layout(kind, wgpu::ShaderStages::COMPUTE).unwrap();
+        let ours = renderer.shadow_group(&our_layout, &parameters, shadow);
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(&their_layout), Some(&our_layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: None,
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some("their_pass"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let theirs = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &their_layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+            ],
+        });
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &theirs, &[]);
+            pass.set_bind_group(1, &ours, &[]);
+            pass.dispatch_workgroups(1, 1, 1);
+        }
+        encoder.copy_buffer_to_buffer(&output, 0, &readback, 0, 4 * POINTS as u64);
+        queue.submit([encoder.finish()]);
+        readback.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
+        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let bytes = readback.get_mapped_range(..).unwrap();
+        let found: &[f32] = bytemuck::cast_slice(&bytes);
 
-    // The program's pipeline: the crate's lookup in bind group 1, its own resources in group 0.
-    let source = shadow_wgsl(1, MapKind::Threshold).unwrap() + THEIR_SHADER;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: None,
-        layout: None,
-        module: &module,
-        entry_point: Some("their_pass"),
-        compilation_options: Default::default(),
-        cache: None,
-    });
-    let theirs = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
-        ],
-    });
-    let ours = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout: &pipeline.get_bind_group_layout(1),
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: parameters.buffer().as_entire_binding() },
-            wgpu::BindGroupEntry {
-                binding: 3,
-                resource: wgpu::BindingResource::TextureView(map.view()),
-            },
-        ],
-    });
-    {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &theirs, &[]);
-        pass.set_bind_group(1, &ours, &[]);
-        pass.dispatch_workgroups(1, 1, 1);
+        // The CPU gives the same result.
+        let cpu = CpuBackend.map(&beam, &settings, &Silent).unwrap();
+        for (point, found) in points.iter().zip(found) {
+            let world = Vec3::from_slice(point);
+            let light = beam.view.coordinates(world.as_dvec3()).unwrap().as_vec3();
+            let expected = cpu.lookup(0, light.x, light.y, light.z);
+            assert!((found - expected).abs() < 0.02, "at {world}: {found}, not {expected}");
+        }
+        let darkest = found.iter().copied().fold(1.0, f32::min);
+        assert!(found[0] == 1.0 && darkest < 0.1, "light above, shadow inside: {found:?}");
     }
-    encoder.copy_buffer_to_buffer(&output, 0, &readback, 0, 4 * POINTS as u64);
-    queue.submit([encoder.finish()]);
-    readback.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
-    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    let bytes = readback.get_mapped_range(..).unwrap();
-    let found: &[f32] = bytemuck::cast_slice(&bytes);
-
-    // The CPU gives the same result.
-    let cpu = CpuBackend.map(&beam, &settings, &Silent).unwrap();
-    for (point, found) in points.iter().zip(found) {
-        let world = Vec3::from_slice(point);
-        let light = beam.view.coordinates(world.as_dvec3()).unwrap().as_vec3();
-        let expected = cpu.lookup(0, light.x, light.y, light.z);
-        assert!((found - expected).abs() < 0.02, "at {world}: {found}, not {expected}");
-    }
-    let darkest = found.iter().copied().fold(1.0, f32::min);
-    assert!(found[0] == 1.0 && darkest < 0.1, "light above, shadow inside: {found:?}");
 }

@@ -7,7 +7,7 @@ use std::mem::offset_of;
 use deepshadow::frame::{
     self, Field, Frame, FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching, Part,
 };
-use deepshadow::gpu::{MediaKind, PassSource, linked, pass_sources, shadow_wgsl};
+use deepshadow::gpu::{MediaKind, PREFIX, PassSource, linked, pass_sources, shadow_wgsl};
 use deepshadow::kernel::{fitting, fragments, light, medium, occupancy, threshold};
 use deepshadow::scene::{EMPTY, ROUGHEST};
 use deepshadow::settings::MapKind;
@@ -52,7 +52,16 @@ fn the_lookup_for_other_programs_is_valid_in_any_bind_group() {
     for (group, map) in [(0, MapKind::Threshold), (3, MapKind::Threshold), (2, MapKind::Fragments)]
     {
         let module = validated(&shadow_wgsl(group, map).unwrap());
-        assert!(module.functions.iter().any(|(_, f)| f.name.as_deref() == Some("shadow_at")));
+        let functions = module.functions.iter().map(|(_, f)| &f.name);
+        let variables = module.global_variables.iter().map(|(_, variable)| &variable.name);
+        let types = module.types.iter().map(|(_, of)| &of.name);
+        let constants = module.constants.iter().map(|(_, constant)| &constant.name);
+        let switches = module.overrides.iter().map(|(_, switch)| &switch.name);
+        let names = functions.chain(variables).chain(types).chain(constants).chain(switches);
+        let names: Vec<_> = names.flatten().collect();
+        let others: Vec<_> = names.iter().filter(|name| !name.starts_with(PREFIX)).collect();
+        assert_eq!(others, [&"shadow_at"]);
+        assert!(names.len() > 20, "{names:?}");
         for (_, variable) in module.global_variables.iter() {
             let expected = (variable.space != naga::AddressSpace::Private).then_some(group);
             assert_eq!(variable.binding.map(|binding| binding.group), expected);

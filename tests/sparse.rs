@@ -120,7 +120,9 @@ fn empty_blocks_take_no_memory() {
 
 fn pictured(scene: &Scene, volume: Volume) -> Scene {
     let medium = scene.media.first().unwrap().medium.clone();
-    Scene { media: Media::of(Arc::new(volume), medium), ..scene.clone() }
+    let mut changed = scene.clone();
+    changed.media = Media::of(Arc::new(volume), medium);
+    changed
 }
 
 #[test]

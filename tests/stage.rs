@@ -23,7 +23,7 @@ fn shots() -> Vec<(Scene, Settings)> {
     thicker.media.medium_mut().density_scale *= 2.0;
     let mut two = thicker.clone();
     let position = DVec3::new(1.5, 1.0, 1.0);
-    two.lights.push(Light { kind: LightKind::Point { position }, ..two.lights[0] });
+    two.lights.push(Light::new(LightKind::Point { position }, two.lights[0].irradiance));
     let mut tinted = two.clone();
     tinted.media.medium_mut().tint = DVec3::new(0.5, 1.0, 1.5);
     let threshold = usual.with(|s| s.map.kind = Some(MapKind::Threshold));

@@ -80,6 +80,7 @@ fn closer(mut scene: Scene) -> Scene {
         match &mut scene.camera.projection {
             Projection::Perspective { fov_y_degrees } => *fov_y_degrees *= 0.97,
             Projection::Orthographic { height } => *height *= 0.97,
+            _ => return scene,
         }
     }
     scene

@@ -5,6 +5,7 @@ pub const VISIBLE: f64 = 1.0 / 255.0;
 
 /// Summary of errors: differences between a map's and the true transmittance, both in 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Errors {
     /// Number of points that were looked up.
     pub count: usize,

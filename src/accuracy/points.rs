@@ -21,6 +21,7 @@ pub struct Sample {
 
 /// A set of points, and so a part of the error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Place {
     /// Anywhere in the volume's box.
     Volume,

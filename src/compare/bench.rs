@@ -44,6 +44,7 @@ struct Part {
 }
 
 /// The results of one method.
+#[non_exhaustive]
 pub struct Row {
     /// The method's label.
     pub label: String,

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 
 /// A limit on the bytes of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Budget {
     /// Bytes of the whole map.
     Total(f64),

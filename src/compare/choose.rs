@@ -52,6 +52,7 @@ const TRIES: usize = 3;
 const LARGEST: f64 = (1_u64 << 31) as f64;
 
 /// A map that keeps its limits.
+#[non_exhaustive]
 pub struct Certified {
     /// The map, on the host.
     pub map: Map,
@@ -64,6 +65,7 @@ pub struct Certified {
 /// Limits that a map must keep, and properties that are given. Without a limit of error, the most
 /// exact map is chosen; with one, the smallest.
 #[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
 pub struct Limits {
     /// Largest RMS error of transmittance at random points of the volume, above 0.
     pub error: Option<f64>,

@@ -41,6 +41,15 @@ impl GpuFragments {
         &self.links
     }
 
+    /// The buffers that lookups read.
+    pub(super) fn lookup_entries(&self) -> [BindGroupEntry<'_>; 3] {
+        [
+            entry(at::RUNS, self.runs.as_entire_binding()),
+            entry(at::NODES, self.nodes.as_entire_binding()),
+            entry(at::LINKS, self.links.as_entire_binding()),
+        ]
+    }
+
     /// The buffers that pass `trace_slices` writes.
     pub(super) fn slices_entries(&self) -> [BindGroupEntry<'_>; 4] {
         [

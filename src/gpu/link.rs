@@ -121,20 +121,14 @@ fn joined(root: &str, kinds: Kinds) -> Result<Linked> {
     Ok(linked)
 }
 
-/// The WGSL that another wgpu program puts in front of its own shaders to shade its objects with a
-/// shadow map: `shadow_at(world: vec3<f32>) -> f32` returns the transmittance from the light. Its
-/// bindings are in bind group `group`. Binding 0 is the uniform buffer
-/// ([`super::GpuFrame::buffer`]). A threshold map has binding 3, the map ([`super::GpuMap::view`],
-/// a `texture_2d<f32>` that need not be filterable). A fragment map has bindings 5, 6 and 7,
-/// read-only storage buffers ([`super::GpuFragments`]: runs, nodes, links).
+/// The shadow lookup alone, for other programs.
 ///
 /// # Errors
 /// Never with the shaders that are part of the crate.
-pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
+pub(super) fn lookup(map: MapKind) -> Result<Linked> {
     // Other programs need not bind the curves that passes compute for each other.
     let map = if map == MapKind::Threshold { "map/threshold" } else { "map/fragments" };
-    let linked = joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain })?;
-    Ok(linked.text.replace("@group(0)", &format!("@group({group})")))
+    joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain })
 }
 
 fn append(

@@ -89,11 +89,7 @@ impl Renderer {
                 entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(map.view())));
                 entries.extend(map.curve_entries());
             }
-            GpuShadow::Fragments(map) => {
-                entries.push(entry(at::RUNS, map.runs().as_entire_binding()));
-                entries.push(entry(at::NODES, map.nodes().as_entire_binding()));
-                entries.push(entry(at::LINKS, map.links().as_entire_binding()));
-            }
+            GpuShadow::Fragments(map) => entries.extend(map.lookup_entries()),
         }
         self.prepare(shadow.march(), media.kind(), Some(frame), entries, image.size())
     }

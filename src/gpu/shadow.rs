@@ -6,6 +6,7 @@ use super::renderer::GpuMap;
 
 /// The map that a picture is lit through.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum GpuShadow<'a> {
     /// Four numbers a texel.
     Threshold(&'a GpuMap),

@@ -10,7 +10,7 @@ use super::load::{Facts, load_color, load_noted, load_volume};
 use crate::error::{Error, Result};
 use crate::scene::automatic::{Densities, Ingredients, window};
 use crate::scene::file::VolumeTable;
-use crate::scene::transfer::{self, Choice, Resolved, TransferFunction};
+use crate::scene::transfer::{self, Resolved, TransferFunction, TransferSource};
 use crate::volume::{Levels, Volume};
 
 /// Number of bins of the histogram from which a transfer function is chosen.
@@ -53,10 +53,10 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
     if function.is_none() {
         function = match choice {
             None => None,
-            Some(Choice::Function(Resolved { function, .. })) => {
+            Some(TransferSource::Function(Resolved { function, .. })) => {
                 Some(function.rescaled(over(&volume, &densities))?)
             }
-            Some(Choice::Automatic { range }) => {
+            Some(TransferSource::Automatic { range }) => {
                 let range = range.unwrap_or_else(|| over(&volume, &densities));
                 let counts = histogram(&volume, &densities, range).counts;
                 let function = transfer::automatic(&counts, range);
@@ -122,13 +122,17 @@ impl Loaded {
 }
 
 /// Loads the densities in such a way that the chosen function can be applied between voxels.
-fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Result<Loaded> {
+fn loaded(
+    table: &VolumeTable,
+    choice: Option<&TransferSource>,
+    facts: &mut Facts,
+) -> Result<Loaded> {
     let mut load = |levels: Levels| {
         facts.notes.clear();
         load_noted(table, levels, facts)
     };
     let resolved = match choice {
-        Some(Choice::Function(resolved)) => Some(resolved),
+        Some(TransferSource::Function(resolved)) => Some(resolved),
         _ => None,
     };
     if let Some(window) = table.window {
@@ -143,7 +147,7 @@ fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Re
         });
     }
     match (choice, resolved) {
-        (Some(Choice::Automatic { range: Some(range) }), _) => {
+        (Some(TransferSource::Automatic { range: Some(range) }), _) => {
             let volume = load(Levels::Moved(range.map(|value| value as f32)))?;
             Ok(Loaded::stored(volume, None))
         }
@@ -189,7 +193,7 @@ fn loaded(table: &VolumeTable, choice: Option<&Choice>, facts: &mut Facts) -> Re
 }
 
 /// The function that `table` specifies, after reading its file.
-fn choice(table: &VolumeTable) -> Result<Option<Choice>> {
+fn choice(table: &VolumeTable) -> Result<Option<TransferSource>> {
     let Some(table) = &table.transfer else { return Ok(None) };
     let text = table.file.as_deref().map(read).transpose()?;
     transfer::resolve(table, text.as_deref()).map(Some)

@@ -11,6 +11,7 @@ use crate::scene::file::VolumeTable;
 
 /// Options for reading a volume file.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ReadOptions {
     /// The format; `None` recognises it by the file's first bytes, or takes raw if `dims` are
     /// given.
@@ -48,6 +49,14 @@ impl Default for ReadOptions {
 }
 
 impl ReadOptions {
+    /// A copy with a change.
+    #[must_use]
+    pub fn with(&self, change: impl FnOnce(&mut Self)) -> Self {
+        let mut changed = self.clone();
+        change(&mut changed);
+        changed
+    }
+
     /// The options in the `[volume]` table of a scene file.
     ///
     /// # Errors

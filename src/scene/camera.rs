@@ -6,6 +6,7 @@ use crate::math::frame_of;
 
 /// A camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Camera {
     /// Perspective or orthographic.
     pub projection: Projection,
@@ -19,6 +20,7 @@ pub struct Camera {
 
 /// How a camera's rays spread.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Projection {
     /// All rays start at one point.
     Perspective {
@@ -48,6 +50,19 @@ pub struct ViewRays {
 }
 
 impl Camera {
+    /// A camera at world position `position` that looks at `target`, with y up and an angle of
+    /// `fov_y_degrees` between the picture's upper and lower edge.
+    pub fn perspective(position: DVec3, target: DVec3, fov_y_degrees: f64) -> Self {
+        let projection = Projection::Perspective { fov_y_degrees };
+        Self { projection, position, target, up: DVec3::Y }
+    }
+
+    /// A camera with parallel rays, and `height` world lengths between the picture's upper and
+    /// lower edge.
+    pub fn orthographic(position: DVec3, target: DVec3, height: f64) -> Self {
+        Self { projection: Projection::Orthographic { height }, position, target, up: DVec3::Y }
+    }
+
     /// The picture's unit vectors: forward, right and up.
     pub fn axes(&self) -> [DVec3; 3] {
         let forward = (self.target - self.position).normalize_or_zero();

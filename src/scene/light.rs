@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// A light that casts a shadow map.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Light {
     /// Kind and position.
     pub kind: LightKind,
@@ -14,6 +15,7 @@ pub struct Light {
 
 /// Kinds of light sources.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum LightKind {
     /// Parallel light from infinitely far away.
     Directional {
@@ -41,6 +43,17 @@ pub enum LightKind {
 impl Light {
     /// The irradiance that gives a fully lit, white, opaque, isotropic medium the radiance 1.
     pub const UNIT_IRRADIANCE: f64 = 4.0 * std::f64::consts::PI;
+
+    /// A light of a kind, with an irradiance as of [`Light::irradiance`].
+    pub fn new(kind: LightKind, irradiance: DVec3) -> Self {
+        Self { kind, irradiance }
+    }
+
+    /// White light that travels along `direction` (of any length but zero), under which a fully
+    /// lit, white, opaque, isotropic medium has the radiance 1.
+    pub fn directional(direction: DVec3) -> Self {
+        Self::new(LightKind::Directional { direction }, DVec3::splat(Self::UNIT_IRRADIANCE))
+    }
 
     /// A light without intensity.
     pub(super) const DARK: Self =

@@ -12,6 +12,7 @@ mod framing;
 mod light;
 mod light_view;
 mod media;
+mod medium;
 mod occupancy;
 mod tables;
 pub mod transfer;
@@ -24,13 +25,15 @@ pub use descriptors::descriptor;
 pub use file::SceneFile;
 pub use light::{Light, LightKind};
 pub use light_view::LightView;
-pub use media::{Body, Emission, Media, Medium};
+pub use media::Media;
+pub use medium::{Body, Emission, Medium};
 pub use occupancy::{EMPTY, Occupancy, ROUGHEST};
 pub use tables::Tables;
 pub use transfer::TransferFunction;
 
 /// Everything that a picture shows.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Scene {
     /// The media that light passes through.
     pub media: Media,
@@ -48,6 +51,7 @@ pub struct Scene {
 
 /// A horizontal Lambertian plane. A finite one is centred below or above the world's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Ground {
     /// Height as world y.
     pub height: f64,
@@ -55,4 +59,25 @@ pub struct Ground {
     pub albedo: f64,
     /// Half of the edge length along x and z, in world lengths; `None` for an endless plane.
     pub half_extent: Option<f64>,
+}
+
+impl Scene {
+    /// A scene in front of a black background, without ground and ambient light.
+    pub fn new(media: Media, lights: Vec<Light>, camera: Camera) -> Self {
+        let background = Some(DVec3::ZERO);
+        Self { media, lights, ambient: DVec3::ZERO, camera, ground: None, background }
+    }
+}
+
+impl Ground {
+    /// An endless plane at world height `height` that reflects the share `albedo`, 0..1.
+    pub fn new(height: f64, albedo: f64) -> Self {
+        Self { height, albedo, half_extent: None }
+    }
+
+    /// The same plane, ending `half_extent` world lengths from the origin along x and z.
+    #[must_use]
+    pub fn within(self, half_extent: f64) -> Self {
+        Self { half_extent: Some(half_extent), ..self }
+    }
 }

@@ -5,6 +5,7 @@ use super::{Crossing, Filter, Lookup, MapKind, Slices};
 
 /// Settings of shadow maps.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MapSettings {
     /// The kind of map; `None` for the backend's default.
     pub kind: Option<MapKind>,
@@ -23,6 +24,7 @@ pub struct MapSettings {
 
 /// What threshold maps keep and how they are read.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ThresholdSettings {
     /// The opacities whose depths the map keeps, rising, in 0..1.
     pub levels: [f64; 3],
@@ -34,6 +36,7 @@ pub struct ThresholdSettings {
 
 /// What fragment maps keep and how they are built.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FragmentSettings {
     /// How the volume is cut into slabs.
     pub slices: Slices,

@@ -10,6 +10,7 @@ pub use map_kind::{Coding, MapKind};
 
 /// Sizes, step counts and methods. Both backends use the same type.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Settings {
     /// The picture.
     pub image: ImageSettings,
@@ -25,6 +26,7 @@ pub struct Settings {
 
 /// Size and sampling of the picture.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ImageSettings {
     /// Width and height in pixels, 1 to 16384.
     pub size: [u32; 2],
@@ -36,6 +38,7 @@ pub struct ImageSettings {
 
 /// How the camera marches, and how it is lit.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ViewSettings {
     /// Largest number of steps along a camera ray; `None` takes as many as the voxels require.
     pub steps: Option<u32>,

@@ -171,6 +171,7 @@ fn brute_force_mean(
 
 /// A map of any kind.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Map {
     /// Four numbers per texel.
     Threshold(ThresholdMap),

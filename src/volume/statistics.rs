@@ -7,6 +7,7 @@ use super::{Held, SparseVoxels, Voxels};
 
 /// Range, mean and border level of a volume's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Smallest value.
     pub min: f32,

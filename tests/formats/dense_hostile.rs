@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Opens the file as what it seems to be and as `format`; whether its voxels could be read.
 fn exercise(path: &Path, format: Format, what: &str) -> bool {
     let start = Instant::now();
-    let table = ReadOptions { max_bytes: 1 << 26, ..ReadOptions::default() };
+    let table = ReadOptions::default().with(|options| options.max_bytes = 1 << 26);
     let mut read = false;
     for format in Format::of_file(path).into_iter().chain([format]) {
         let Ok(file) = DenseFile::open(path, format, &table) else { continue };

@@ -53,7 +53,7 @@ fn vdb(bytes: &[u8]) {
 
 /// Reads the file in its detected format and as `format`.
 fn dense_file(path: &Path, format: Format) {
-    let table = ReadOptions { max_bytes: LIMIT, ..ReadOptions::default() };
+    let table = ReadOptions::default().with(|options| options.max_bytes = LIMIT);
     for format in Format::of_file(path).into_iter().chain([format]) {
         let Ok(file) = DenseFile::open(path, format, &table) else { continue };
         let Ok(voxels) = file.voxels() else { continue };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use deepshadow::accuracy::largest_optical_depth;
 use deepshadow::math::Aabb;
-use deepshadow::scene::{Camera, Light, LightKind, Media, Medium, Projection, Scene};
+use deepshadow::scene::{Camera, Light, LightKind, Media, Medium, Scene};
 use deepshadow::settings::Settings;
 use deepshadow::volume::presets::Preset;
 use deepshadow::volume::{Axis, Volume, world_from_index_in_bounds};
@@ -34,22 +34,10 @@ pub fn unit_cube() -> Aabb {
 /// A white medium lit from above, seen from the front, without surroundings.
 pub fn scene(volume: Volume, density_scale: f64) -> Scene {
     let direction = DVec3::new(0.597_614_3, -0.717_137_2, -0.358_568_6);
-    Scene {
-        media: Media::of(Arc::new(volume), Medium { density_scale, ..Medium::default() }),
-        lights: vec![Light {
-            kind: LightKind::Directional { direction },
-            irradiance: DVec3::splat(Light::UNIT_IRRADIANCE),
-        }],
-        ambient: DVec3::ZERO,
-        camera: Camera {
-            projection: Projection::Perspective { fov_y_degrees: 45.0 },
-            position: DVec3::new(0.0, 0.55, 2.0),
-            target: DVec3::new(0.0, -0.1, 0.0),
-            up: DVec3::Y,
-        },
-        ground: None,
-        background: Some(DVec3::ZERO),
-    }
+    let media = Media::of(Arc::new(volume), Medium::new(density_scale));
+    let (eye, target) = (DVec3::new(0.0, 0.55, 2.0), DVec3::new(0.0, -0.1, 0.0));
+    let camera = Camera::perspective(eye, target, 45.0);
+    Scene::new(media, vec![Light::directional(direction)], camera)
 }
 
 /// A preset under the anchors' light, scaled such that the largest optical depth over a map of

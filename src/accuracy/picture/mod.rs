@@ -16,6 +16,7 @@ use plane::Plane;
 
 /// The difference of one picture from another.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Difference {
     /// Peak signal-to-noise ratio of R, G, B in dB; infinite for equal pictures.
     pub psnr: f64,

@@ -13,7 +13,7 @@ use crate::image;
 pub use automatic::automatic;
 pub use import::from_file;
 pub use presets::{PRESETS, over_hounsfield, preset};
-pub use resolve::{Choice, Resolved, gradient, resolve};
+pub use resolve::{Resolved, TransferSource, gradient, resolve};
 
 /// The largest number of points that a function may have.
 pub const MAX_POINTS: usize = 65_536;

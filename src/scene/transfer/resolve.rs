@@ -10,7 +10,7 @@ use crate::scene::file::{RangeWord, TransferRange, TransferTable};
 
 /// The result of resolving a table.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Choice {
+pub enum TransferSource {
     /// A function that is known.
     Function(Resolved),
     /// `name = "auto"`: a function that [`super::automatic`] is to choose from the volume's
@@ -42,7 +42,7 @@ pub struct Resolved {
 /// # Errors
 /// If not exactly one of `name`, `file` and `points` is given, the range does not rise or is not
 /// finite in f32, there is no such preset, or the file or the points are invalid.
-pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<Choice> {
+pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<TransferSource> {
     let (range, over_data) = match table.range {
         Some(TransferRange::Values(range)) => (Some(range), false),
         Some(TransferRange::Word(RangeWord::Data)) => (None, true),
@@ -56,7 +56,9 @@ pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<Choice> {
     }
     let (mut normalised, mut hounsfield) = (false, None);
     let function = match (&table.name, &table.file, &table.points) {
-        (Some(name), None, None) if name == "auto" => return Ok(Choice::Automatic { range }),
+        (Some(name), None, None) if name == "auto" => {
+            return Ok(TransferSource::Automatic { range });
+        }
         (Some(name), None, None) => {
             normalised = range.is_none() && !over_data;
             hounsfield = over_hounsfield(name).filter(|_| normalised);
@@ -82,7 +84,7 @@ pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<Choice> {
         }
     };
     let function = range.map_or(Ok(function.clone()), |range| function.rescaled(range))?;
-    Ok(Choice::Function(Resolved { function, normalised, over_data, hounsfield }))
+    Ok(TransferSource::Function(Resolved { function, normalised, over_data, hounsfield }))
 }
 
 fn of_text(file: &Path, text: Option<&str>) -> Result<TransferFunction> {
@@ -126,8 +128,8 @@ mod tests {
 
     fn function(text: &str, file: Option<&str>) -> Resolved {
         match resolve(&table(text), file).unwrap() {
-            Choice::Function(resolved) => resolved,
-            Choice::Automatic { .. } => panic!("{text}: automatic"),
+            TransferSource::Function(resolved) => resolved,
+            TransferSource::Automatic { .. } => panic!("{text}: automatic"),
         }
     }
 
@@ -144,7 +146,7 @@ mod tests {
         assert_eq!((file.normalised, file.function.range()), (false, [3.0, 4.0]));
         assert_eq!(table("file = 'map.txt'").file.unwrap(), Path::new("scenes/map.txt"));
         let choice = resolve(&table("name = 'auto'\nrange = [0, 2]"), None).unwrap();
-        assert_eq!(choice, Choice::Automatic { range: Some([0.0, 2.0]) });
+        assert_eq!(choice, TransferSource::Automatic { range: Some([0.0, 2.0]) });
     }
 
     #[test]
