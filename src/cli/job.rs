@@ -174,7 +174,7 @@ fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
     }
     if !path.exists() {
         let presets = Preset::ALL.map(Preset::name).join(", ");
-        let why = format!("no such file, and none of the presets ({presets})");
+        let why = format!("no such file, and not one of the presets ({presets})");
         return Err(Error::contents(path, why));
     }
     let mut file = SceneFile::default();

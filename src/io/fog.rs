@@ -37,7 +37,7 @@ impl std::str::FromStr for Class {
         match text {
             "level-set" => Ok(Self::LevelSet),
             "fog" => Ok(Self::Fog),
-            _ => Err(Error::value("class", format!("'{text}' is none of level-set, fog"))),
+            _ => Err(Error::value("class", format!("'{text}' is not one of level-set, fog"))),
         }
     }
 }

@@ -136,7 +136,7 @@ impl std::str::FromStr for Format {
         let found = NAMES.iter().find(|(name, _)| *name == text).map(|(_, format)| *format);
         found.ok_or_else(|| {
             let names = NAMES.map(|(name, _)| name).join(", ");
-            Error::value("from", format!("'{text}' is none of {names}"))
+            Error::value("from", format!("'{text}' is not one of {names}"))
         })
     }
 }

@@ -121,7 +121,7 @@ impl std::str::FromStr for ValueType {
         let found = VALUE_TYPES.iter().find(|(name, ..)| *name == text).map(|(_, one, _)| *one);
         found.ok_or_else(|| {
             let names = VALUE_TYPES.map(|(name, ..)| name).join(", ");
-            Error::value("type", format!("'{text}' is none of {names}"))
+            Error::value("type", format!("'{text}' is not one of {names}"))
         })
     }
 }
@@ -142,7 +142,7 @@ impl std::str::FromStr for Endian {
         match text {
             "little" => Ok(Self::Little),
             "big" => Ok(Self::Big),
-            _ => Err(Error::value("endian", format!("'{text}' is none of little, big"))),
+            _ => Err(Error::value("endian", format!("'{text}' is not one of little, big"))),
         }
     }
 }

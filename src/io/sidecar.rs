@@ -207,7 +207,7 @@ impl Sidecar {
         }
         if let Some(text) = &self.space {
             let Some((space, ours_from_its)) = Space::named(text) else {
-                let why = format!("'{text}' is none of {}", Space::names());
+                let why = format!("'{text}' is not one of {}", Space::names());
                 return Err(Error::value("space", why));
             };
             header.space = Some(space);

@@ -225,7 +225,7 @@ impl FromStr for MapKind {
             None => (text, None),
         };
         let Some(entry) = ENTRIES.iter().find(|entry| entry.name == name) else {
-            return Err(wrong(format!("is none of {}", Self::names())));
+            return Err(wrong(format!("is not one of {}", Self::names())));
         };
         let Some(Count { usual, least, most, step }) = entry.count else {
             return match given {

@@ -96,7 +96,7 @@ impl SparseVoxels {
             return wrong("values are not whole blocks");
         }
         if table.iter().any(|&stored| stored as usize >= values.len() / BLOCK_VALUES) {
-            return wrong("a block is none of those stored");
+            return wrong("a block is not one of those stored");
         }
         let mut voxels = Self { dims, table, values };
         voxels.repeat_last()?;

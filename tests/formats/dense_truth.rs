@@ -92,7 +92,8 @@ fn from_overrules_what_a_file_begins_with() {
         ..VolumeTable::default()
     };
     assert!(load_volume(&table("nrrd")).is_ok());
-    for (from, word) in [("npy", "NumPy"), ("raw", "`volume.dims`"), ("nrd", "'nrd' is none of")] {
+    for (from, word) in [("npy", "NumPy"), ("raw", "`volume.dims`"), ("nrd", "'nrd' is not one of")]
+    {
         let error = load_volume(&table(from)).unwrap_err().to_string();
         assert!(error.contains(word), "{error}");
     }

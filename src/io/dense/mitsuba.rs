@@ -23,7 +23,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         1 => ValueType::F32,
         2 => ValueType::F16,
         3 => ValueType::U8,
-        other => return Err(input.bad(format!("number type {other} is none of 1, 2, 3"))),
+        other => return Err(input.bad(format!("number type {other} is not one of 1, 2, 3"))),
     };
     let dims = input.dims([integer(8)?, integer(12)?, integer(16)?].map(i64::from))?;
     let mut header = DenseHeader::new(dims, value_type);

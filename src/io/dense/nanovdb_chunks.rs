@@ -56,6 +56,6 @@ pub(super) fn unpack(
             }
             Ok((grid, "blosc"))
         }
-        other => Err(format!("codec {other} is none of 0 (none), 1 (zip), 2 (blosc)")),
+        other => Err(format!("codec {other} is not one of 0 (none), 1 (zip), 2 (blosc)")),
     }
 }

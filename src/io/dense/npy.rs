@@ -140,7 +140,7 @@ fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
         }
     };
     if !["<", ">", "|", "="].contains(&order) {
-        return Err(input.bad(format!("byte order '{order}' is none of <, >, |")));
+        return Err(input.bad(format!("byte order '{order}' is not one of <, >, |")));
     }
     Ok((value_type, endian))
 }

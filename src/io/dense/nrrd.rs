@@ -43,7 +43,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     header.endian = match fields.get(&["endian"]) {
         Some("big") => Endian::Big,
         Some("little") | None => Endian::Little,
-        Some(other) => return Err(input.bad(format!("endian '{other}' is none of little, big"))),
+        Some(other) => return Err(input.bad(format!("endian '{other}' is not one of little, big"))),
     };
     place(input, &fields, [axes, first], &mut header)?;
     header.name = fields.get(&["content"]).map(str::to_owned);
@@ -198,7 +198,7 @@ fn place(
     header.world_from_index = placed(origin, steps);
     if let Some(text) = fields.get(&["space"]) {
         let Some((space, ours_from_its)) = Space::named(text) else {
-            return Err(input.bad(format!("space '{text}' is none of {}", Space::names())));
+            return Err(input.bad(format!("space '{text}' is not one of {}", Space::names())));
         };
         header.space = Some(space);
         header.world_from_index = ours_from_its * header.world_from_index;

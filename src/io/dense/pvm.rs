@@ -27,7 +27,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let spaced = match mark.as_str() {
         "PVM" => false,
         "PVM2" | "PVM3" => true,
-        _ => return Err(input.bad(format!("'{mark}' is none of PVM, PVM2, PVM3"))),
+        _ => return Err(input.bad(format!("'{mark}' is not one of PVM, PVM2, PVM3"))),
     };
     let mut metadata = Vec::new();
     let mut dims_line = line(input, &bytes, &mut at)?;

@@ -273,6 +273,6 @@ fn voxels(
                 other => Err(named(format!("encoding '{other}' is not read"))),
             }
         }
-        other => Err(named(format!("format '{other}' is none of ascii, binary, appended"))),
+        other => Err(named(format!("format '{other}' is not one of ascii, binary, appended"))),
     }
 }

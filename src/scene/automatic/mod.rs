@@ -196,7 +196,7 @@ fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Lig
             }
         }
         other => {
-            let why = format!("'{other}' is none of directional, point, spot");
+            let why = format!("'{other}' is not one of directional, point, spot");
             return Err(Error::value("light.kind", why));
         }
     };
@@ -291,7 +291,7 @@ fn camera(
 ) -> Result<Camera> {
     let kind = table.kind.as_deref().unwrap_or("perspective");
     if !matches!(kind, "perspective" | "orthographic") {
-        let why = format!("'{kind}' is none of perspective, orthographic");
+        let why = format!("'{kind}' is not one of perspective, orthographic");
         return Err(Error::value("camera.kind", why));
     }
     let fov_y_degrees = table.fov_y_degrees.unwrap_or(FOV_Y_DEGREES);

@@ -45,7 +45,7 @@ pub fn preset(name: &str) -> Result<TransferFunction> {
         "stained-glass" => banded(&GLASS),
         _ => {
             let names = PRESETS.map(|(name, _)| name).join(", ");
-            let why = format!("no preset '{}'; there are {names}", name.escape_debug());
+            let why = format!("no preset '{}'; the presets are {names}", name.escape_debug());
             return Err(Error::value("transfer function", why));
         }
     };
