@@ -290,11 +290,11 @@ pub(super) fn numbers<T: FromStr + Copy + Default, const N: usize>(
 ) -> Result<Numbers<T, N>, String> {
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
     if parts.len() != N {
-        return Err(format!("{N} numbers with commas between them are needed"));
+        return Err(format!("expected {N} numbers separated by commas"));
     }
     let mut values = [T::default(); N];
     for (value, part) in values.iter_mut().zip(parts) {
-        *value = part.parse().map_err(|_| format!("'{part}' is not such a number"))?;
+        *value = part.parse().map_err(|_| format!("'{part}' is not a valid number"))?;
     }
     Ok(Numbers(values))
 }
@@ -328,7 +328,7 @@ fn number(text: &str, allowed: impl Fn(f64) -> bool, what: &str) -> Result<f64, 
     text.parse()
         .ok()
         .filter(|&x: &f64| x < 1e30 && allowed(x))
-        .ok_or_else(|| format!("a number {what} is needed"))
+        .ok_or_else(|| format!("expected a number {what}"))
 }
 
 fn at_least_0(text: &str) -> Result<f64, String> {
@@ -343,7 +343,7 @@ pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parsed
         .filter(|size: &[u32; 2]| size.iter().all(|n| (1..=16384).contains(n)))
-        .ok_or_else(|| "WIDTHxHEIGHT is needed, as 640x480, each 1 to 16384".to_owned())
+        .ok_or_else(|| "expected WIDTHxHEIGHT, such as 640x480, each from 1 to 16384".to_owned())
 }
 
 pub(super) fn parse<T: FromStr<Err = crate::Error>>(text: &str) -> Result<T, String> {

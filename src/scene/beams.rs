@@ -116,7 +116,7 @@ impl Scene {
         match (beams.pop(), beams.len()) {
             (Some(only), 0) => Ok(only),
             (_, more) => {
-                let why = format!("{} beams of light where one is meant", more + 1);
+                let why = format!("{} beams of light, expected one", more + 1);
                 Err(Error::value("scene", why))
             }
         }

@@ -145,8 +145,8 @@ fn claims_that_the_file_cannot_hold_are_refused_before_memory_is_asked_for() {
         // 2^31 lines; pixels; bytes of numbers, of samples packed, of samples unpacked.
         (&tall[..], "2147483647 lines"),
         (&[(window + 8, &(i32::MAX - 4).to_le_bytes()[..])], "limit"),
-        (&[(first + 4, &huge)], "18446744073709551615 bytes are due"),
-        (&[(first + 12, &huge)], "18446744073709551615 bytes are due"),
+        (&[(first + 4, &huge)], "expected 18446744073709551615 bytes"),
+        (&[(first + 12, &huge)], "expected 18446744073709551615 bytes"),
         (&[(first + 20, &huge)], "the limit is"),
         (&[(first + 20, &[0, 0, 0, 1, 0, 0, 0, 0])], "16777216 bytes for"),
         // Two lines in one place, a line beyond the end, a missing line.

@@ -86,7 +86,7 @@ impl DeepImage {
     pub fn encode(&self) -> Result<Vec<u8>> {
         let due = self.header.size()?[1] as usize;
         if self.rows.len() != due {
-            let why = format!("{} lines where the data window has {due}", self.rows.len());
+            let why = format!("{} lines, but the data window has {due}", self.rows.len());
             return Err(Error::value("deep image", why));
         }
         assemble(&self.header, |y| pack(&self.header, &self.rows[y as usize]))
@@ -133,7 +133,7 @@ fn pack(header: &DeepHeader, row: &DeepRow) -> Result<Chunk> {
     let bad = |why: String| Error::value("deep image", why);
     let [width, _] = header.size()?;
     if row.width() != width as usize {
-        return Err(bad(format!("a line of {} pixels, {width} are due", row.width())));
+        return Err(bad(format!("a line of {} pixels, expected {width}", row.width())));
     }
     let count = row.sample_count();
     if i32::try_from(count).is_err() {

@@ -77,7 +77,7 @@ impl DeepFile {
         if left < table_bytes {
             let lines = size[1];
             return Err(bad(format!(
-                "it ends early: {left} bytes where the places of {lines} lines are due"
+                "it ends early: {left} bytes cannot hold the offsets of {lines} lines"
             )));
         }
         let mut table = memory::filled(table_bytes as usize, 0, "places of lines")?;
@@ -159,7 +159,7 @@ impl DeepFile {
         let mut piece = |at: u64, count: u64| -> Result<Vec<u8>> {
             let left = self.length.saturating_sub(at).min(*unread);
             if count > left {
-                return Err(bad(format!("it ends early: {count} bytes are due at byte {at}")));
+                return Err(bad(format!("it ends early: expected {count} bytes at byte {at}")));
             }
             *unread -= count;
             // The count was checked against the bytes of the file.
@@ -194,7 +194,7 @@ impl DeepFile {
         }
         let expected = u64::from(last) * header.sample_bytes() as u64;
         if due != expected {
-            return Err(bad(format!("{due} bytes for {last} samples, {expected} are due")));
+            return Err(bad(format!("{due} bytes for {last} samples, expected {expected}")));
         }
         // The line's offset was checked against the file's length, so this cannot overflow.
         let samples = piece(at + head_bytes + packed_counts, packed_samples)?;

@@ -176,7 +176,9 @@ fn read_channels(list: &[u8]) -> Result<Vec<Channel>, String> {
         let steps: [i32; 2] = cursor.each(Cursor::i32)?;
         if steps != [1, 1] {
             let name = name.escape_debug();
-            return Err(format!("channel '{name}' at every {steps:?}th pixel; every one is due"));
+            return Err(format!(
+                "channel '{name}' is sampled at every {steps:?}th pixel, expected every one"
+            ));
         }
         if channels.last().is_some_and(|before| before.name >= name) {
             return Err(format!("channel '{}' is not in its order", name.escape_debug()));

@@ -31,7 +31,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let needed = |name: &str| fields.get(&[name]).ok_or_else(|| input.bad(format!("no '{name}'")));
     let [axes] = input.numbers::<usize, 1>("NDims", needed("NDims")?)?;
     if axes != 3 {
-        return Err(input.bad(format!("{axes} axes, a volume has three")));
+        return Err(input.bad(format!("{axes} axes, expected three")));
     }
     let lengths = input.numbers::<i64, 3>("DimSize", needed("DimSize")?)?;
     let value_type = number_type(input, needed("ElementType")?)?;
@@ -123,7 +123,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
                 let at = u128::from(size).checked_sub(due).filter(|&at| at >= u128::from(start));
                 at.map(|at| at as u64).ok_or_else(|| {
                     let left = size.saturating_sub(start);
-                    input.bad(format!("it ends early: {left} bytes of voxels, {due} are due"))
+                    input.bad(format!("it ends early: {left} bytes of voxels, expected {due}"))
                 })?
             }
             [skip] => start.saturating_add(skip.max(0) as u64),

@@ -110,7 +110,7 @@ impl DenseFile {
         }?;
         if !(1..=MAX_COMPONENTS).contains(&header.components) {
             let why =
-                format!("{} numbers a voxel, 1 to {MAX_COMPONENTS} can be", header.components);
+                format!("{} numbers per voxel, expected 1 to {MAX_COMPONENTS}", header.components);
             return Err(input.bad(why));
         }
         if let Some(class) = options.class {

@@ -57,7 +57,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         bytes.extend(input.head.iter().take(HEADER));
     }
     if bytes.len() < HEADER {
-        return Err(input.bad(format!("{} bytes of a header of {HEADER}", bytes.len())));
+        return Err(input.bad(format!("its header has {} bytes, expected {HEADER}", bytes.len())));
     }
     let endian = match bytes.get(..4) {
         Some([0x5c, 1, 0, 0]) => Endian::Little,
@@ -73,7 +73,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let axes = fields.short(40);
     let length = |axis: i64| if axis <= axes { fields.short(40 + 2 * axis as usize) } else { 1 };
     if !(1..=7).contains(&axes) {
-        return Err(input.bad(format!("{axes} axes, 1 to 7 can be")));
+        return Err(input.bad(format!("{axes} axes, expected 1 to 7")));
     }
     if let Some(axis) = (4..=7).find(|&axis| length(axis) > 1) {
         let what = if axis == 4 { "moments in time" } else { "values a voxel" };

@@ -80,7 +80,7 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
         // Any number of leading axes of length 1.
         [1, .., b, c, d] if lengths[..lengths.len() - 3].iter().all(|&n| n == 1) => [1, b, c, d],
         _ => {
-            let why = format!("an array of {} axes, a volume has three (z, y, x)", lengths.len());
+            let why = format!("an array of {} axes, expected three (z, y, x)", lengths.len());
             return Err(input.bad(why));
         }
     };

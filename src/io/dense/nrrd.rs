@@ -108,7 +108,7 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
         }
         _ => {
             let why = format!(
-                "{axes} axes, a volume has three (and one before them for vectors, said by 'kinds')"
+                "{axes} axes, expected three (and one before them for vectors, marked by 'kinds')"
             );
             Err(input.bad(why))
         }
@@ -300,7 +300,7 @@ fn last_bytes(input: &Input, size: u64, start: u64, header: &DenseHeader) -> Res
     let offset = u128::from(size).checked_sub(due).filter(|&at| at >= u128::from(start));
     offset.map(|at| at as u64).ok_or_else(|| {
         let left = size.saturating_sub(start);
-        input.bad(format!("it ends early: {left} bytes of voxels, {due} are due"))
+        input.bad(format!("it ends early: {left} bytes of voxels, expected {due}"))
     })
 }
 

@@ -194,5 +194,5 @@ fn unpack(
 }
 
 fn short(path: &Path, found: usize, due: usize) -> Error {
-    Error::contents(path, format!("it ends early: {found} bytes of voxels, {due} are due"))
+    Error::contents(path, format!("it ends early: {found} bytes of voxels, expected {due}"))
 }

@@ -43,7 +43,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let value_type = match line(input, &bytes, &mut at)?.trim() {
         "1" => ValueType::U8,
         "2" => ValueType::U16,
-        other => return Err(input.bad(format!("{other} bytes a voxel, 1 or 2 are read"))),
+        other => return Err(input.bad(format!("{other} bytes per voxel, expected 1 or 2"))),
     };
     let mut header = DenseHeader::new(dims, value_type);
     header.endian = Endian::Big;

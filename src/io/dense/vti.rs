@@ -253,7 +253,7 @@ fn voxels(
             let numbers = numbers.map_err(named)?;
             if numbers.len() < due {
                 let found = numbers.len() / header.value_type.size();
-                return Err(named(format!("{found} numbers, {count} are due")));
+                return Err(named(format!("{found} numbers, expected {count}")));
             }
             Ok(numbers)
         }

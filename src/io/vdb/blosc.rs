@@ -38,7 +38,7 @@ pub(super) fn decompress(
         return Err(Fault::bad(start, format!("blosc format version {version}, 2 is known")));
     }
     if total != output.len() {
-        let why = format!("a blosc chunk of {total} bytes where {} are due", output.len());
+        let why = format!("a blosc chunk of {total} bytes, expected {}", output.len());
         return Err(Fault::bad(start, why));
     }
     if total == 0 {
@@ -95,7 +95,7 @@ fn read_streams(data: &mut Bytes, streams: usize, output: &mut [u8]) -> Parsed<(
         match lz4_flex::block::decompress_into(packed, stream) {
             Ok(written) if written == length => {}
             Ok(written) => {
-                let why = format!("an LZ4 block of {written} bytes where {length} are due");
+                let why = format!("an LZ4 block of {written} bytes, expected {length}");
                 return Err(Fault::bad(at, why));
             }
             Err(error) => return Err(Fault::bad(at, format!("LZ4: {error}"))),

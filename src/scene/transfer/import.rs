@@ -162,12 +162,12 @@ fn list(text: &str) -> Result<TransferFunction, String> {
             }
             (count, _) => {
                 let count = if count > 5 { "more than 5".to_owned() } else { count.to_string() };
-                return Err(place(format!("{count} numbers where 2 or 5 make a point")));
+                return Err(place(format!("{count} numbers, expected 2 or 5 for a point")));
             }
         };
         if numbers_a_line != 0 && words.len() != numbers_a_line {
             let count = words.len();
-            return Err(place(format!("{count} numbers after lines of {numbers_a_line}")));
+            return Err(place(format!("{count} numbers, but earlier lines have {numbers_a_line}")));
         }
         numbers_a_line = words.len();
         if points.len() == MAX_POINTS {
@@ -268,9 +268,9 @@ mod tests {
             ("# nothing", "no points"),
             (&many, "line 65537: more than 65536 points"),
             (&long, "the limit is 16777216"),
-            ("0 1\n1 2 3", "line 2: 3 numbers where 2 or 5"),
+            ("0 1\n1 2 3", "line 2: 3 numbers, expected 2 or 5"),
             ("0 1 2 3 4 5 6 7", "line 1: more than 5 numbers"),
-            ("0 1\n1 0 0 0 1", "line 2: 5 numbers after lines of 2"),
+            ("0 1\n1 0 0 0 1", "line 2: 5 numbers, but earlier lines have 2"),
             ("0 nan", "line 1: 'nan' is no finite number"),
             ("0 1\n\n1 x\u{1b}y", "line 3: 'x?y' is no finite number"),
             ("0 1e999", "line 1: '1e999' is no finite number"),

@@ -163,7 +163,7 @@ mod tests {
             assert!(error.contains(named) && !error.contains('\n'), "{text}: {error}");
         }
         let error = resolve(&table("file = 'a.txt'"), Some("0")).unwrap_err().to_string();
-        assert_eq!(error, "scenes/a.txt: line 1: 1 numbers where 2 or 5 make a point");
+        assert_eq!(error, "scenes/a.txt: line 1: 1 numbers, expected 2 or 5 for a point");
     }
 
     #[test]
