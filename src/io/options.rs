@@ -85,7 +85,7 @@ impl ReadOptions {
         let what = format!("{}, of format {}", path.display(), format.name());
         match format {
             Format::Raw => Ok(()),
-            Format::DeepExr => Err(Error::contents(path, "a deep image, no volume")),
+            Format::DeepExr => Err(Error::contents(path, "a deep image, not a volume")),
             Format::OpenVdb => self.refuse(&what, &["dims", "type", "endian", "spacing"]),
             _ => self.refuse(&what, &["dims", "type", "endian"]),
         }

@@ -163,7 +163,7 @@ impl Sidecar {
             return Ok(());
         }
         if beside.exists() {
-            let why = "no sidecar, where that of the output belongs; left as it is";
+            let why = "not a sidecar, but it has the name of the output's sidecar; left unchanged";
             return Err(Error::contents(beside, why));
         }
         Ok(())

@@ -50,7 +50,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     }
     let bias = shadow.bias.unwrap_or(default.view.bias);
     if !(bias >= 0.0 && bias.is_finite()) {
-        return Err(Error::value("shadow.bias", format!("{bias} is no length of at least 0")));
+        return Err(Error::value("shadow.bias", format!("{bias} is not a length of at least 0")));
     }
     if shadow.memory.is_some_and(|bytes| bytes < LEAST_MEMORY) {
         let why = format!("less than {LEAST_MEMORY} bytes hold no row of lists");
@@ -172,7 +172,7 @@ mod tests {
                 "crossing = 'bucket'\nlinks = false",
                 "shadow.links: means nothing for 'threshold' maps",
             ),
-            ("bias = -1.0", "shadow.bias: -1 is no length of at least 0"),
+            ("bias = -1.0", "shadow.bias: -1 is not a length of at least 0"),
         ] {
             assert_eq!(asked(shadow).unwrap_err().to_string(), expected);
         }

@@ -168,7 +168,7 @@ fn what_is_wrong_is_said_in_one_line_with_the_number() {
         ("v.nii", nifti(1792, false, *b"n+1\0", &[]), "number type 1792"),
         ("v.nii", nifti(2, false, *b"n+1\0", &[(108, -5.0)]), "byte -5"),
         ("v.gz", gzip(b"something"), "a gzip file"),
-        ("v.vti", vti("", cell, b""), "'x' is no i8"),
+        ("v.vti", vti("", cell, b""), "'x' is not a valid i8"),
         ("v.vti", vti("", few, b""), "3 numbers, expected 12"),
         ("v.vti", vti("compressor=\"vtkLZMADataCompressor\"", few, b""), "vtkLZMA"),
         ("v.mhd", b"NDims = 3\nDimSize = 2 2 2\n".to_vec(), "ElementDataFile"),

@@ -111,11 +111,11 @@ impl Arguments {
         if let Some(IndexBox { min, max }) = crop
             && min.cmpgt(max).any()
         {
-            let why = format!("{min} .. {max} is no box: the lowest index comes first");
+            let why = format!("{min} .. {max} is not a box: the lowest index comes first");
             return Err(Error::value("crop", why));
         }
         if let Some(least) = self.threshold.filter(|least| least.is_nan()) {
-            return Err(Error::value("threshold", format!("{least} is no number")));
+            return Err(Error::value("threshold", format!("{least} is not a number")));
         }
         let wanted = Wanted {
             to_type: to_type.map(|name| name.parse()).transpose()?,

@@ -27,7 +27,7 @@ struct Part(Vec<(String, Attribute)>);
 pub(super) fn read_start(head: &[u8]) -> Result<Start, String> {
     let mut cursor = Cursor::new(head);
     if cursor.take(MAGIC.len())? != MAGIC {
-        return Err("no OpenEXR file".to_owned());
+        return Err("not an OpenEXR file".to_owned());
     }
     let version = cursor.i32()? as u32;
     if version & 0xff != VERSION {
@@ -112,7 +112,7 @@ impl Part {
         match self.get("chunkCount") {
             None => Ok(None),
             Some(Attribute::Int(count)) if *count > 0 => Ok(Some(*count as u32)),
-            Some(_) => Err("chunkCount is no number above 0".to_owned()),
+            Some(_) => Err("chunkCount is not a number above 0".to_owned()),
         }
     }
 

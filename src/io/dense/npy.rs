@@ -37,7 +37,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         // Python 2 writes long numbers with an L.
         words.take(64).map(|word| word.trim_end_matches('L').parse().ok()).collect()
     });
-    let lengths = lengths.ok_or_else(|| input.bad("its shape is no list of numbers"))?;
+    let lengths = lengths.ok_or_else(|| input.bad("its shape is not a list of numbers"))?;
     let sidecar = Sidecar::beside(input.path)?;
     let said = sidecar.as_ref().and_then(|(_, sidecar)| sidecar.components);
     let Meaning { lengths: [z, y, x], components, note } = meaning(input, &lengths, said)?;

@@ -31,7 +31,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         |name: &str| fields.get(&[name]).ok_or_else(|| input.bad(format!("no field '{name}'")));
     let sizes: Option<Vec<i64>> =
         needed("sizes")?.split_ascii_whitespace().take(17).map(|word| word.parse().ok()).collect();
-    let sizes = sizes.ok_or_else(|| input.bad("its sizes are no numbers"))?;
+    let sizes = sizes.ok_or_else(|| input.bad("its sizes are not numbers"))?;
     let [axes] = input.numbers::<usize, 1>("dimension", needed("dimension")?)?;
     if sizes.len() != axes {
         return Err(input.bad(format!("{} sizes for {axes} axes", sizes.len())));

@@ -149,7 +149,7 @@ fn decode_base64(text: &[u8]) -> Result<Vec<u8>, String> {
                 0
             }
             byte if byte.is_ascii_whitespace() => continue,
-            other => return Err(format!("byte {other} is no base64")),
+            other => return Err(format!("byte {other} is not base64")),
         };
         (group, count) = (group << 6 | u32::from(digit), count + 1);
         if count == 4 {

@@ -111,7 +111,8 @@ impl TransferFunction {
     /// If `low`..`high` is empty or not finite in f32.
     pub fn rescaled(&self, [low, high]: [f64; 2]) -> Result<Self> {
         if !(holds(low) && holds(high) && low < high) {
-            let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
+            let why =
+                format!("{low}..{high} is not a range: it must increase and be finite in f32");
             return Err(Error::value("transfer function range", why));
         }
         let [first, last] = self.range();
@@ -134,7 +135,8 @@ impl TransferFunction {
     /// If `low`..`high` is empty or not finite in f32.
     pub fn cut(&self, [low, high]: [f64; 2]) -> Result<Self> {
         if !(holds(low) && holds(high) && low < high) {
-            let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
+            let why =
+                format!("{low}..{high} is not a range: it must increase and be finite in f32");
             return Err(Error::value("transfer function range", why));
         }
         let point = |value, (color, opacity)| TransferPoint { value, color, opacity };
@@ -291,7 +293,7 @@ mod tests {
             [[0.0, 0.0], [1.0, 0.0], [0.0, f64::NAN], [f64::NEG_INFINITY, 0.0], [0.0, 1e40]]
         {
             let error = function.rescaled(range).unwrap_err().to_string();
-            assert!(error.contains("no range"), "{error}");
+            assert!(error.contains("is not a range"), "{error}");
         }
     }
 

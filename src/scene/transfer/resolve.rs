@@ -51,7 +51,7 @@ pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<Choice> {
     if let Some([low, high]) =
         range.filter(|&[low, high]| !(holds(low) && holds(high) && low < high))
     {
-        let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
+        let why = format!("{low}..{high} is not a range: it must increase and be finite in f32");
         return Err(Error::value("volume.transfer.range", why));
     }
     let (mut normalised, mut hounsfield) = (false, None);
