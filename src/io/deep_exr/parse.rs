@@ -31,7 +31,7 @@ pub(super) fn read_start(head: &[u8]) -> Result<Start, String> {
     }
     let version = cursor.i32()? as u32;
     if version & 0xff != VERSION {
-        return Err(format!("version {} of OpenEXR; {VERSION} is read", version & 0xff));
+        return Err(format!("OpenEXR version {}; only {VERSION} is supported", version & 0xff));
     }
     let unknown = version & !0xff & !(DEEP_FLAG | LONG_NAMES_FLAG | MULTIPART_FLAG);
     if version & DEEP_FLAG == 0 || unknown != 0 {
@@ -51,9 +51,10 @@ pub(super) fn read_start(head: &[u8]) -> Result<Start, String> {
     let found = parts.iter().position(|part| part.type_name() == "deepscanline");
     let types: Vec<String> = parts.iter().map(Part::description).collect();
     let Some(found) = found else {
-        return Err(format!("no part of deep lines, but {} (deep tiles are not read)", {
-            if types.is_empty() { "nothing".to_owned() } else { types.join(", ") }
-        }));
+        return Err(format!(
+            "no part with deep scanlines, but {} (deep tiles are not supported)",
+            { if types.is_empty() { "nothing".to_owned() } else { types.join(", ") } }
+        ));
     };
     let mut table_at = (head.len() - cursor.left()) as u64;
     for part in &parts[..found] {
@@ -136,7 +137,7 @@ impl Part {
         if let Some(version) = self.get("version")
             && *version != Attribute::Int(1)
         {
-            return Err(format!("deep data of {version:?}; version 1 is read"));
+            return Err(format!("deep data version {version:?}; only version 1 is supported"));
         }
         let code = *self.bytes("compression", "compression")?.first().ok_or("no compression")?;
         let data_window = self.window("dataWindow")?;
@@ -170,7 +171,12 @@ fn read_channels(list: &[u8]) -> Result<Vec<Channel>, String> {
             0 => PixelType::Uint,
             1 => PixelType::Half,
             2 => PixelType::Float,
-            code => return Err(format!("channel '{}' of type {code}", name.escape_debug())),
+            code => {
+                return Err(format!(
+                    "channel '{}' has the unknown type {code}",
+                    name.escape_debug()
+                ));
+            }
         };
         let [linear, ..] = cursor.array::<4>()?;
         let steps: [i32; 2] = cursor.each(Cursor::i32)?;

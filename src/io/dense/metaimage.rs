@@ -67,7 +67,7 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
         "MET_ULONG_LONG" => ValueType::U64,
         "MET_FLOAT" => ValueType::F32,
         "MET_DOUBLE" => ValueType::F64,
-        _ => return Err(input.bad(format!("ElementType '{text}' is not read"))),
+        _ => return Err(input.bad(format!("ElementType '{text}' is not supported"))),
     })
 }
 
@@ -108,7 +108,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     let (path, start, size) = if name.eq_ignore_ascii_case("LOCAL") {
         (input.path.to_owned(), fields.end() as u64, input.size)
     } else if name.starts_with("LIST") || name.contains('%') {
-        return Err(input.bad("its voxels lie in several files, which is not read"));
+        return Err(input.bad("its voxels are in several files, which is not supported"));
     } else {
         let path = named_by(input.path, name);
         let size = std::fs::metadata(&path).map_err(|error| Error::file(&path, error))?.len();

@@ -16,7 +16,7 @@ const VOXELS: u64 = 48;
 pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let [_, _, _, version] = input.array::<4>(0)?;
     if version != 3 {
-        return Err(input.bad(format!("Mitsuba volume version {version}, 3 is known")));
+        return Err(input.bad(format!("Mitsuba volume version {version}; only 3 is supported")));
     }
     let integer = |at: usize| input.array(at).map(i32::from_le_bytes);
     let value_type = match integer(4)? {

@@ -96,7 +96,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let version = bytes.u32(8).map_err(bad)?;
     if version >> 21 != 32 {
         let (major, minor) = (version >> 21, version >> 10 & 0x7ff);
-        return Err(input.bad(format!("NanoVDB version {major}.{minor}, 32 is known")));
+        return Err(input.bad(format!("NanoVDB version {major}.{minor}; only 32 is supported")));
     }
     let count = u16::from_le_bytes(bytes.array(12).map_err(bad)?);
     if count == 0 {
@@ -105,7 +105,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let size = bytes.u64(FILE).map_err(bad)?;
     let value_type = bytes.u32(FILE + 32).map_err(bad)?;
     if value_type != FLOAT {
-        return Err(input.bad(format!("grid of type {value_type}, only 1 (float) is read")));
+        return Err(input.bad(format!("grid of type {value_type}; only 1 (float) is supported")));
     }
     let name_size = bytes.u32(FILE + 136).map_err(bad)? as usize;
     let codec = u16::from_le_bytes(bytes.array(FILE + 168).map_err(bad)?);

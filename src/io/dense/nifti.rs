@@ -63,7 +63,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         Some([0x5c, 1, 0, 0]) => Endian::Little,
         Some([0, 0, 1, 0x5c]) => Endian::Big,
         _ if bytes.get(4..8) == Some(b"n+2\0") => {
-            return Err(input.bad("NIfTI-2, which is not read; NIfTI-1 is"));
+            return Err(input.bad("NIfTI-2, which is not supported; NIfTI-1 is"));
         }
         _ => return Err(input.bad("its header does not begin with its size, 348")),
     };
@@ -76,8 +76,8 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         return Err(input.bad(format!("{axes} axes, expected 1 to 7")));
     }
     if let Some(axis) = (4..=7).find(|&axis| length(axis) > 1) {
-        let what = if axis == 4 { "moments in time" } else { "values a voxel" };
-        return Err(input.bad(format!("{} {what}, only one is read", length(axis))));
+        let what = if axis == 4 { "time steps" } else { "values per voxel" };
+        return Err(input.bad(format!("{} {what}; only one is supported", length(axis))));
     }
     let (value_type, components) = number_type(input, fields.short(70))?;
     let dims = input.dims([length(1), length(2), length(3)])?;
@@ -136,7 +136,7 @@ fn number_type(input: &Input, code: i64) -> Result<(ValueType, usize)> {
         1024 => (ValueType::I64, 1),
         1280 => (ValueType::U64, 1),
         2304 => (ValueType::U8, 4),
-        _ => return Err(input.bad(format!("number type {code} is not read"))),
+        _ => return Err(input.bad(format!("number type {code} is not supported"))),
     })
 }
 

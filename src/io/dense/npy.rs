@@ -14,7 +14,9 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let (start, length) = match major {
         1 => (10, u64::from(u16::from_le_bytes(input.array(8)?))),
         2 | 3 => (12, u64::from(u32::from_le_bytes(input.array(8)?))),
-        _ => return Err(input.bad(format!("NumPy file version {major}, 1 to 3 are known"))),
+        _ => {
+            return Err(input.bad(format!("NumPy file version {major}; only 1 to 3 are supported")));
+        }
     };
     let text =
         usize::try_from(length).ok().and_then(|length| input.head.get(start..start + length));
@@ -47,7 +49,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     header.endian = endian;
     if item("fortran_order")?.starts_with("True") {
         if header.components != 1 {
-            return Err(input.bad("an array of vectors in Fortran order"));
+            return Err(input.bad("an array of vectors in Fortran order, which is not supported"));
         }
         header.order = Order::ZFastest;
     }
@@ -105,8 +107,8 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
         }
         None => {
             let why = format!(
-                "axes ({z}, {y}, {x}, {last}) may be {z} frames or vectors of {last}; of frames only one \
-                 is read, vectors need 'components = {last}' in a sidecar {}",
+                "axes ({z}, {y}, {x}, {last}) may be {z} frames or vectors of {last}; only one \
+                 frame is supported, and vectors need 'components = {last}' in the sidecar {}",
                 input.path.with_extension("toml").display()
             );
             Err(input.bad(why))
@@ -117,7 +119,7 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
 /// Parses `'<f4'`, `'|u1'` and similar.
 fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
     if text.starts_with('[') {
-        return Err(input.bad("an array of structures, a volume has one number a voxel"));
+        return Err(input.bad("an array of structures, which is not supported"));
     }
     let word = text.trim_start_matches(['\'', '"']).split(['\'', '"']).next().unwrap_or_default();
     let (order, kind) = word.split_at_checked(1).unwrap_or_default();
@@ -136,7 +138,7 @@ fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
         "f8" => ValueType::F64,
         _ => {
             let word: String = word.chars().take(24).collect();
-            return Err(input.bad(format!("number type '{word}' is not read")));
+            return Err(input.bad(format!("number type '{word}' is not supported")));
         }
     };
     if !["<", ">", "|", "="].contains(&order) {

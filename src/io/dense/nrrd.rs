@@ -78,7 +78,7 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
         |axis: usize| kinds.get(axis).is_some_and(|kind| ["time", "list"].contains(&kind.as_str()));
     let not_space = |axis: usize| is_space(axis) == Some(false) || is_frames(axis);
     let frames = |axis: usize| {
-        let why = format!("{} frames along axis {axis}, only one is read", sizes[axis]);
+        let why = format!("{} frames along axis {axis}; only one is supported", sizes[axis]);
         Err(input.bad(why))
     };
     match axes {
@@ -156,7 +156,7 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
         }
         "float" => ValueType::F32,
         "double" => ValueType::F64,
-        _ => return Err(input.bad(format!("number type '{text}' is not read"))),
+        _ => return Err(input.bad(format!("number type '{text}' is not supported"))),
     })
 }
 
@@ -256,12 +256,12 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
             header.endian = Endian::Little;
             Packing::Text(header.value_type)
         }
-        other => return Err(input.bad(format!("encoding '{other}' is not read"))),
+        other => return Err(input.bad(format!("encoding '{other}' is not supported"))),
     };
     let (path, start, size) = match fields.get(&["data file", "datafile"]) {
         None => (input.path.to_owned(), fields.end() as u64, input.size),
         Some(name) if name.starts_with("LIST") || name.contains('%') => {
-            return Err(input.bad("its voxels lie in several files, which is not read"));
+            return Err(input.bad("its voxels are in several files, which is not supported"));
         }
         Some(name) => {
             let path = named_by(input.path, name);
@@ -286,7 +286,8 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
             (last_bytes(input, size, start, header)?, 0)
         }
         Err(_) if skip == -1 => {
-            let why = format!("byte skip -1 with encoding {encoding} is not read; unpack it first");
+            let why =
+                format!("byte skip -1 with encoding {encoding} is not supported; unpack it first");
             return Err(input.bad(why));
         }
         Err(_) => return Err(input.bad(format!("byte skip {skip}"))),

@@ -35,7 +35,10 @@ pub(super) fn decompress(
     let sizes: [u32; 3] = bytes.each(Bytes::u32)?;
     let [total, block_size, _] = sizes.map(|size| size as usize);
     if version != 1 && version != 2 {
-        return Err(Fault::bad(start, format!("blosc format version {version}, 2 is known")));
+        return Err(Fault::bad(
+            start,
+            format!("blosc format version {version}; only 1 and 2 are supported"),
+        ));
     }
     if total != output.len() {
         let why = format!("a blosc chunk of {total} bytes, expected {}", output.len());
@@ -49,7 +52,7 @@ pub(super) fn decompress(
         return Ok(());
     }
     if flags >> 5 != LZ4 || flags & BIT_SHUFFLED != 0 {
-        return Err(Fault::bad(start, format!("blosc flags {flags:#04x}: only LZ4 is known")));
+        return Err(Fault::bad(start, format!("blosc flags {flags:#04x}: only LZ4 is supported")));
     }
     if block_size == 0 || type_size == 0 {
         return Err(Fault::bad(start, "a blosc chunk with blocks or numbers of no bytes"));
