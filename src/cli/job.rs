@@ -153,7 +153,7 @@ fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
 fn beside(error: Error, held: u64) -> Error {
     match error.kind() {
         ErrorKind::Limit { what, needed, limit } if held > 0 => {
-            let limit = format!("{limit}, beside {held} bytes of other volumes");
+            let limit = format!("{limit}, in addition to {held} bytes of other volumes");
             ErrorKind::Limit { what: what.clone(), needed: needed.clone(), limit }.into()
         }
         _ => error,

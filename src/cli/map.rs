@@ -163,7 +163,7 @@ fn written(kind: MapKind) -> bool {
 }
 
 fn unwritten(kind: MapKind) -> Error {
-    let why = "maps are not written to files, only rendered with; every other kind is written";
+    let why = "maps can be rendered with, but not written to files";
     Error::value("map", format!("'{kind}' {why}"))
 }
 

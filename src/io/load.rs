@@ -122,7 +122,7 @@ fn moved(volume: Volume, table: &VolumeTable) -> Result<Volume> {
 /// As [`load_volume`], and if the file is not OpenVDB or the grid's values are not vectors.
 pub fn load_color(table: &VolumeTable, grid: &str) -> Result<[Volume; 3]> {
     let Some(path) = &table.path else {
-        return Err(Error::value("volume.color", "means nothing for a preset"));
+        return Err(Error::value("volume.color", "does not apply to a preset"));
     };
     let options = ReadOptions::of(table)?;
     if options.format_of(path)? != Format::OpenVdb {

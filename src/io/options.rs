@@ -82,7 +82,7 @@ impl ReadOptions {
     /// # Errors
     /// With the name of the first option that does not apply.
     pub fn check(&self, path: &Path, format: Format) -> Result<()> {
-        let what = format!("{}, of format {}", path.display(), format.name());
+        let what = format!("{} (format {})", path.display(), format.name());
         match format {
             Format::Raw => Ok(()),
             Format::DeepExr => Err(Error::contents(path, "a deep image, not a volume")),
@@ -104,7 +104,7 @@ impl ReadOptions {
             ("class", self.class.is_some()),
         ];
         match given.into_iter().find(|(key, given)| *given && keys.contains(key)) {
-            Some((key, _)) => Err(Error::value(key, format!("means nothing for {what}"))),
+            Some((key, _)) => Err(Error::value(key, format!("does not apply to {what}"))),
             None => Ok(()),
         }
     }

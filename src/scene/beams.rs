@@ -182,7 +182,7 @@ impl Scene {
         } else {
             ("ambient or background", others)
         };
-        Err(Error::value(what, format!("its radiance (about {radiance:e}) does not fit f32")))
+        Err(Error::value(what, format!("its radiance (about {radiance:e}) does not fit in f32")))
     }
 }
 

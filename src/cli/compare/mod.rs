@@ -124,7 +124,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(depth) = arguments.depth {
         let scale = depth / deepest;
         if !(scale.is_finite() && scale > 0.0) {
-            let why = "no light ray through the map meets any medium to be scaled";
+            let why = "no light ray through the map meets a medium to scale";
             return Err(Error::value("depth", why));
         }
         for medium in job.scene.media.mediums_mut() {

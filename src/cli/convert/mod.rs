@@ -129,11 +129,11 @@ impl Job<'_> {
     ) -> Result<Converted> {
         let half = self.wanted.half.then_some(ValueType::F16);
         if self.wanted.to_type.is_some_and(|to| half.is_some_and(|half| half != to)) {
-            return Err(Error::value("half", "means f16, but another type is asked for"));
+            return Err(Error::value("half", "means f16, but another type is requested"));
         }
         let to = half.or(self.wanted.to_type).unwrap_or(grid.value_type);
         if to == ValueType::F16 && grid.value_type != to && !format.has_half() {
-            let why = format!("{} has no half floats", self.output.display());
+            let why = format!("{} cannot hold half floats", self.output.display());
             return Err(Error::value("type", why));
         }
         let remap = self.remap(|| grid.span(), grid.value_type, to);
