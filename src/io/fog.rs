@@ -149,7 +149,7 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
 pub fn load_vectors(path: &Path, grid_name: &str, max_bytes: u64) -> Result<[Volume; 3]> {
     let chosen = Chosen::open(path, Some(grid_name))?;
     if chosen.grid.components() != 3 {
-        let why = format!("grid '{grid_name}' has one number a voxel, not three");
+        let why = format!("grid '{grid_name}' has one number per voxel, not three");
         return Err(Error::contents(path, why));
     }
     let nothing = || {

@@ -14,7 +14,7 @@ pub fn is_beyond_f32(number: f64) -> bool {
 /// The error message for a number that [`is_beyond_f32`].
 pub fn too_large(number: f64) -> String {
     format!(
-        "a voxel holds {number:e}, above what f32 does ({:.1e}): store it in a larger unit",
+        "a voxel holds {number:e}, above the largest f32 ({:.1e}): store it in a larger unit",
         f32::MAX
     )
 }

@@ -137,7 +137,7 @@ impl Sidecar {
                 let (this, other) = (path.display(), path.with_extension(ending));
                 let own = Self::path_beside(path);
                 let why = format!(
-                    "it may describe {this} or {}; call it {}",
+                    "it may describe {this} or {}; rename it to {}",
                     other.display(),
                     own.display()
                 );

@@ -72,7 +72,7 @@ impl<'a> Cursor<'a> {
             if self.left() > LONGEST_NAME {
                 format!("a name of more than {LONGEST_NAME} bytes")
             } else {
-                "it ends within a name".to_owned()
+                "it ends inside a name".to_owned()
             }
         })?;
         let name = self.take(end)?;

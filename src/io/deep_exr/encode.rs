@@ -142,14 +142,14 @@ fn pack(header: &DeepHeader, row: &DeepRow) -> Result<Chunk> {
         return Err(ErrorKind::Limit { what, needed, limit }.into());
     }
     if !row.ends.is_sorted() {
-        return Err(bad("the samples of a line go backwards".to_owned()));
+        return Err(bad("the sample counts of a line decrease".to_owned()));
     }
     let fits = |(samples, channel): (&Samples, &Channel)| {
         samples.len() == count && samples.pixel_type() == channel.pixel_type
     };
     let pairs = row.channels.iter().zip(&header.channels);
     if row.channels.len() != header.channels.len() || !pairs.into_iter().all(fits) {
-        return Err(bad("the samples of a line are not those of the header's channels".to_owned()));
+        return Err(bad("the samples of a line do not match the header's channels".to_owned()));
     }
     let mut samples = Vec::with_capacity(count * header.sample_bytes());
     for at in sorted(header) {

@@ -174,7 +174,7 @@ fn pack_runs(bytes: &[u8]) -> Vec<u8> {
 
 /// Fills all of `block` from the output of [`pack_runs`].
 fn unpack_runs(packed: &[u8], block: &mut [u8]) -> Result<(), String> {
-    let short = || "rle: it ends within a run".to_owned();
+    let short = || "rle: it ends inside a run".to_owned();
     let due = block.len();
     let (mut rest, mut at) = (packed, 0);
     while let Some((&count, behind)) = rest.split_first() {

@@ -120,7 +120,7 @@ impl Part {
     fn window(&self, name: &str) -> Result<Window, String> {
         match self.get(name) {
             Some(&Attribute::IntBox2(corners)) => Ok(Window::from_box(corners)),
-            _ => Err(format!("without the attribute {name}")),
+            _ => Err(format!("the attribute {name} is missing")),
         }
     }
 
@@ -128,7 +128,7 @@ impl Part {
     fn bytes(&self, name: &str, of_type: &str) -> Result<&[u8], String> {
         match self.get(name) {
             Some(Attribute::Other { type_name, bytes }) if type_name == of_type => Ok(bytes),
-            _ => Err(format!("without the attribute {name} of type {of_type}")),
+            _ => Err(format!("the attribute {name} of type {of_type} is missing")),
         }
     }
 
@@ -142,7 +142,9 @@ impl Part {
         let code = *self.bytes("compression", "compression")?.first().ok_or("no compression")?;
         let data_window = self.window("dataWindow")?;
         let Window { min, max } = data_window;
-        let size = data_window.size().ok_or(format!("data window {min:?} to {max:?}"))?;
+        let size = data_window
+            .size()
+            .ok_or(format!("data window {min:?} to {max:?} is empty or too large"))?;
         if let Some(count) = self.chunk_count()?
             && count != size[1]
         {
@@ -187,7 +189,7 @@ fn read_channels(list: &[u8]) -> Result<Vec<Channel>, String> {
             ));
         }
         if channels.last().is_some_and(|before| before.name >= name) {
-            return Err(format!("channel '{}' is not in its order", name.escape_debug()));
+            return Err(format!("channel '{}' is out of order", name.escape_debug()));
         }
         channels.push(Channel { name, pixel_type, linear: linear != 0 });
     }

@@ -85,7 +85,9 @@ impl Bytes<'_> {
     fn jump(&self, from: usize, offset: u64) -> Result<usize, String> {
         let place = usize::try_from(offset).ok().and_then(|offset| from.checked_add(offset));
         let place = place.filter(|&place| place < self.0.len());
-        place.ok_or_else(|| format!("an offset {} from byte {from} of its grid", offset as i64))
+        place.ok_or_else(|| {
+            format!("an offset of {} from byte {from} points outside its grid", offset as i64)
+        })
     }
 }
 
@@ -137,7 +139,9 @@ fn densify(input: &Input, grid: &Bytes) -> Result<(DenseHeader, Vec<u8>)> {
     let bad = |why: String| input.bad(why);
     let root = grid.u64(GRID + 24).and_then(|offset| grid.jump(GRID, offset)).map_err(bad)?;
     if root < GRID + TREE {
-        return Err(input.bad(format!("its root lies at byte {root} of its grid")));
+        return Err(
+            input.bad(format!("its root is at byte {root} of its grid, inside the headers"))
+        );
     }
     let (min, max) = (grid.ivec3(root).map_err(bad)?, grid.ivec3(root + 12).map_err(bad)?);
     if min.cmpgt(max).any() {

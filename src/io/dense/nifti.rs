@@ -97,7 +97,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let offset = fields.float(108);
     let least = if detached { 0.0 } else { HEADER as f64 };
     if !(least..1e12).contains(&offset) {
-        return Err(input.bad(format!("its voxels start at byte {offset}")));
+        return Err(input.bad(format!("its voxels cannot start at byte {offset}")));
     }
     let offset = offset as u64;
     let payload = match (detached, gzip) {

@@ -55,7 +55,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     }
     if let Some((beside, sidecar)) = sidecar {
         if !sidecar.fits(&header) {
-            let why = format!("it describes other voxels than {}", input.path.display());
+            let why = format!("it describes different voxels than {}", input.path.display());
             return Err(Error::contents(beside, why));
         }
         let described = sidecar.describe(&mut header);

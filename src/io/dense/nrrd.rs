@@ -87,7 +87,7 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
             Some(axis) if sizes[axis] == 1 && axis == 2 => Ok(Axes { components: 1, first: 0 }),
             Some(axis) => {
                 let kind = kinds.get(axis).map_or("none", String::as_str);
-                let why = format!("axis {axis} is '{kind}', a volume has three axes of space");
+                let why = format!("axis {axis} is '{kind}', but a volume has three axes of space");
                 Err(input.bad(why))
             }
         },
@@ -98,7 +98,10 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
             if is_frames(3) || kinds.get(3).is_none() {
                 return frames(3);
             }
-            Err(input.bad(format!("its {} numbers a voxel lie apart from each other", sizes[3])))
+            Err(input.bad(format!(
+                "its {} numbers per voxel are stored apart from each other",
+                sizes[3]
+            )))
         }
         4 if not_space(0) && (1..4).all(|axis| !not_space(axis)) => {
             if is_frames(0) && sizes[0] != 1 {
@@ -290,7 +293,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
                 format!("byte skip -1 with encoding {encoding} is not supported; unpack it first");
             return Err(input.bad(why));
         }
-        Err(_) => return Err(input.bad(format!("byte skip {skip}"))),
+        Err(_) => return Err(input.bad(format!("byte skip {skip} is below 0"))),
     };
     Ok(Payload::Stored { path, offset, packing, skip })
 }

@@ -266,7 +266,9 @@ fn voxels(
             let data = &whole[*start..];
             let mark = data.iter().position(|&byte| byte == b'_');
             let data = mark.and_then(|mark| data.get(mark.checked_add(1 + offset)?..));
-            let data = data.ok_or_else(|| named(format!("it would start at byte {offset}")))?;
+            let data = data.ok_or_else(|| {
+                named(format!("it would start at byte {offset}, beyond the end of the data"))
+            })?;
             match encoding.as_str() {
                 "raw" => document.coding.raw(data, due).map_err(named),
                 "base64" => document.coding.base64(data, due).map_err(named),

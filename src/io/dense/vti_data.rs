@@ -54,7 +54,7 @@ impl Coding {
         if count > rest.len() / width {
             return Err(format!("{count} blocks do not fit in {} bytes", rest.len()));
         }
-        let mut sizes = refused(memory::room(count, "lengths of blocks"))?;
+        let mut sizes = refused(memory::room(count, "block lengths"))?;
         for _ in 0..count {
             sizes.push(self.length(&mut rest)?);
         }
@@ -101,7 +101,7 @@ impl Coding {
                 u32::from_le_bytes(*bytes)
             })
         };
-        usize::try_from(number).map_err(|_| format!("a length of {number}"))
+        usize::try_from(number).map_err(|_| format!("a length of {number} is too large"))
     }
 
     /// Appends a block of `length` bytes.

@@ -55,13 +55,16 @@ pub(super) fn decompress(
         return Err(Fault::bad(start, format!("blosc flags {flags:#04x}: only LZ4 is supported")));
     }
     if block_size == 0 || type_size == 0 {
-        return Err(Fault::bad(start, "a blosc chunk with blocks or numbers of no bytes"));
+        return Err(Fault::bad(start, "a blosc chunk with blocks or numbers of zero bytes"));
     }
     let block_size = block_size.min(total);
     for block in output.chunks_mut(block_size) {
         let block_start = bytes.u32()? as usize;
         let Some(data) = chunk.get(block_start..) else {
-            return Err(Fault::bad(start, format!("a blosc block at {block_start} of the chunk")));
+            return Err(Fault::bad(
+                start,
+                format!("a blosc block at byte {block_start}, beyond the end of its chunk"),
+            ));
         };
         let split = flags & NOT_SPLIT == 0
             && type_size <= MAX_STREAMS
@@ -84,7 +87,7 @@ pub(super) fn decompress(
 fn read_streams(data: &mut Bytes, streams: usize, output: &mut [u8]) -> Parsed<()> {
     let length = output.len() / streams;
     if length * streams != output.len() {
-        let why = format!("{} bytes do not split in {streams}", output.len());
+        let why = format!("{} bytes do not split evenly into {streams} streams", output.len());
         return Err(Fault::bad(data.position(), why));
     }
     for stream in output.chunks_exact_mut(length) {

@@ -108,7 +108,7 @@ pub(super) fn read_file_header(reader: &mut Reader) -> Parsed<FileHeader> {
     let grid_count = reader.parse(|bytes| {
         let at = bytes.position();
         let count = bytes.i32()?;
-        u32::try_from(count).map_err(|_| Fault::bad(at, format!("{count} grids")))
+        u32::try_from(count).map_err(|_| Fault::bad(at, format!("the number of grids is {count}")))
     })?;
     Ok(FileHeader { version, library_version, has_offsets, uuid, metadata, grid_count })
 }
