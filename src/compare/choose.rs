@@ -293,7 +293,7 @@ fn certified(tried: Tried<'_>) -> Certified {
     if fitted && tried.settings.map.fragments.tolerance > 0.0 {
         let _ = write!(
             certificate,
-            "; on texels' central rays it is within {} of all slabs together, a bound",
+            "; on texels' central rays it is within {} of all slabs together, which is a bound",
             tried.settings.map.fragments.tolerance
         );
     }

@@ -43,7 +43,7 @@ impl std::str::FromStr for Class {
 }
 
 /// The note on numbers that look like distances but are treated as densities.
-pub(super) const DISTANCES: &str = "looks like signed distances and is drawn as densities, inside out (`volume.class = level-set`)";
+pub(super) const DISTANCES: &str = "looks like signed distances but is drawn as densities, inside out (`volume.class = level-set`)";
 
 /// The density of a level set: 1 inside, 0 outside, a linear edge of one voxel across the surface.
 pub(super) fn fog(distance: f32, voxel: f32) -> f32 {
@@ -109,7 +109,7 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
         if !others.is_empty() {
             let others = others.join(", ");
             notes.push(format!(
-                "grid '{name}' is empty, the file also has {others} (`volume.grid`)"
+                "grid '{name}' is empty; the file also has {others} (`volume.grid`)"
             ));
         }
         let nothing = Voxels::Dense(Array3::zeros((1, 1, 1)));

@@ -50,7 +50,7 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
     };
     let volume = match table.bounds {
         Some(_) if sparse(&volume) => {
-            let why = "only for dense volumes; a sparse grid keeps its own transform";
+            let why = "applies only to dense volumes; a sparse grid keeps its own transform";
             Err(Error::value("volume.bounds", why))
         }
         Some([min, max]) => {

@@ -75,7 +75,7 @@ impl Job<'_> {
     /// Reports what the output does not hold of the input.
     fn note_lost(&self, lost: &[String]) {
         if !lost.is_empty() {
-            self.note(&format!("{} cannot hold {}", self.output.display(), lost.join("; ")));
+            self.note(&format!("{} cannot record {}", self.output.display(), lost.join("; ")));
         }
     }
 
@@ -180,7 +180,9 @@ impl Job<'_> {
     fn note_overflow(&self, span: Span) {
         let [low, high] = span.range.unwrap_or([0.0; 2]);
         if low.abs().max(high.abs()) >= 65520.0 {
-            let note = format!("values {low} .. {high} go beyond half floats and become infinite");
+            let note = format!(
+                "values {low} .. {high} exceed the range of half floats and become infinite"
+            );
             self.note(&note);
         }
     }

@@ -170,8 +170,8 @@ fn transform(fields: &Fields) -> Place {
         (Some(affine), Some(turned)) => {
             let scanner = fields.short(254) == 1 && !is_sheared(&affine);
             let same = is_same(&affine, &turned);
-            let note = "its sform says another place than its qform, which is taken, as ITK does";
-            let other = "its qform says another place than its sform, which is taken, as ITK does";
+            let note = "its sform and qform differ; the qform is used, as in ITK";
+            let other = "its sform and qform differ; the sform is used, as in ITK";
             match (scanner, same) {
                 (_, true) => (affine, None),
                 (true, false) => (affine, Some(other)),

@@ -88,7 +88,7 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
     };
     let vectors = Meaning { lengths: [z, y, x], components: last, note: None };
     let frame = Meaning { lengths: [y, x, last], components: 1, note: None };
-    let option = |count: i64| format!("'components = {count}' in a sidecar says otherwise");
+    let option = |count: i64| format!("'components = {count}' in a sidecar changes that");
     match said {
         Some(count) if count as i64 == last => Ok(vectors),
         Some(1) if z == 1 => Ok(frame),
@@ -98,11 +98,13 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
         }
         None if last == 1 => Ok(vectors),
         None if z == 1 && last != 3 => {
-            let note = format!("axes (1, {y}, {x}, {last}): a batch of one; {}", option(last));
+            let note =
+                format!("axes (1, {y}, {x}, {last}) are read as a batch of one; {}", option(last));
             Ok(Meaning { note: Some(note), ..frame })
         }
         None if last == 2 || last == 3 => {
-            let note = format!("a last axis of {last}: vectors, of which the length is taken");
+            let note =
+                format!("a last axis of {last} is read as vectors, of which the lengths are used");
             Ok(Meaning { note: Some(note), ..vectors })
         }
         None => {

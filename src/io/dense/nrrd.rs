@@ -190,8 +190,8 @@ fn place(
         }
         if fields.get(&["axis mins"]).is_some() && fields.get(&["centerings", "centers"]).is_none()
         {
-            let note = "axis mins without centerings: they are taken for the borders of voxels, as \
-                        teem does (`volume.spacing`)";
+            let note = "axis mins without centerings are taken as the borders of voxels, as in \
+                        teem (`volume.spacing`)";
             header.notes.push(note.to_owned());
         }
     }
