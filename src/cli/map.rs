@@ -173,5 +173,5 @@ fn held(map: &FragmentMap) -> String {
     let most = runs.starts().windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
     let mean = runs.nodes().len() as f64 / runs.texels().max(1) as f64;
     let mebibytes = map.bytes() as f64 / f64::from(1 << 20);
-    format!("{mean:.1} nodes a texel, at most {most}, {mebibytes:.1} MiB,")
+    format!("{mean:.1} nodes per texel, at most {most}, {mebibytes:.1} MiB,")
 }
