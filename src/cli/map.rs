@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
     #[command(flatten)]
     output: OutputArguments,
-    /// Of a fragment map only what its lists come to, as a flat image: count, front, back, A.
+    /// Write only a summary of a fragment map's lists, as a flat image: count, front, back, A.
     #[arg(long)]
     statistics: bool,
 }
