@@ -62,7 +62,8 @@ pub fn undescribed(path: &Path, missing: &str) -> Error {
     ErrorKind::Contents {
         path: path.to_owned(),
         why: format!(
-            "not a format that this program can read; raw voxels need {missing} (or the sidecar {})",
+            "not a format that this program can read; raw voxels need {missing} (or \
+             the sidecar {})",
             Sidecar::path_beside(path).display()
         ),
     }

@@ -9,8 +9,8 @@ use crate::error::{Error, Result};
 pub const PRESETS: [(&str, &str); 14] = [
     ("grey", "white, opacity rising evenly"),
     ("smoke", "soft dark grey, thin where it begins"),
-    ("cloud", "white, soon opaque"),
-    ("fire", "from soot over red, orange and yellow to white"),
+    ("cloud", "white, opaque early"),
+    ("fire", "from soot through red, orange and yellow to white"),
     ("bone", "CT: bones only, ivory"),
     ("tissue", "CT: translucent skin and muscles around ivory bones"),
     ("skin", "CT: what a body looks like from outside"),
