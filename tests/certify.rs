@@ -68,9 +68,9 @@ fn the_bytes_asked_for_are_kept() {
 fn a_limit_that_cannot_be_kept_is_an_error_that_tells_how_far_off() {
     let folder = Folder::new();
     for (limits, named) in [
-        ("--max-error 0.0000001", "closest comes"),
-        ("--max-error 0.001 --max-map-bytes 6KiB", "max-error: no map tried keeps the limits"),
-        ("--max-map-bytes 1/texel", "as small as that"),
+        ("--max-error 0.0000001", "the closest is"),
+        ("--max-error 0.001 --max-map-bytes 6KiB", "max-error: no map tried meets the limits"),
+        ("--max-map-bytes 1/texel", "no map tried is that small"),
         ("--max-error 0.01 --filter edsm", "filter"),
     ] {
         let output =

@@ -307,7 +307,7 @@ fn a_deep_picture_flattens_to_the_flat_one() {
     }
     let refused = folder.run("render bucky --samples 4 -o y.deep.exr");
     assert_eq!(refused.status.code(), Some(1));
-    assert!(stderr(&refused).contains("one sample a pixel"));
+    assert!(stderr(&refused).contains("one sample per pixel"));
 }
 
 #[test]

@@ -217,7 +217,7 @@ fn what_cannot_be_done_is_said_in_one_line_and_leaves_nothing() {
         ("ball_blosc.vdb x.npy --resample 0", 2, "above 0"),
         ("ball_blosc.vdb x.npy --compression lzma", 2, "lzma"),
         ("ball_blosc.vdb x.tiff", 1, "x.tiff"),
-        ("ball_blosc.vdb x", 1, "none of .vdb"),
+        ("ball_blosc.vdb x", 1, "is not one of .vdb"),
         ("missing.vdb x.npy", 1, "missing.vdb"),
         ("broken.vdb old.npy", 1, "broken.vdb"),
         ("ball_blosc.vdb nowhere/x.npy", 1, "nowhere"),

@@ -188,7 +188,7 @@ fn deep_images_are_told_by_their_samples() {
     }
     let output = folder.run("render map.exr --backend cpu");
     assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).contains("a deep image, no volume"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("a deep image, not a volume"), "{}", stderr(&output));
 }
 
 #[test]

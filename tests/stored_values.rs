@@ -156,7 +156,10 @@ fn ranges_that_do_not_meet_the_data_are_spread_over_it() {
     assert_eq!(range(beyond), ([0.0, 2997.0], true));
     let wrong = "[volume.transfer]\nname = \"grey\"\nrange = \"all\"\n";
     let error = SceneFile::parse(wrong, Path::new("s.toml")).unwrap_err().to_string();
-    assert!(error.contains("two numbers nor \"data\"") && error.contains("line 3"), "{error}");
+    assert!(
+        error.contains("expected two numbers or \"data\"") && error.contains("line 3"),
+        "{error}"
+    );
 }
 
 /// Doubles may exceed what volumes can hold. The result must not be an empty picture, whatever the

@@ -208,5 +208,5 @@ pub(super) fn view_through(
 }
 
 fn unbuilt(backend: &str) -> Error {
-    Error::value("map", format!("{backend} does not build such maps"))
+    Error::value("map", format!("{backend} cannot build this kind of map"))
 }

@@ -9,7 +9,7 @@ pub(super) fn run() -> Result<()> {
 
     let mut lines = crate::gpu::adapters();
     if lines.is_empty() {
-        lines.push("no graphics adapter; --backend auto takes the CPU".to_owned());
+        lines.push("no graphics adapter; --backend auto uses the CPU".to_owned());
     }
     let lines = lines.iter().map(|line| one_line(line, LONGEST_LINE) + "\n");
     super::print(&lines.collect::<String>())

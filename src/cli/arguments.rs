@@ -19,10 +19,10 @@ use crate::volume::Axis;
 pub(super) struct SourceArguments {
     /// Preset (box, bucky, rods, clouds), volume file or scene file (.toml).
     pub input: String,
-    /// Threads of the CPU backend; all cores by default.
+    /// Threads for the CPU backend; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-    /// Say nothing but errors.
+    /// Print nothing but errors.
     #[arg(long)]
     pub quiet: bool,
 
@@ -40,17 +40,17 @@ pub(super) struct SourceArguments {
 
     #[arg(long, value_name = "NAME|FILE", help = transfer_help(), help_heading = "Volume")]
     pub transfer: Option<String>,
-    /// Values that the transfer function is spread over; data for all that the volume holds.
+    /// Values that the transfer function spans; data for all values of the volume.
     #[arg(long, value_name = "LO,HI|data", value_parser = transfer_range, allow_negative_numbers = true, help_heading = "Volume")]
     pub transfer_range: Option<TransferRange>,
     /// Grid whose values glow (temperature, flame), or density for the densities themselves.
     #[arg(long, value_name = "GRID", help_heading = "Volume")]
     pub emission: Option<String>,
 
-    /// The way the light travels.
+    /// Direction in which the light travels.
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
     pub light: Option<Numbers<f64, 3>>,
-    /// No ground and no background: alpha in the file.
+    /// No ground and no background; the file has alpha.
     #[arg(long, help_heading = "Scene")]
     pub transparent: bool,
 }
@@ -60,7 +60,7 @@ pub(super) struct SourceArguments {
 pub(super) struct SceneArguments {
     #[command(flatten)]
     pub source: SourceArguments,
-    /// What computes: a hardware GPU if there is one and else the CPU (auto), gpu or cpu.
+    /// Where to compute: a hardware GPU if there is one, otherwise the CPU (auto); gpu or cpu.
     #[arg(long, default_value = "auto", value_parser = parse::<BackendChoice>)]
     pub backend: BackendChoice,
 
@@ -81,24 +81,24 @@ pub(super) struct SceneArguments {
     /// Texels along each edge of the map [512].
     #[arg(long, value_name = "N", value_parser = count(8192), help_heading = "Shadow map")]
     pub map_size: Option<u32>,
-    /// How much finer steps, slabs and tolerances are than usual, 0.125 to 64; twice as much shows
+    /// How much finer steps, slabs and tolerances are than usual, 0.125 to 64; doubling it shows
     /// whether a picture has converged [1].
     #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Shadow map")]
     pub quality: Option<f64>,
-    /// Steps along a light ray at most [512].
+    /// Maximum number of steps along a light ray [512].
     #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Shadow map")]
     pub steps: Option<u32>,
-    /// Slabs of a fragment map: equal ones on each ray (ray), between planes (planes), drawn
+    /// Slabs of a fragment map: equal ones on each ray (ray), between planes (planes) or drawn
     /// (raster).
     #[arg(long, value_name = "HOW", value_parser = valid::<Slices>, help_heading = "Shadow map")]
     pub slices: Option<String>,
-    /// Error of transmittance that a fragment map may make, 0 to keep every fragment [0.002].
+    /// Allowed error of transmittance in a fragment map; 0 keeps every fragment [0.002].
     #[arg(long, value_name = "E", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Shadow map")]
     pub tolerance: Option<f64>,
-    /// Cuts raw fragment lists this close to their final transmittance, 0 not [0.001].
+    /// Cut off raw fragment lists this close to their final transmittance; 0 never does [0.001].
     #[arg(long, value_name = "E", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Shadow map")]
     pub truncation: Option<f64>,
-    /// Bytes that fragment lists may take at a time; more are made in tiles [1 GiB].
+    /// Bytes that fragment lists may take at a time; larger maps are built in tiles [1 GiB].
     #[arg(long, value_name = "BYTES", help_heading = "Shadow map")]
     pub memory: Option<u64>,
 }
@@ -106,11 +106,11 @@ pub(super) struct SceneArguments {
 /// How to read a volume file, as options.
 #[derive(Debug, Args)]
 pub(super) struct FileArguments {
-    /// Format of the file, whatever it begins with: openvdb, npy, nrrd, metaimage, pvm, nifti, vti,
-    /// mitsuba-vol, den, nanovdb, deep-exr, raw.
+    /// Format of the file, regardless of how it begins: openvdb, npy, nrrd, metaimage, pvm, nifti,
+    /// vti, mitsuba-vol, den, nanovdb, deep-exr, raw.
     #[arg(long, value_name = "FORMAT", value_parser = valid::<Format>, help_heading = "Volume")]
     pub from: Option<String>,
-    /// Grid of a file that holds several.
+    /// Grid to read from a file that holds several.
     #[arg(long, value_name = "NAME", help_heading = "Volume")]
     pub grid: Option<String>,
     /// Bytes that a volume's voxels may take [4 GiB].
@@ -125,8 +125,8 @@ pub(super) struct FileArguments {
     /// Byte order of raw data: little or big [little].
     #[arg(long, value_name = "ORDER", value_parser = valid::<Endian>, help_heading = "Volume")]
     pub endian: Option<String>,
-    /// What a file's numbers are, whatever it says: level-set (distances, negative inside) or fog
-    /// (densities).
+    /// What a file's numbers are, regardless of what it says: level-set (distances, negative
+    /// inside) or fog (densities).
     #[arg(long, value_name = "CLASS", value_parser = valid::<Class>, help_heading = "Volume")]
     pub class: Option<String>,
     /// Distance between voxels along x, y, z.
@@ -140,13 +140,13 @@ pub(super) struct PictureArguments {
     /// Picture size in pixels [512x512].
     #[arg(long, value_name = "WxH", value_parser = size, help_heading = "Picture")]
     pub size: Option<[u32; 2]>,
-    /// Camera rays a pixel; 1 is its centre [1].
+    /// Camera rays per pixel; a single one goes through its centre [1].
     #[arg(long, value_name = "N", value_parser = count(4096), help_heading = "Picture")]
     pub samples: Option<u32>,
-    /// Steps along a camera ray at most; by the voxels it crosses by default.
+    /// Maximum number of steps along a camera ray; by default it depends on the voxels crossed.
     #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Picture")]
     pub view_steps: Option<u32>,
-    /// Factor on radiance before encoding for screens [1].
+    /// Factor by which radiance is multiplied before encoding for screens [1].
     #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Picture")]
     pub exposure: Option<f64>,
     /// How shadow becomes colour: physical or paper [physical].
@@ -155,7 +155,7 @@ pub(super) struct PictureArguments {
     /// Lookups along a camera ray with --shading paper [128].
     #[arg(long, value_name = "N", value_parser = count(1 << 16), help_heading = "Picture")]
     pub light_samples: Option<u32>,
-    /// Octaves that imitate multiple scattering, a look without physics [0].
+    /// Octaves that imitate multiple scattering, without being physically based [0].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=16), help_heading = "Picture")]
     pub octaves: Option<u32>,
 }
@@ -290,11 +290,11 @@ pub(super) fn numbers<T: FromStr + Copy + Default, const N: usize>(
 ) -> Result<Numbers<T, N>, String> {
     let parts: Vec<&str> = text.split(',').map(str::trim).collect();
     if parts.len() != N {
-        return Err(format!("{N} numbers with commas between them are needed"));
+        return Err(format!("expected {N} numbers separated by commas"));
     }
     let mut values = [T::default(); N];
     for (value, part) in values.iter_mut().zip(parts) {
-        *value = part.parse().map_err(|_| format!("'{part}' is not such a number"))?;
+        *value = part.parse().map_err(|_| format!("'{part}' is not a valid number"))?;
     }
     Ok(Numbers(values))
 }
@@ -306,16 +306,17 @@ pub(super) fn valid<T: FromStr<Err = crate::Error>>(text: &str) -> Result<String
 
 fn map_help() -> String {
     format!(
-        "Kind of shadow map: fragments (lists within a tolerance; GPUs take it by default), threshold \
-         (four numbers a texel; processors do), or, on the CPU, one to compare with them. All: {}",
+        "Kind of shadow map: fragments (lists within a tolerance; the default on GPUs), threshold \
+         (four numbers per texel; the default on the CPU) or, on the CPU only, another one to \
+         compare with them. All: {}",
         MapKind::names()
     )
 }
 
 fn transfer_help() -> String {
     format!(
-        "Colour and opacity over density: a name ({}), auto, or a file (ParaView's JSON, or lines of \
-         value r g b opacity)",
+        "Colour and opacity over density: a name ({}), auto, or a file (ParaView's JSON, or lines \
+         of 'value r g b opacity')",
         transfer::PRESETS.map(|(name, _)| name).join(", ")
     )
 }
@@ -328,7 +329,7 @@ fn number(text: &str, allowed: impl Fn(f64) -> bool, what: &str) -> Result<f64, 
     text.parse()
         .ok()
         .filter(|&x: &f64| x < 1e30 && allowed(x))
-        .ok_or_else(|| format!("a number {what} is needed"))
+        .ok_or_else(|| format!("expected a number {what}"))
 }
 
 fn at_least_0(text: &str) -> Result<f64, String> {
@@ -343,7 +344,7 @@ pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     parsed
         .filter(|size: &[u32; 2]| size.iter().all(|n| (1..=16384).contains(n)))
-        .ok_or_else(|| "WIDTHxHEIGHT is needed, as 640x480, each 1 to 16384".to_owned())
+        .ok_or_else(|| "expected WIDTHxHEIGHT, such as 640x480, each from 1 to 16384".to_owned())
 }
 
 pub(super) fn parse<T: FromStr<Err = crate::Error>>(text: &str) -> Result<T, String> {

@@ -28,7 +28,7 @@ impl FromStr for BackendChoice {
             "auto" => Ok(Self::Auto),
             "gpu" => Ok(Self::Gpu),
             "cpu" => Ok(Self::Cpu),
-            _ => Err(Error::value("backend", format!("'{text}' is none of auto, gpu, cpu"))),
+            _ => Err(Error::value("backend", format!("'{text}' is not one of auto, gpu, cpu"))),
         }
     }
 }

@@ -27,13 +27,13 @@ const CELL: u32 = 320;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Folder to write figure-2.png, figure-3.png and figure-4.png to; made if missing.
+    /// Folder to write figure-2.png, figure-3.png and figure-4.png to; created if missing.
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
-    /// What computes: auto, gpu or cpu.
+    /// Where to compute: auto, gpu or cpu.
     #[arg(long, default_value = "auto", value_parser = |text: &str| text.parse::<BackendChoice>().map_err(|e| e.to_string()))]
     backend: BackendChoice,
-    /// Say nothing but errors.
+    /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
 }

@@ -153,7 +153,7 @@ fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
 fn beside(error: Error, held: u64) -> Error {
     match error.kind() {
         ErrorKind::Limit { what, needed, limit } if held > 0 => {
-            let limit = format!("{limit}, beside {held} bytes of other volumes");
+            let limit = format!("{limit}, in addition to {held} bytes of other volumes");
             ErrorKind::Limit { what: what.clone(), needed: needed.clone(), limit }.into()
         }
         _ => error,
@@ -174,7 +174,7 @@ fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
     }
     if !path.exists() {
         let presets = Preset::ALL.map(Preset::name).join(", ");
-        let why = format!("no such file, and none of the presets ({presets})");
+        let why = format!("no such file, and not one of the presets ({presets})");
         return Err(Error::contents(path, why));
     }
     let mut file = SceneFile::default();

@@ -12,12 +12,12 @@ use crate::settings::MapKind;
 /// Limits that a map is chosen to keep.
 #[derive(Debug, Args)]
 pub(super) struct LimitArguments {
-    /// RMS error of transmittance that the map may make, measured at random points of the volume:
-    /// takes the smallest map found to keep it.
+    /// Allowed RMS error of the map's transmittance, measured at random points of the volume; uses
+    /// the smallest map found within it.
     #[arg(long, value_name = "E", value_parser = above_0, allow_negative_numbers = true, help_heading = "Shadow map")]
     pub max_error: Option<f64>,
-    /// Bytes that the map may take in all (4000000, 512KiB, 4MiB) or a texel (16/texel): takes the
-    /// most exact map found to keep it, or with --max-error the smallest.
+    /// Bytes that the map may take in total (4000000, 512KiB, 4MiB) or per texel (16/texel); uses
+    /// the most exact map found within that, or the smallest with --max-error.
     #[arg(long, value_name = "B", value_parser = parse::<Budget>, help_heading = "Shadow map")]
     pub max_map_bytes: Option<Budget>,
 }

@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     limits: LimitArguments,
     #[command(flatten)]
     output: OutputArguments,
-    /// Of a fragment map only what its lists come to, as a flat image: count, front, back, A.
+    /// Write only a summary of a fragment map's lists, as a flat image: count, front, back, A.
     #[arg(long)]
     statistics: bool,
 }
@@ -163,7 +163,7 @@ fn written(kind: MapKind) -> bool {
 }
 
 fn unwritten(kind: MapKind) -> Error {
-    let why = "maps are not written to files, only rendered with; every other kind is written";
+    let why = "maps can be rendered with, but not written to files";
     Error::value("map", format!("'{kind}' {why}"))
 }
 
@@ -173,5 +173,5 @@ fn held(map: &FragmentMap) -> String {
     let most = runs.starts().windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
     let mean = runs.nodes().len() as f64 / runs.texels().max(1) as f64;
     let mebibytes = map.bytes() as f64 / f64::from(1 << 20);
-    format!("{mean:.1} nodes a texel, at most {most}, {mebibytes:.1} MiB,")
+    format!("{mean:.1} nodes per texel, at most {most}, {mebibytes:.1} MiB,")
 }

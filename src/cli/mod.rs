@@ -38,8 +38,8 @@ pub enum Outcome {
     Misused,
 }
 
-/// Shadows of things that light passes through: renders volumes that shadow themselves and the
-/// ground.
+/// Shadows of things that light passes through: renders volumes that cast shadows on themselves and
+/// on the ground.
 #[derive(Debug, Parser)]
 #[command(name = "deepshadow", version)]
 struct Program {
@@ -53,11 +53,11 @@ enum Command {
     Render(render::Arguments),
     /// Build a volume's shadow map and write it as OpenEXR.
     Map(map::Arguments),
-    /// Turn a volume file into another format.
+    /// Convert a volume file to another format.
     Convert(convert::Arguments),
-    /// Measure how wrong every kind of shadow map is against the exact integral.
+    /// Measure the error of every kind of shadow map against the exact integral.
     Compare(compare::Arguments),
-    /// Tell what a volume file holds.
+    /// Show what a volume file holds.
     Info(info::Arguments),
     /// Draw the figures of the paper "Volumetric Deep Shadow Maps" from the presets.
     Figures(figures::Arguments),

@@ -67,12 +67,12 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let job = request.load()?;
     if format == Format::Deep && (job.settings.image.samples, job.settings.view.shading) != ONE_RAY
     {
-        let why = "a deep image takes one sample a pixel and physical shading";
+        let why = "a deep image needs one sample per pixel and physical shading";
         return Err(Error::contents(path, why));
     }
     let beams = job.scene.beams()?;
     if format == Format::Deep && beams.len() > 1 {
-        let why = "a deep image takes one light and grey extinction";
+        let why = "a deep image needs a single light and grey extinction";
         return Err(Error::contents(path, why));
     }
     job.backend.check_room(&job.settings)?;

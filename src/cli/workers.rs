@@ -32,7 +32,7 @@ pub(super) fn run<T: Send>(
     done.unwrap_or_else(|_| {
         let words = FAULT.lock().unwrap_or_else(PoisonError::into_inner).take();
         let why = words.unwrap_or_default().replace('\n', " ");
-        Err(Error::value("a fault of the program, please report it", why))
+        Err(Error::value("a bug in the program, please report it", why))
     })
 }
 

@@ -43,7 +43,8 @@ impl FromStr for Budget {
             Some(bytes) if texel => Ok(Self::Texel(bytes)),
             Some(bytes) => Ok(Self::Total(bytes)),
             None => {
-                let why = format!("'{text}' is no number of bytes, as 4000000, 4MiB or 16/texel");
+                let why =
+                    format!("'{text}' is not a number of bytes such as 4000000, 4MiB or 16/texel");
                 Err(Error::value("max-map-bytes", why))
             }
         }

@@ -268,11 +268,11 @@ impl<'a> Search<'a> {
     /// The error if no map was chosen, with the one that came closest.
     fn failed(&self, closest: Option<&Tried<'_>>) -> Error {
         let Some(tried) = closest else {
-            return Error::value("max-map-bytes", "no map tried is as small as that");
+            return Error::value("max-map-bytes", "no map tried is that small");
         };
         let what = if self.error.is_some() { "max-error" } else { "max-map-bytes" };
         let why = format!(
-            "no map tried keeps the limits; closest comes {} with an RMS error of {:.6}",
+            "no map tried meets the limits; the closest is {} with an RMS error of {:.6}",
             described(tried),
             tried.errors.rms
         );
@@ -295,7 +295,7 @@ fn certified(tried: Tried<'_>) -> Certified {
     if fitted && tried.settings.map.fragments.tolerance > 0.0 {
         let _ = write!(
             certificate,
-            "; on texels' central rays it is within {} of all slabs together, a bound",
+            "; on texels' central rays it is within {} of all slabs together, which is a bound",
             tried.settings.map.fragments.tolerance
         );
     }

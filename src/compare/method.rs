@@ -91,7 +91,7 @@ impl Method {
         let methods = methods.collect::<Result<Vec<_>>>()?;
         for (i, method) in methods.iter().enumerate() {
             if methods[..i].iter().any(|other| other.label == method.label) {
-                let why = format!("'{}' stands there twice", method.label);
+                let why = format!("'{}' appears twice", method.label);
                 return Err(Error::value("maps", why));
             }
         }

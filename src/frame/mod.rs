@@ -67,7 +67,7 @@ impl Frame {
     pub fn new(beam: &Beam, settings: &Settings) -> Result<Self> {
         let media = &beam.media;
         if settings.view.shading == Shading::Paper && beam.view.face.is_some() {
-            let why = "the paper's shading takes none that stands in the volume or next to it";
+            let why = "the paper's shading does not support lights in the volume or next to it";
             return Err(Error::value("light", why));
         }
         let space = Space { center: media.world_bounds().center(), unit: media.unit() };
@@ -87,13 +87,13 @@ impl Frame {
         let numbers: &[f32] = bytemuck::cast_slice(std::slice::from_ref(&self));
         let finite = numbers.iter().all(|number| number.is_finite());
         if !finite {
-            return Err(Error::value("scene", "a length or a factor of it does not fit f32"));
+            return Err(Error::value("scene", "a length or factor in it does not fit in f32"));
         }
         let thickest = media.densest() * media.world_bounds().size().length();
         if thickest <= MOST_OPTICAL_DEPTH {
             Ok(self)
         } else {
-            let why = format!("an optical depth of up to {thickest:e} does not fit f32");
+            let why = format!("an optical depth of up to {thickest:e} does not fit in f32");
             Err(Error::value("density scale", why))
         }
     }

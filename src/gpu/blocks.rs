@@ -32,7 +32,7 @@ impl GpuBlocks {
         let limit = device.limits().max_texture_dimension_3d;
         let blocks = voxels.blocks();
         if let Some(long) = longer(blocks, limit) {
-            let what = format!("{long} blocks on an axis");
+            let what = format!("{long} blocks along an axis");
             return Err(limit_error(volume, what, limit.to_string()));
         }
         let held = held(&voxels);

@@ -38,7 +38,7 @@ impl GpuField {
         let dims = volume.dims();
         let limit = device.limits().max_texture_dimension_3d;
         if let Some(long) = longer(dims, limit) {
-            let needed = format!("{long} voxels on an axis");
+            let needed = format!("{long} voxels along an axis");
             return Err(limit_error(volume, needed, limit.to_string()));
         }
         let encoding = Encoding::of(volume, device);

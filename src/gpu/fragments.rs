@@ -83,7 +83,8 @@ impl Renderer {
         let limit = self.largest_binding();
         if bytes > limit {
             let needed = format!("{bytes} bytes");
-            let limit = format!("{limit} (a tolerance, fewer steps or a smaller map take less)");
+            let limit =
+                format!("{limit} bytes (a tolerance, fewer steps or a smaller map need less)");
             return Err(ErrorKind::Limit { what: "fragment map".to_owned(), needed, limit }.into());
         }
         Ok(GpuFragments {

@@ -125,7 +125,7 @@ impl GpuBackend {
             }
             Map::Fragments(map) => march(GpuShadow::Fragments(&uploaded(gpu, map)?))?,
             Map::Coded(_) | Map::Visibility(_) | Map::Grid(_) => {
-                return Err(Error::gpu("this kind of map is marched through on the CPU only"));
+                return Err(Error::gpu("only the CPU can march through this kind of map"));
             }
         }
         Ok(Image { width, height, pixels: gpu.read(image.texture())? })

@@ -66,7 +66,7 @@ impl Renderer {
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let rows = (BYTES_AT_ONCE / u64::from(padded)).clamp(1, size.height.into()) as u32;
         let texels = size.width as usize * size.height as usize;
-        let mut all = memory::room(texels, "what the GPU made")?;
+        let mut all = memory::room(texels, "the results of the GPU")?;
         let mut counts = Vec::new();
         // Counters are stored behind the rows.
         let behind = u64::from(padded) * u64::from(rows);
@@ -111,7 +111,7 @@ impl Renderer {
     /// If the device fails, or if there is not enough memory.
     pub(super) fn read_buffer<T: Pod>(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<T>> {
         self.count_readback();
-        let mut all = memory::room(bytes as usize / size_of::<T>(), "what the GPU made")?;
+        let mut all = memory::room(bytes as usize / size_of::<T>(), "the results of the GPU")?;
         let buffer = self.readback(bytes.min(BYTES_AT_ONCE));
         for first in (0..bytes).step_by(BYTES_AT_ONCE as usize) {
             let count = BYTES_AT_ONCE.min(bytes - first);

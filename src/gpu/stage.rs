@@ -191,7 +191,7 @@ impl<'a> GpuStage<'a> {
     ) -> Result<Shadow> {
         match self.backend.map(beam, settings, progress)? {
             Map::Fragments(map) => Ok(Shadow::Fragments(uploaded(&self.backend.renderer, &map)?)),
-            _ => Err(Error::gpu("this kind of map is marched through on the CPU only")),
+            _ => Err(Error::gpu("only the CPU can march through this kind of map")),
         }
     }
 

@@ -161,8 +161,8 @@ fn loaded(
         (_, Some(Resolved { hounsfield: Some(function), .. })) => {
             let volume = load(Levels::Moved(HOUNSFIELD))?;
             if is_hounsfield(&volume, facts.of_ct) {
-                let note =
-                    "its values are Hounsfield units (`volume.transfer.range` spreads over others)";
+                let note = "its values are taken as Hounsfield units (`volume.transfer.range` sets \
+                            another range)";
                 facts.notes.push(note.to_owned());
                 return Ok(Loaded::stored(volume, Some(function.clone())));
             }

@@ -37,13 +37,13 @@ impl std::str::FromStr for Class {
         match text {
             "level-set" => Ok(Self::LevelSet),
             "fog" => Ok(Self::Fog),
-            _ => Err(Error::value("class", format!("'{text}' is none of level-set, fog"))),
+            _ => Err(Error::value("class", format!("'{text}' is not one of level-set, fog"))),
         }
     }
 }
 
 /// The note on numbers that look like distances but are treated as densities.
-pub(super) const DISTANCES: &str = "looks like signed distances and is drawn as densities, inside out (`volume.class = level-set`)";
+pub(super) const DISTANCES: &str = "looks like signed distances but is drawn as densities, inside out (`volume.class = level-set`)";
 
 /// The density of a level set: 1 inside, 0 outside, a linear edge of one voxel across the surface.
 pub(super) fn fog(distance: f32, voxel: f32) -> f32 {
@@ -109,7 +109,7 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
         if !others.is_empty() {
             let others = others.join(", ");
             notes.push(format!(
-                "grid '{name}' is empty, the file also has {others} (`volume.grid`)"
+                "grid '{name}' is empty; the file also has {others} (`volume.grid`)"
             ));
         }
         let nothing = Voxels::Dense(Array3::zeros((1, 1, 1)));
@@ -149,7 +149,7 @@ pub(super) fn load(path: &Path, wanted: &Wanted<'_>, notes: &mut Vec<String>) ->
 pub fn load_vectors(path: &Path, grid_name: &str, max_bytes: u64) -> Result<[Volume; 3]> {
     let chosen = Chosen::open(path, Some(grid_name))?;
     if chosen.grid.components() != 3 {
-        let why = format!("grid '{grid_name}' has one number a voxel, not three");
+        let why = format!("grid '{grid_name}' has one number per voxel, not three");
         return Err(Error::contents(path, why));
     }
     let nothing = || {

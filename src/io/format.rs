@@ -84,7 +84,7 @@ impl Format {
     fn detect(start: &[u8], size: u64) -> Result<Self, &'static str> {
         let begins = |mark: &[u8]| start.starts_with(mark);
         if let Some(deep) = DeepFile::recognizes(start) {
-            let flat = "a flat OpenEXR picture; of OpenEXR only deep images are read";
+            let flat = "a flat OpenEXR picture; only deep OpenEXR images are supported";
             return if deep { Ok(Self::DeepExr) } else { Err(flat) };
         }
         let found = if VdbFile::recognizes(start) {
@@ -106,7 +106,7 @@ impl Format {
             return if is_nifti(&inner) {
                 Ok(Self::Nifti)
             } else {
-                Err("a gzip file with nothing in it that this program reads; unpack it first")
+                Err("a gzip file that contains nothing this program can read; unpack it first")
             };
         } else if is_nifti(start) {
             Self::Nifti
@@ -117,11 +117,11 @@ impl Format {
         } else if start.trim_ascii_start().starts_with(b"<") && contains(start, b"<VTKFile") {
             Self::Vti
         } else if begins(b"# vtk DataFile") {
-            return Err("a legacy VTK file, which is not read; save it as .vti");
+            return Err("a legacy VTK file, which is not supported; save it as .vti");
         } else if begins(b"PK\x03\x04") {
-            return Err("a zip archive (NumPy's .npz?), which is not read; unpack it first");
+            return Err("a zip archive (NumPy's .npz?), which is not supported; unpack it first");
         } else if begins(b"<?xml") {
-            return Err("an XML file, but not VTK's");
+            return Err("an XML file, but not a VTK one");
         } else {
             Self::Raw
         };
@@ -136,7 +136,7 @@ impl std::str::FromStr for Format {
         let found = NAMES.iter().find(|(name, _)| *name == text).map(|(_, format)| *format);
         found.ok_or_else(|| {
             let names = NAMES.map(|(name, _)| name).join(", ");
-            Error::value("from", format!("'{text}' is none of {names}"))
+            Error::value("from", format!("'{text}' is not one of {names}"))
         })
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
     };
     let volume = match table.bounds {
         Some(_) if sparse(&volume) => {
-            let why = "only for dense volumes; a sparse grid keeps its own transform";
+            let why = "applies only to dense volumes; a sparse grid keeps its own transform";
             Err(Error::value("volume.bounds", why))
         }
         Some([min, max]) => {
@@ -122,7 +122,7 @@ fn moved(volume: Volume, table: &VolumeTable) -> Result<Volume> {
 /// As [`load_volume`], and if the file is not OpenVDB or the grid's values are not vectors.
 pub fn load_color(table: &VolumeTable, grid: &str) -> Result<[Volume; 3]> {
     let Some(path) = &table.path else {
-        return Err(Error::value("volume.color", "means nothing for a preset"));
+        return Err(Error::value("volume.color", "does not apply to a preset"));
     };
     let options = ReadOptions::of(table)?;
     if options.format_of(path)? != Format::OpenVdb {

@@ -14,7 +14,7 @@ pub fn is_beyond_f32(number: f64) -> bool {
 /// The error message for a number that [`is_beyond_f32`].
 pub fn too_large(number: f64) -> String {
     format!(
-        "a voxel holds {number:e}, above what f32 does ({:.1e}): store it in a larger unit",
+        "a voxel holds {number:e}, above the largest f32 ({:.1e}): store it in a larger unit",
         f32::MAX
     )
 }
@@ -121,7 +121,7 @@ impl std::str::FromStr for ValueType {
         let found = VALUE_TYPES.iter().find(|(name, ..)| *name == text).map(|(_, one, _)| *one);
         found.ok_or_else(|| {
             let names = VALUE_TYPES.map(|(name, ..)| name).join(", ");
-            Error::value("type", format!("'{text}' is none of {names}"))
+            Error::value("type", format!("'{text}' is not one of {names}"))
         })
     }
 }
@@ -142,7 +142,7 @@ impl std::str::FromStr for Endian {
         match text {
             "little" => Ok(Self::Little),
             "big" => Ok(Self::Big),
-            _ => Err(Error::value("endian", format!("'{text}' is none of little, big"))),
+            _ => Err(Error::value("endian", format!("'{text}' is not one of little, big"))),
         }
     }
 }
@@ -302,7 +302,7 @@ fn numbers<N: Number>(bytes: &[u8]) -> impl Iterator<Item = N> {
 /// # Errors
 /// If a word is not a number of this type; the error names the first such word.
 pub fn encode_text(text: &[u8], value_type: ValueType, count: usize) -> Result<Vec<u8>, String> {
-    let text = std::str::from_utf8(text).map_err(|error| format!("no text: {error}"))?;
+    let text = std::str::from_utf8(text).map_err(|error| format!("not text: {error}"))?;
     // An upper bound: each number has a digit at least, and a blank behind it.
     let most = count.min(text.len() / 2 + 1).saturating_mul(value_type.size());
     let mut bytes = memory::room(most, "voxels").map_err(|error| error.to_string())?;
@@ -310,7 +310,7 @@ pub fn encode_text(text: &[u8], value_type: ValueType, count: usize) -> Result<V
         for_type!(value_type, N => {
             let number: N = word.parse().map_err(|_| {
                 let word: String = word.chars().take(24).collect();
-                format!("'{word}' is no {}", value_type.name())
+                format!("'{word}' is not a valid {}", value_type.name())
             })?;
             bytes.extend(number.to_le_bytes());
         });

@@ -91,10 +91,10 @@ impl ReadOptions {
     /// # Errors
     /// With the name of the first option that does not apply.
     pub fn check(&self, path: &Path, format: Format) -> Result<()> {
-        let what = format!("{}, of format {}", path.display(), format.name());
+        let what = format!("{} (format {})", path.display(), format.name());
         match format {
             Format::Raw => Ok(()),
-            Format::DeepExr => Err(Error::contents(path, "a deep image, no volume")),
+            Format::DeepExr => Err(Error::contents(path, "a deep image, not a volume")),
             Format::OpenVdb => self.refuse(&what, &["dims", "type", "endian", "spacing"]),
             _ => self.refuse(&what, &["dims", "type", "endian"]),
         }
@@ -113,7 +113,7 @@ impl ReadOptions {
             ("class", self.class.is_some()),
         ];
         match given.into_iter().find(|(key, given)| *given && keys.contains(key)) {
-            Some((key, _)) => Err(Error::value(key, format!("means nothing for {what}"))),
+            Some((key, _)) => Err(Error::value(key, format!("does not apply to {what}"))),
             None => Ok(()),
         }
     }

@@ -62,7 +62,8 @@ pub fn undescribed(path: &Path, missing: &str) -> Error {
     ErrorKind::Contents {
         path: path.to_owned(),
         why: format!(
-            "no format that this program reads; raw voxels need {missing} (or a sidecar {})",
+            "not a format that this program can read; raw voxels need {missing} (or \
+             the sidecar {})",
             Sidecar::path_beside(path).display()
         ),
     }

@@ -137,7 +137,7 @@ impl Sidecar {
                 let (this, other) = (path.display(), path.with_extension(ending));
                 let own = Self::path_beside(path);
                 let why = format!(
-                    "it may describe {this} or {}; call it {}",
+                    "it may describe {this} or {}; rename it to {}",
                     other.display(),
                     own.display()
                 );
@@ -163,7 +163,7 @@ impl Sidecar {
             return Ok(());
         }
         if beside.exists() {
-            let why = "no sidecar, where that of the output belongs; left as it is";
+            let why = "not a sidecar, but it has the name of the output's sidecar; left unchanged";
             return Err(Error::contents(beside, why));
         }
         Ok(())
@@ -207,7 +207,7 @@ impl Sidecar {
         }
         if let Some(text) = &self.space {
             let Some((space, ours_from_its)) = Space::named(text) else {
-                let why = format!("'{text}' is none of {}", Space::names());
+                let why = format!("'{text}' is not one of {}", Space::names());
                 return Err(Error::value("space", why));
             };
             header.space = Some(space);

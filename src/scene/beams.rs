@@ -116,7 +116,7 @@ impl Scene {
         match (beams.pop(), beams.len()) {
             (Some(only), 0) => Ok(only),
             (_, more) => {
-                let why = format!("{} beams of light where one is meant", more + 1);
+                let why = format!("{} beams of light, expected one", more + 1);
                 Err(Error::value("scene", why))
             }
         }
@@ -182,7 +182,7 @@ impl Scene {
         } else {
             ("ambient or background", others)
         };
-        Err(Error::value(what, format!("its radiance (about {radiance:e}) does not fit f32")))
+        Err(Error::value(what, format!("its radiance (about {radiance:e}) does not fit in f32")))
     }
 }
 

@@ -23,7 +23,7 @@ pub(super) fn blackbody(
     [coldest, hottest]: [f64; 2],
 ) -> Result<TransferFunction> {
     if !(coldest > 0.0 && coldest < hottest && hottest <= 1e6) {
-        let why = format!("{coldest}, {hottest} do not rise between 0 and 1e6");
+        let why = format!("{coldest}, {hottest} are not in increasing order between 0 and 1e6");
         return Err(Error::value("volume.emission.kelvin", why));
     }
     let brightest = radiance(hottest).max_element();

@@ -31,7 +31,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     let [low, middle, high] = levels;
     // Compared as f32, like the maps do: 1 - 1e-6 is far enough from 1.
     if !(low >= 1e-6 && low + 1e-6 < middle && middle + 1e-6 < high && high <= 1.0 - 1e-6) {
-        let why = format!("{low}, {middle}, {high} do not rise between 0 and 1");
+        let why = format!("{low}, {middle}, {high} are not in increasing order between 0 and 1");
         return Err(Error::value("shadow.thresholds", why));
     }
     let share = |what: &str, given: Option<f64>, or: f64| match given {
@@ -50,10 +50,10 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     }
     let bias = shadow.bias.unwrap_or(default.view.bias);
     if !(bias >= 0.0 && bias.is_finite()) {
-        return Err(Error::value("shadow.bias", format!("{bias} is no length of at least 0")));
+        return Err(Error::value("shadow.bias", format!("{bias} is not a length of at least 0")));
     }
     if shadow.memory.is_some_and(|bytes| bytes < LEAST_MEMORY) {
-        let why = format!("less than {LEAST_MEMORY} bytes hold no row of lists");
+        let why = format!("fewer than {LEAST_MEMORY} bytes cannot hold a row of lists");
         return Err(Error::value("shadow.memory", why));
     }
     let (threshold, fragments) = (default.map.threshold, default.map.fragments);
@@ -125,7 +125,7 @@ fn kind(shadow: &ShadowTable) -> Result<Option<MapKind>> {
     for (key, _, kinds) in given.iter().filter(|(_, given, _)| *given) {
         let kind = *kind.get_or_insert(kinds[0]);
         if !kinds.contains(&kind) {
-            let why = format!("means nothing for '{kind}' maps");
+            let why = format!("does not apply to '{kind}' maps");
             return Err(Error::value(format!("shadow.{key}"), why));
         }
     }
@@ -162,17 +162,17 @@ mod tests {
         for (shadow, expected) in [
             (
                 "map = 'threshold'\ntolerance = 0.01",
-                "shadow.tolerance: means nothing for 'threshold' maps",
+                "shadow.tolerance: does not apply to 'threshold' maps",
             ),
             (
                 "map = 'fragments'\nlookup = 'paper'",
-                "shadow.lookup: means nothing for 'fragments' maps",
+                "shadow.lookup: does not apply to 'fragments' maps",
             ),
             (
                 "crossing = 'bucket'\nlinks = false",
-                "shadow.links: means nothing for 'threshold' maps",
+                "shadow.links: does not apply to 'threshold' maps",
             ),
-            ("bias = -1.0", "shadow.bias: -1 is no length of at least 0"),
+            ("bias = -1.0", "shadow.bias: -1 is not a length of at least 0"),
         ] {
             assert_eq!(asked(shadow).unwrap_err().to_string(), expected);
         }

@@ -202,7 +202,7 @@ tables! {
 
 /// The range of values over which a transfer function is spread.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "range: neither two numbers nor \"data\"")]
+#[serde(untagged, expecting = "range: expected two numbers or \"data\"")]
 pub enum TransferRange {
     /// A range from low to high.
     Values([f64; 2]),

@@ -65,7 +65,7 @@ impl LightView {
         match light.kind {
             LightKind::Directional { direction } => {
                 let forward = direction.try_normalize().ok_or_else(|| {
-                    Error::value("light", format!("its direction {direction} has no length"))
+                    Error::value("light", format!("its direction {direction} has zero length"))
                 })?;
                 Ok(vec![Self::parallel(forward, media)])
             }

@@ -24,7 +24,7 @@ macro_rules! named {
             fn from_str(text: &str) -> Result<Self, Self::Err> {
                 Self::ALL.iter().copied().find(|one| one.name() == text).ok_or_else(|| {
                     let names: Vec<_> = Self::ALL.iter().map(|one| one.name()).collect();
-                    let why = format!("'{text}' is none of {}", names.join(", "));
+                    let why = format!("'{text}' is not one of {}", names.join(", "));
                     crate::error::Error::value($what, why)
                 })
             }

@@ -139,8 +139,8 @@ const ENTRIES: &[Entry] = &[
     Entry {
         name: "adaptive",
         count: Some(count(8, [3, 256], 1)),
-        what: "N points of transmittance, left over of all (adaptive volumetric shadow maps, Salvi et \
-               al. 2010)",
+        what: "N points of transmittance, chosen from all of them (adaptive volumetric shadow \
+               maps, Salvi et al. 2010)",
         make: |n| MapKind::Coded(Coding::Adaptive(n)),
     },
     Entry {
@@ -225,7 +225,7 @@ impl FromStr for MapKind {
             None => (text, None),
         };
         let Some(entry) = ENTRIES.iter().find(|entry| entry.name == name) else {
-            return Err(wrong(format!("is none of {}", Self::names())));
+            return Err(wrong(format!("is not one of {}", Self::names())));
         };
         let Some(Count { usual, least, most, step }) = entry.count else {
             return match given {

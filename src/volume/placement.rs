@@ -59,7 +59,10 @@ impl std::str::FromStr for Axis {
             "-y" => Self::NegativeY,
             "-z" => Self::NegativeZ,
             _ => {
-                return Err(Error::value("up", format!("'{text}' is none of x, y, z, -x, -y, -z")));
+                return Err(Error::value(
+                    "up",
+                    format!("'{text}' is not one of x, y, z, -x, -y, -z"),
+                ));
             }
         })
     }

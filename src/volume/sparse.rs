@@ -90,13 +90,13 @@ impl SparseVoxels {
         let wrong = |why: &str| Err(Error::value("sparse voxels", why));
         let blocks = dims.map(blocks_along).iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
         if blocks != Some(table.len()) || table.is_empty() {
-            return wrong("the table has not one entry a block");
+            return wrong("the table does not have one entry per block");
         }
         if !values.len().is_multiple_of(BLOCK_VALUES) {
-            return wrong("values are not whole blocks");
+            return wrong("the values do not fill whole blocks");
         }
         if table.iter().any(|&stored| stored as usize >= values.len() / BLOCK_VALUES) {
-            return wrong("a block is none of those stored");
+            return wrong("a block is not one of those stored");
         }
         let mut voxels = Self { dims, table, values };
         voxels.repeat_last()?;
@@ -277,7 +277,7 @@ impl SparseVoxels {
                 std::array::from_fn(|axis| (self.dims[axis] - 1 - block[axis] * BLOCK).min(BLOCK));
             match ends[stored as usize] {
                 Some(known) if known != last => {
-                    let why = "a block at the border stands for another one too";
+                    let why = "a block at the border is shared with one of a different size";
                     return Err(Error::value("sparse voxels", why));
                 }
                 _ => ends[stored as usize] = Some(last),

@@ -183,11 +183,11 @@ fn untidy_slabs_and_impossible_headers_are_refused() {
         assert!(error.contains(word), "{error}");
     };
     let z = || vec![Channel::float("Z")];
-    refused(DeepHeader::new([0, 1], z()), "no size");
-    refused(DeepHeader::new([2, 1], z()), "2 are due");
+    refused(DeepHeader::new([0, 1], z()), "is empty or too large");
+    refused(DeepHeader::new([2, 1], z()), "pixels, expected 2");
     refused(DeepHeader::new([1, 1], Vec::new()), "channels");
     refused(DeepHeader::new([1, 1], vec![Channel::float("Z"); 2]), "twice");
-    refused(DeepHeader::new([1, 1], z()).with("type", "x"), "written by itself");
+    refused(DeepHeader::new([1, 1], z()).with("type", "x"), "written automatically");
     refused(DeepHeader::new([1, 1], z()).with("a\0b", "x"), "no zero byte");
 }
 

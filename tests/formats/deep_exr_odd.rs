@@ -145,12 +145,12 @@ fn claims_that_the_file_cannot_hold_are_refused_before_memory_is_asked_for() {
         // 2^31 lines; pixels; bytes of numbers, of samples packed, of samples unpacked.
         (&tall[..], "2147483647 lines"),
         (&[(window + 8, &(i32::MAX - 4).to_le_bytes()[..])], "limit"),
-        (&[(first + 4, &huge)], "18446744073709551615 bytes are due"),
-        (&[(first + 12, &huge)], "18446744073709551615 bytes are due"),
+        (&[(first + 4, &huge)], "expected 18446744073709551615 bytes"),
+        (&[(first + 12, &huge)], "expected 18446744073709551615 bytes"),
         (&[(first + 20, &huge)], "the limit is"),
         (&[(first + 20, &[0, 0, 0, 1, 0, 0, 0, 0])], "16777216 bytes for"),
         // Two lines in one place, a line beyond the end, a missing line.
-        (&[(table, &second.to_le_bytes())], "line 101 stands in its place"),
+        (&[(table, &second.to_le_bytes())], "line 101 is in its place"),
         (&[(table, &huge)], "line 100: it ends early"),
         (&[(table, &[0; 8])], "line 100: it is missing"),
         (&[(height, &[8, 0, 0, 0])], "chunkCount is 8"),
@@ -203,13 +203,13 @@ fn other_kinds_of_openexr_are_refused_by_name() {
         (with(4, &[3]), "version 3"),
         (with(5, &[0]), "not deep"),
         (with(6, &[1]), "flags 0x10c02"),
-        (with(value_of(&good, "type", "string"), b"deeptile"), "deep tiles are not read"),
-        (with(value_of(&good, "version", "int"), &[2]), "version 1 is read"),
+        (with(value_of(&good, "type", "string"), b"deeptile"), "deep tiles are not supported"),
+        (with(value_of(&good, "version", "int"), &[2]), "only version 1 is supported"),
         (with(value_of(&good, "compression", "compression"), &[3]), "compression 3"),
         (with(channel + 2, &[9]), "type 9"),
         (with(channel + 10, &[2]), "every [2, 1]th pixel"),
-        (with(channel, b"S"), "not in its order"),
-        (with(find(&good, b"dataWindow"), b"D"), "without the attribute dataWindow"),
+        (with(channel, b"S"), "out of order"),
+        (with(find(&good, b"dataWindow"), b"D"), "the attribute dataWindow is missing"),
     ] {
         let error = refusal(bytes);
         assert!(error.contains(word), "'{word}' is not in: {error}");

@@ -126,9 +126,9 @@ fn nrrd_voxels_are_read_from_where_they_are() {
     ])
     .unwrap();
     assert_eq!(bytes, counted(12));
-    assert!(named.header().notes[0].contains("4 bytes behind"), "{:?}", named.header().notes);
+    assert!(named.header().notes[0].contains("4 bytes after"), "{:?}", named.header().notes);
     let short = [head("byte skip: -1"), counted(11)].concat();
-    refused(&[("v.nrrd", short)], &["11 bytes of voxels, 12 are due"]);
+    refused(&[("v.nrrd", short)], &["11 bytes of voxels, expected 12"]);
     let list = head("data file: LIST\na.raw\nb.raw");
     refused(&[("v.nhdr", list)], &["several files"]);
     // A key of the user's own says nothing to a reader.

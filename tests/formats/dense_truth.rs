@@ -92,7 +92,8 @@ fn from_overrules_what_a_file_begins_with() {
         ..VolumeTable::default()
     };
     assert!(load_volume(&table("nrrd")).is_ok());
-    for (from, word) in [("npy", "NumPy"), ("raw", "`volume.dims`"), ("nrd", "'nrd' is none of")] {
+    for (from, word) in [("npy", "NumPy"), ("raw", "`volume.dims`"), ("nrd", "'nrd' is not one of")]
+    {
         let error = load_volume(&table(from)).unwrap_err().to_string();
         assert!(error.contains(word), "{error}");
     }
@@ -149,7 +150,7 @@ fn what_is_wrong_is_said_in_one_line_with_the_number() {
     let cell = "<DataArray type=\"Int8\" Name=\"d\" format=\"ascii\">1 2 x</DataArray>";
     let few = "<DataArray type=\"Int8\" Name=\"d\" format=\"ascii\">1 2 3</DataArray>";
     let cases: Vec<(&str, Vec<u8>, &str)> = vec![
-        ("v.npy", dims("1, 1, 2"), "9 bytes of voxels, 16 are due"),
+        ("v.npy", dims("1, 1, 2"), "9 bytes of voxels, expected 16"),
         ("v.npy", dims("2, 2"), "2 axes"),
         ("v.npy", dims("0, 2, 2"), "dims 2,2,0"),
         ("v.npy", dims("-1, 2, 2"), "dims 2,2,-1"),
@@ -162,13 +163,13 @@ fn what_is_wrong_is_said_in_one_line_with_the_number() {
         ("v.nrrd", nrrd("type: int\ndimension: 3\nsizes: 1 1 1\nencoding: bzip2"), "'bzip2'"),
         ("v.nrrd", nrrd("type: int\ndimension: 3\nsizes: 1 1 1\nspacings: 0 1 1"), "no inverse"),
         ("v.nrrd", nrrd("type: int\ndimension: 3\nsizes: 1 1 1\nencoding: gzip"), "unpacked"),
-        ("v.pvm", b"PVM\n2 2 2\n4\n".to_vec(), "4 bytes a voxel"),
+        ("v.pvm", b"PVM\n2 2 2\n4\n".to_vec(), "4 bytes per voxel"),
         ("v.pvm", b"DDS v3d\nx".to_vec(), "ends early"),
         ("v.nii", nifti(1792, false, *b"n+1\0", &[]), "number type 1792"),
         ("v.nii", nifti(2, false, *b"n+1\0", &[(108, -5.0)]), "byte -5"),
         ("v.gz", gzip(b"something"), "a gzip file"),
-        ("v.vti", vti("", cell, b""), "'x' is no i8"),
-        ("v.vti", vti("", few, b""), "3 numbers, 12 are due"),
+        ("v.vti", vti("", cell, b""), "'x' is not a valid i8"),
+        ("v.vti", vti("", few, b""), "3 numbers, expected 12"),
         ("v.vti", vti("compressor=\"vtkLZMADataCompressor\"", few, b""), "vtkLZMA"),
         ("v.mhd", b"NDims = 3\nDimSize = 2 2 2\n".to_vec(), "ElementDataFile"),
     ];

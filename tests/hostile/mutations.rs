@@ -337,7 +337,7 @@ fn wrong(output: &Output) -> Option<String> {
         Some(0..=2) => {}
         Some(code) => return Some(format!("exit code {code}: {said}")),
     }
-    if said.contains("a fault of the program") {
+    if said.contains("a bug in the program") {
         return Some(said.into_owned());
     }
     // JSON is for programs, which take lines of any length.

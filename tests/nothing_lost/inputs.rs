@@ -73,7 +73,7 @@ fn no_output_takes_the_place_of_an_input() {
                 if !run.is_empty() {
                     let result = folder.run(&run);
                     assert_eq!(result.status.code(), Some(1), "{run}: {}", stderr(&result));
-                    assert!(stderr(&result).contains("which is read here"), "{}", stderr(&result));
+                    assert!(stderr(&result).contains("which is an input"), "{}", stderr(&result));
                 }
                 let _ = fs::remove_file(&output);
             }
@@ -138,5 +138,5 @@ fn a_sidecar_of_other_voxels_is_refused() {
     must_succeed(&folder.run("convert v.vdb b.npy --crop 56,56,56,60,60,60 --quiet"));
     fs::copy(folder.path().join("b.npy"), folder.path().join("a.npy")).unwrap();
     let why = voxels(&folder, "a.npy").unwrap_err();
-    assert!(why.contains("describes other voxels"), "{why}");
+    assert!(why.contains("describes different voxels"), "{why}");
 }

@@ -40,13 +40,13 @@ pub(super) struct Arguments {
     #[command(flatten)]
     source: SourceArguments,
     /// Folder for the report (report.html, results.csv, results.json); the input's name with
-    /// -compare in the current folder by default. An older report gives way.
+    /// -compare in the current folder by default. An older report is replaced.
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// The results as JSON on stdout as well.
+    /// Also print the results as JSON on stdout.
     #[arg(long)]
     json: bool,
-    /// Maps to compare, with commas between them: KIND, KIND:N, threshold@paper, threshold@bucket,
+    /// Maps to compare, separated by commas: KIND, KIND:N, threshold@paper, threshold@bucket,
     /// fragments@raw, fragments@TOLERANCE, visibility@TOLERANCE; all kinds and some variants by
     /// default.
     #[arg(long, value_name = "A,B,..", value_parser = known)]
@@ -54,7 +54,7 @@ pub(super) struct Arguments {
     /// Texels along each edge of the maps [256].
     #[arg(long, value_name = "N", value_parser = count(4096))]
     map_size: Option<u32>,
-    /// Steps along a light ray at most [512].
+    /// Maximum number of steps along a light ray [512].
     #[arg(long, value_name = "N", value_parser = count(1 << 20))]
     steps: Option<u32>,
     /// How texels are combined: bilinear, nearest, pcf3, pcf5, pcf7 [bilinear].
@@ -63,13 +63,13 @@ pub(super) struct Arguments {
     /// Random points of each kind [100000].
     #[arg(long, value_name = "N", value_parser = count(100_000_000))]
     points: Option<u32>,
-    /// Where the random numbers begin [1].
+    /// Seed of the random numbers [1].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Picture size in pixels [256x256].
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
-    /// Scales the extinction so that the largest optical depth over the map is X.
+    /// Scale the extinction so that the largest optical depth over the map is X.
     #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true)]
     depth: Option<f64>,
 }
@@ -124,7 +124,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(depth) = arguments.depth {
         let scale = depth / deepest;
         if !(scale.is_finite() && scale > 0.0) {
-            let why = "no light ray through the map meets any medium to be scaled";
+            let why = "no light ray through the map meets a medium to scale";
             return Err(Error::value("depth", why));
         }
         for medium in job.scene.media.mediums_mut() {

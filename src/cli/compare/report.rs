@@ -145,7 +145,7 @@ fn plots(findings: &Findings<'_>) -> String {
         Plot {
             id: "rays-bytes",
             title: "Error of the representation against its size",
-            x: "bytes a texel",
+            x: "bytes per texel",
             y: on_rays,
             points: points(Row::bytes_per_texel, Place::Rays),
             floor: None,
@@ -153,7 +153,7 @@ fn plots(findings: &Findings<'_>) -> String {
         Plot {
             id: "volume-bytes",
             title: "Error at any point against size",
-            x: "bytes a texel",
+            x: "bytes per texel",
             y: in_volume,
             points: points(Row::bytes_per_texel, Place::Volume),
             floor,
@@ -161,7 +161,7 @@ fn plots(findings: &Findings<'_>) -> String {
         Plot {
             id: "rays-lookup",
             title: "Error of the representation against the time of a lookup",
-            x: "nanoseconds a filtered lookup, one thread",
+            x: "nanoseconds per filtered lookup, one thread",
             y: on_rays,
             points: points(|row| row.lookup_nanoseconds, Place::Rays),
             floor: None,

@@ -44,7 +44,7 @@ pub(super) fn summary(findings: &Findings<'_>) -> String {
     let rms =
         |place: Place| column(place.name(), move |row| Some(row.at(place).rms), error, Best::Least);
     let columns = [
-        cost("bytes a texel", Row::bytes_per_texel),
+        cost("bytes per texel", Row::bytes_per_texel),
         cost("build, s", |row| row.build_seconds),
         cost("lookup, ns", |row| row.lookup_nanoseconds),
         rms(Place::Volume),

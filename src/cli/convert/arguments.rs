@@ -18,7 +18,7 @@ const HEADING: &str = "Conversion";
 #[derive(Debug, Args)]
 #[command(mut_arg("value_type", |arg| arg.help(
     "Number type of the output: u8, i8, u16, i16, u32, i32, u64, i64, f16, f32, f64. With --dims, \
-     that of the raw input, as everywhere else; --to-type is the output's then"
+     it is the type of the raw input, as in other commands; the output's is then --to-type"
 )))]
 pub(in crate::cli) struct Arguments {
     /// Volume file to read.
@@ -27,27 +27,27 @@ pub(in crate::cli) struct Arguments {
     /// File to write, in the format of its ending: .vdb, .npy, .nrrd, .nhdr, .mha, .mhd, .raw.
     #[arg(value_name = "OUT")]
     pub(super) output: PathBuf,
-    /// Say nothing but errors.
+    /// Print nothing but errors.
     #[arg(long)]
     pub(super) quiet: bool,
 
-    /// Number type of the output, whatever the input.
+    /// Number type of the output, regardless of the input.
     #[arg(long, value_name = "TYPE", value_parser = valid::<ValueType>, help_heading = HEADING)]
     to_type: Option<String>,
-    /// Values to map onto all numbers of an integer type, or onto 0..1; without it integers take
-    /// what fits as it is, and else the range of the values is mapped.
+    /// Values to map onto all numbers of an integer type, or onto 0..1; by default, values that fit
+    /// an integer type are kept, and otherwise their whole range is mapped.
     #[arg(long, value_name = "LO,HI", value_parser = numbers::<f64, 2>, allow_hyphen_values = true, help_heading = HEADING)]
     range: Option<Numbers<f64, 2>>,
     /// Lowest and highest index to keep, both included.
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = numbers::<i32, 6>, allow_hyphen_values = true, help_heading = HEADING)]
     crop: Option<Numbers<i32, 6>>,
-    /// Times as many voxels along each axis: means below 1, interpolation above.
+    /// Factor on the number of voxels along each axis; averages below 1, interpolates above.
     #[arg(long, value_name = "FACTOR", value_parser = above_0, allow_negative_numbers = true, help_heading = HEADING)]
     resample: Option<f64>,
     /// Make voxels of lower values empty: inactive, with the background's value.
     #[arg(long, value_name = "X", allow_negative_numbers = true, help_heading = HEADING)]
     threshold: Option<f64>,
-    /// Turn vectors into their length.
+    /// Turn vectors into their lengths.
     #[arg(long, help_heading = HEADING)]
     magnitude: bool,
     /// Store floating-point numbers as half floats.
@@ -111,11 +111,11 @@ impl Arguments {
         if let Some(IndexBox { min, max }) = crop
             && min.cmpgt(max).any()
         {
-            let why = format!("{min} .. {max} is no box: the lowest index comes first");
+            let why = format!("{min} .. {max} is not a box: the lowest index comes first");
             return Err(Error::value("crop", why));
         }
         if let Some(least) = self.threshold.filter(|least| least.is_nan()) {
-            return Err(Error::value("threshold", format!("{least} is no number")));
+            return Err(Error::value("threshold", format!("{least} is not a number")));
         }
         let wanted = Wanted {
             to_type: to_type.map(|name| name.parse()).transpose()?,

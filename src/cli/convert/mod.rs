@@ -75,7 +75,7 @@ impl Job<'_> {
     /// Reports what the output does not hold of the input.
     fn note_lost(&self, lost: &[String]) {
         if !lost.is_empty() {
-            self.note(&format!("{} cannot hold {}", self.output.display(), lost.join("; ")));
+            self.note(&format!("{} cannot record {}", self.output.display(), lost.join("; ")));
         }
     }
 
@@ -129,11 +129,11 @@ impl Job<'_> {
     ) -> Result<Converted> {
         let half = self.wanted.half.then_some(ValueType::F16);
         if self.wanted.to_type.is_some_and(|to| half.is_some_and(|half| half != to)) {
-            return Err(Error::value("half", "means f16, but another type is asked for"));
+            return Err(Error::value("half", "means f16, but another type is requested"));
         }
         let to = half.or(self.wanted.to_type).unwrap_or(grid.value_type);
         if to == ValueType::F16 && grid.value_type != to && !format.has_half() {
-            let why = format!("{} has no half floats", self.output.display());
+            let why = format!("{} cannot hold half floats", self.output.display());
             return Err(Error::value("type", why));
         }
         let remap = self.remap(|| grid.span(), grid.value_type, to);
@@ -180,7 +180,9 @@ impl Job<'_> {
     fn note_overflow(&self, span: Span) {
         let [low, high] = span.range.unwrap_or([0.0; 2]);
         if low.abs().max(high.abs()) >= 65520.0 {
-            let note = format!("values {low} .. {high} go beyond half floats and become infinite");
+            let note = format!(
+                "values {low} .. {high} exceed the range of half floats and become infinite"
+            );
             self.note(&note);
         }
     }

@@ -22,7 +22,7 @@ impl Target {
     pub(super) fn new(path: &Path, compression: Option<&str>) -> Result<Self> {
         let unknown = |known: &str| {
             let name = compression.unwrap_or_default();
-            let why = format!("'{name}' is none of {known}, which {} has", path.display());
+            let why = format!("'{name}' is not one of {known}, the choices for {}", path.display());
             Err(Error::value("compression", why))
         };
         if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vdb")) {
@@ -35,7 +35,7 @@ impl Target {
             }));
         }
         let Some(format) = DenseTarget::of_path(path) else {
-            return Err(Error::contents(path, format!("its ending is none of {ENDINGS}")));
+            return Err(Error::contents(path, format!("its ending is not one of {ENDINGS}")));
         };
         match (compression, format.compression()) {
             (None | Some("none"), _) => Ok(Self::Dense { format, packed: false }),

@@ -117,7 +117,11 @@ impl Job<'_> {
         }
         let (from, to) = (grid.value_type, grid.vdb_type());
         if from != to && self.wanted.to_type.is_none() && from != Number::F16 {
-            self.note(&format!("{} become {}, which holds them", from.name(), to.name()));
+            self.note(&format!(
+                "{} numbers become {}, which holds them all",
+                from.name(),
+                to.name()
+            ));
         }
     }
 

@@ -95,7 +95,7 @@ impl DeepReport {
             let a_pixel = [found.fewest, found.most].map(|count| count.to_string()).join(" .. ");
             let (samples, mean_samples) = (found.samples, found.mean_samples());
             text.add(format_args!(
-                "  samples     {samples}, a pixel {a_pixel}, mean {mean_samples}"
+                "  samples     {samples}, per pixel {a_pixel}, mean {mean_samples}"
             ));
             text.add(format_args!(
                 "  empty       {} of {} pixels",

@@ -21,10 +21,10 @@ use report::Report;
 pub(super) struct Arguments {
     /// Volume file or deep OpenEXR image.
     file: PathBuf,
-    /// One JSON object on stdout, for programs.
+    /// Print one JSON object on stdout, for programs.
     #[arg(long)]
     json: bool,
-    /// Headers only: no smallest, largest and mean value, no histogram.
+    /// Headers only: no minimum, maximum or mean, and no histogram.
     #[arg(long)]
     no_stats: bool,
     #[command(flatten)]

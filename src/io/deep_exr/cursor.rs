@@ -29,7 +29,7 @@ impl<'a> Cursor<'a> {
     }
 
     pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let short = || format!("it ends early: {count} bytes are due, {} are left", self.left());
+        let short = || format!("it ends early: expected {count} bytes, {} are left", self.left());
         let (taken, rest) = self.rest.split_at_checked(count).ok_or_else(short)?;
         self.rest = rest;
         Ok(taken)
@@ -72,7 +72,7 @@ impl<'a> Cursor<'a> {
             if self.left() > LONGEST_NAME {
                 format!("a name of more than {LONGEST_NAME} bytes")
             } else {
-                "it ends within a name".to_owned()
+                "it ends inside a name".to_owned()
             }
         })?;
         let name = self.take(end)?;

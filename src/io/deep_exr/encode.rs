@@ -86,7 +86,7 @@ impl DeepImage {
     pub fn encode(&self) -> Result<Vec<u8>> {
         let due = self.header.size()?[1] as usize;
         if self.rows.len() != due {
-            let why = format!("{} lines where the data window has {due}", self.rows.len());
+            let why = format!("{} lines, but the data window has {due}", self.rows.len());
             return Err(Error::value("deep image", why));
         }
         assemble(&self.header, |y| pack(&self.header, &self.rows[y as usize]))
@@ -133,7 +133,7 @@ fn pack(header: &DeepHeader, row: &DeepRow) -> Result<Chunk> {
     let bad = |why: String| Error::value("deep image", why);
     let [width, _] = header.size()?;
     if row.width() != width as usize {
-        return Err(bad(format!("a line of {} pixels, {width} are due", row.width())));
+        return Err(bad(format!("a line of {} pixels, expected {width}", row.width())));
     }
     let count = row.sample_count();
     if i32::try_from(count).is_err() {
@@ -142,14 +142,14 @@ fn pack(header: &DeepHeader, row: &DeepRow) -> Result<Chunk> {
         return Err(ErrorKind::Limit { what, needed, limit }.into());
     }
     if !row.ends.is_sorted() {
-        return Err(bad("the samples of a line go backwards".to_owned()));
+        return Err(bad("the sample counts of a line decrease".to_owned()));
     }
     let fits = |(samples, channel): (&Samples, &Channel)| {
         samples.len() == count && samples.pixel_type() == channel.pixel_type
     };
     let pairs = row.channels.iter().zip(&header.channels);
     if row.channels.len() != header.channels.len() || !pairs.into_iter().all(fits) {
-        return Err(bad("the samples of a line are not those of the header's channels".to_owned()));
+        return Err(bad("the samples of a line do not match the header's channels".to_owned()));
     }
     let mut samples = Vec::with_capacity(count * header.sample_bytes());
     for at in sorted(header) {

@@ -77,10 +77,10 @@ impl DeepFile {
         if left < table_bytes {
             let lines = size[1];
             return Err(bad(format!(
-                "it ends early: {left} bytes where the places of {lines} lines are due"
+                "it ends early: {left} bytes cannot hold the offsets of {lines} lines"
             )));
         }
-        let mut table = memory::filled(table_bytes as usize, 0, "places of lines")?;
+        let mut table = memory::filled(table_bytes as usize, 0, "line offsets")?;
         stream.seek(SeekFrom::Start(start.table_at)).map_err(failed)?;
         stream.read_exact(&mut table).map_err(failed)?;
         let offsets = table.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect();
@@ -159,7 +159,7 @@ impl DeepFile {
         let mut piece = |at: u64, count: u64| -> Result<Vec<u8>> {
             let left = self.length.saturating_sub(at).min(*unread);
             if count > left {
-                return Err(bad(format!("it ends early: {count} bytes are due at byte {at}")));
+                return Err(bad(format!("it ends early: expected {count} bytes at byte {at}")));
             }
             *unread -= count;
             // The count was checked against the bytes of the file.
@@ -178,7 +178,7 @@ impl DeepFile {
         let [found, packed_counts, packed_samples, due] =
             read_chunk_head(&head, self.start.part).map_err(bad)?;
         if found != line as u64 {
-            return Err(bad(format!("line {} stands in its place", found as i32)));
+            return Err(bad(format!("line {} is in its place", found as i32)));
         }
         let counts_due = 4 * u64::from(self.size[0]);
         check_limit(&self.path, counts_due.saturating_add(due), self.max_bytes)?;
@@ -190,11 +190,11 @@ impl DeepFile {
         let mut row = DeepRow { ends, channels: Vec::new() };
         let last = row.ends.last().copied().unwrap_or(0);
         if !row.ends.is_sorted() || last > i32::MAX as u32 {
-            return Err(bad("its numbers of samples do not rise".to_owned()));
+            return Err(bad("its cumulative sample counts decrease or are too large".to_owned()));
         }
         let expected = u64::from(last) * header.sample_bytes() as u64;
         if due != expected {
-            return Err(bad(format!("{due} bytes for {last} samples, {expected} are due")));
+            return Err(bad(format!("{due} bytes for {last} samples, expected {expected}")));
         }
         // The line's offset was checked against the file's length, so this cannot overflow.
         let samples = piece(at + head_bytes + packed_counts, packed_samples)?;
@@ -215,7 +215,7 @@ fn read_chunk_head(head: &[u8], part: Option<i32>) -> Result<[u64; 4], String> {
     if let Some(part) = part {
         let found = cursor.i32()?;
         if found != part {
-            return Err(format!("it is of part {found}, not of part {part}"));
+            return Err(format!("it belongs to part {found}, not to part {part}"));
         }
     }
     Ok([cursor.i32()? as u64, cursor.u64()?, cursor.u64()?, cursor.u64()?])

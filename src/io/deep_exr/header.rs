@@ -153,7 +153,8 @@ impl DeepHeader {
     /// If the data window is empty or too large.
     pub fn size(&self) -> Result<[u32; 2]> {
         let Window { min, max } = self.data_window;
-        let empty = || Error::value("data window", format!("{min:?} to {max:?}: no size"));
+        let empty =
+            || Error::value("data window", format!("{min:?} to {max:?} is empty or too large"));
         self.data_window.size().ok_or_else(empty)
     }
 
@@ -167,13 +168,13 @@ impl DeepHeader {
         let attributes = self.attributes.iter().map(|(name, _)| name);
         let own = attributes.clone().find(|name| OWN_ATTRIBUTES.contains(&name.as_str()));
         if let Some(name) = own {
-            return Err(Error::value(format!("attribute '{name}'"), "it is written by itself"));
+            return Err(Error::value(format!("attribute '{name}'"), "it is written automatically"));
         }
         let types = self.attributes.iter().map(|(_, value)| value.type_name());
         let channels = self.channels.iter().map(|channel| channel.name.as_str());
         for name in attributes.map(String::as_str).chain(types).chain(channels.clone()) {
             if name.is_empty() || name.len() > LONGEST_NAME || name.contains('\0') {
-                let why = format!("a name has 1 to {LONGEST_NAME} bytes and no zero byte");
+                let why = format!("a name must have 1 to {LONGEST_NAME} bytes and no zero byte");
                 return Err(Error::value(format!("'{}'", name.escape_debug()), why));
             }
         }
@@ -181,7 +182,7 @@ impl DeepHeader {
             let mut names: Vec<&str> = names;
             names.sort_unstable();
             if let Some([name, _]) = names.array_windows().find(|[one, other]| one == other) {
-                return Err(Error::value(format!("'{name}'"), "it is there twice"));
+                return Err(Error::value(format!("'{name}'"), "it appears twice"));
             }
         }
         if self.channels.is_empty() {

@@ -82,12 +82,12 @@ impl Compression {
             _ => {
                 let name = self.name();
                 let stored = packed.len();
-                return Err(format!("{due} bytes are due of {stored} bytes packed with {name}"));
+                return Err(format!("{stored} bytes packed with {name} cannot hold {due} bytes"));
             }
         };
         let mut differences = vec![0; size];
         match self {
-            Self::None => return Err(format!("{} bytes stored where {due} are due", packed.len())),
+            Self::None => return Err(format!("{} bytes stored, expected {due}", packed.len())),
             Self::Rle => unpack_runs(packed, &mut differences)?,
             Self::Zips => inflate(packed, &mut differences)?,
         }
@@ -174,12 +174,12 @@ fn pack_runs(bytes: &[u8]) -> Vec<u8> {
 
 /// Fills all of `block` from the output of [`pack_runs`].
 fn unpack_runs(packed: &[u8], block: &mut [u8]) -> Result<(), String> {
-    let short = || "rle: it ends within a run".to_owned();
+    let short = || "rle: it ends inside a run".to_owned();
     let due = block.len();
     let (mut rest, mut at) = (packed, 0);
     while let Some((&count, behind)) = rest.split_first() {
         let length = if count < 128 { usize::from(count) + 1 } else { 256 - usize::from(count) };
-        let room = block.get_mut(at..at + length).ok_or("rle: more bytes than are due")?;
+        let room = block.get_mut(at..at + length).ok_or("rle: more bytes than expected")?;
         if count < 128 {
             let (&byte, behind) = behind.split_first().ok_or_else(short)?;
             room.fill(byte);

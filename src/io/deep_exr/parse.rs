@@ -27,11 +27,11 @@ struct Part(Vec<(String, Attribute)>);
 pub(super) fn read_start(head: &[u8]) -> Result<Start, String> {
     let mut cursor = Cursor::new(head);
     if cursor.take(MAGIC.len())? != MAGIC {
-        return Err("no OpenEXR file".to_owned());
+        return Err("not an OpenEXR file".to_owned());
     }
     let version = cursor.i32()? as u32;
     if version & 0xff != VERSION {
-        return Err(format!("version {} of OpenEXR; {VERSION} is read", version & 0xff));
+        return Err(format!("OpenEXR version {}; only {VERSION} is supported", version & 0xff));
     }
     let unknown = version & !0xff & !(DEEP_FLAG | LONG_NAMES_FLAG | MULTIPART_FLAG);
     if version & DEEP_FLAG == 0 || unknown != 0 {
@@ -51,9 +51,10 @@ pub(super) fn read_start(head: &[u8]) -> Result<Start, String> {
     let found = parts.iter().position(|part| part.type_name() == "deepscanline");
     let types: Vec<String> = parts.iter().map(Part::description).collect();
     let Some(found) = found else {
-        return Err(format!("no part of deep lines, but {} (deep tiles are not read)", {
-            if types.is_empty() { "nothing".to_owned() } else { types.join(", ") }
-        }));
+        return Err(format!(
+            "no part with deep scanlines, but {} (deep tiles are not supported)",
+            { if types.is_empty() { "nothing".to_owned() } else { types.join(", ") } }
+        ));
     };
     let mut table_at = (head.len() - cursor.left()) as u64;
     for part in &parts[..found] {
@@ -112,14 +113,14 @@ impl Part {
         match self.get("chunkCount") {
             None => Ok(None),
             Some(Attribute::Int(count)) if *count > 0 => Ok(Some(*count as u32)),
-            Some(_) => Err("chunkCount is no number above 0".to_owned()),
+            Some(_) => Err("chunkCount is not a number above 0".to_owned()),
         }
     }
 
     fn window(&self, name: &str) -> Result<Window, String> {
         match self.get(name) {
             Some(&Attribute::IntBox2(corners)) => Ok(Window::from_box(corners)),
-            _ => Err(format!("without the attribute {name}")),
+            _ => Err(format!("the attribute {name} is missing")),
         }
     }
 
@@ -127,7 +128,7 @@ impl Part {
     fn bytes(&self, name: &str, of_type: &str) -> Result<&[u8], String> {
         match self.get(name) {
             Some(Attribute::Other { type_name, bytes }) if type_name == of_type => Ok(bytes),
-            _ => Err(format!("without the attribute {name} of type {of_type}")),
+            _ => Err(format!("the attribute {name} of type {of_type} is missing")),
         }
     }
 
@@ -136,12 +137,14 @@ impl Part {
         if let Some(version) = self.get("version")
             && *version != Attribute::Int(1)
         {
-            return Err(format!("deep data of {version:?}; version 1 is read"));
+            return Err(format!("deep data version {version:?}; only version 1 is supported"));
         }
         let code = *self.bytes("compression", "compression")?.first().ok_or("no compression")?;
         let data_window = self.window("dataWindow")?;
         let Window { min, max } = data_window;
-        let size = data_window.size().ok_or(format!("data window {min:?} to {max:?}"))?;
+        let size = data_window
+            .size()
+            .ok_or(format!("data window {min:?} to {max:?} is empty or too large"))?;
         if let Some(count) = self.chunk_count()?
             && count != size[1]
         {
@@ -170,16 +173,23 @@ fn read_channels(list: &[u8]) -> Result<Vec<Channel>, String> {
             0 => PixelType::Uint,
             1 => PixelType::Half,
             2 => PixelType::Float,
-            code => return Err(format!("channel '{}' of type {code}", name.escape_debug())),
+            code => {
+                return Err(format!(
+                    "channel '{}' has the unknown type {code}",
+                    name.escape_debug()
+                ));
+            }
         };
         let [linear, ..] = cursor.array::<4>()?;
         let steps: [i32; 2] = cursor.each(Cursor::i32)?;
         if steps != [1, 1] {
             let name = name.escape_debug();
-            return Err(format!("channel '{name}' at every {steps:?}th pixel; every one is due"));
+            return Err(format!(
+                "channel '{name}' is sampled at every {steps:?}th pixel, expected every one"
+            ));
         }
         if channels.last().is_some_and(|before| before.name >= name) {
-            return Err(format!("channel '{}' is not in its order", name.escape_debug()));
+            return Err(format!("channel '{}' is out of order", name.escape_debug()));
         }
         channels.push(Channel { name, pixel_type, linear: linear != 0 });
     }

@@ -42,14 +42,16 @@ impl Slab {
     pub(super) fn behind(mut self, last: f32) -> Result<Self, String> {
         let Self { front, back, optical_depth } = self;
         if !(front.is_finite() && back.is_finite() && back >= front) {
-            return Err(format!("a slab from depth {front} to {back}"));
+            return Err(format!("a slab cannot extend from depth {front} to {back}"));
         }
         if optical_depth.is_nan() || optical_depth < 0.0 {
-            return Err(format!("a slab of optical depth {optical_depth} at depth {front}"));
+            return Err(format!(
+                "a slab at depth {front} cannot have optical depth {optical_depth}"
+            ));
         }
         if front < last {
             if last - front > ROUNDING * last.abs() {
-                return Err(format!("a slab at depth {front} behind one that ends at {last}"));
+                return Err(format!("a slab at depth {front} overlaps one that ends at {last}"));
             }
             (self.front, self.back) = (last, back.max(last));
         }

@@ -28,7 +28,7 @@ pub(super) fn name(
     let name = header.file_name().and_then(|name| name.to_str());
     let plain = |name: &&str| name.trim() == *name && !name.contains(char::is_control);
     let name = name.filter(plain).ok_or_else(|| {
-        Error::contents(header, "its header cannot hold a name that is no plain text")
+        Error::contents(header, "its header cannot hold a file name that is not plain text")
     })?;
     let mut hasher = DefaultHasher::new();
     hasher.write(voxels);

@@ -207,7 +207,7 @@ impl DenseGrid {
         let last = self.dims.map(|length| i32::try_from(length).unwrap_or(i32::MAX) - 1);
         let max = self.origin.checked_add(IVec3::from_array(last));
         let max = max.ok_or_else(|| {
-            Error::value("index", format!("{} and more: beyond 32 bits", self.origin))
+            Error::value("index", format!("the box from {} does not fit in 32 bits", self.origin))
         })?;
         Ok(IndexBox { min: self.origin, max })
     }
@@ -232,7 +232,7 @@ impl DenseGrid {
         let own = self.bounds()?;
         let Some(part) = own.intersection(&bounds) else {
             let why = format!(
-                "{} .. {} holds nothing of {} .. {}",
+                "{} .. {} does not overlap {} .. {}",
                 bounds.min, bounds.max, own.min, own.max
             );
             return Err(Error::value("crop", why));

@@ -61,7 +61,7 @@ impl HeaderLines {
                 return Ok(header);
             }
             let Some((separator, (key, value))) = parts else {
-                return Err(input.bad(format!("line {} is no '{}'", number + 1, style.form)));
+                return Err(input.bad(format!("line {} is not '{}'", number + 1, style.form)));
             };
             let key = key.trim().to_owned();
             let is_last = style.last_key.is_some_and(|last| key == last);
@@ -72,7 +72,7 @@ impl HeaderLines {
             }
         }
         match style.last_key {
-            Some(key) => Err(input.bad(format!("no '{key}' ends its header"))),
+            Some(key) => Err(input.bad(format!("its header does not end with '{key}'"))),
             None => Ok(header),
         }
     }

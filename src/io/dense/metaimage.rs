@@ -31,7 +31,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let needed = |name: &str| fields.get(&[name]).ok_or_else(|| input.bad(format!("no '{name}'")));
     let [axes] = input.numbers::<usize, 1>("NDims", needed("NDims")?)?;
     if axes != 3 {
-        return Err(input.bad(format!("{axes} axes, a volume has three")));
+        return Err(input.bad(format!("{axes} axes, expected three")));
     }
     let lengths = input.numbers::<i64, 3>("DimSize", needed("DimSize")?)?;
     let value_type = number_type(input, needed("ElementType")?)?;
@@ -67,7 +67,7 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
         "MET_ULONG_LONG" => ValueType::U64,
         "MET_FLOAT" => ValueType::F32,
         "MET_DOUBLE" => ValueType::F64,
-        _ => return Err(input.bad(format!("ElementType '{text}' is not read"))),
+        _ => return Err(input.bad(format!("ElementType '{text}' is not supported"))),
     })
 }
 
@@ -108,7 +108,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
     let (path, start, size) = if name.eq_ignore_ascii_case("LOCAL") {
         (input.path.to_owned(), fields.end() as u64, input.size)
     } else if name.starts_with("LIST") || name.contains('%') {
-        return Err(input.bad("its voxels lie in several files, which is not read"));
+        return Err(input.bad("its voxels are in several files, which is not supported"));
     } else {
         let path = named_by(input.path, name);
         let size = std::fs::metadata(&path).map_err(|error| Error::file(&path, error))?.len();
@@ -123,7 +123,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
                 let at = u128::from(size).checked_sub(due).filter(|&at| at >= u128::from(start));
                 at.map(|at| at as u64).ok_or_else(|| {
                     let left = size.saturating_sub(start);
-                    input.bad(format!("it ends early: {left} bytes of voxels, {due} are due"))
+                    input.bad(format!("it ends early: {left} bytes of voxels, expected {due}"))
                 })?
             }
             [skip] => start.saturating_add(skip.max(0) as u64),

@@ -16,14 +16,14 @@ const VOXELS: u64 = 48;
 pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let [_, _, _, version] = input.array::<4>(0)?;
     if version != 3 {
-        return Err(input.bad(format!("Mitsuba volume version {version}, 3 is known")));
+        return Err(input.bad(format!("Mitsuba volume version {version}; only 3 is supported")));
     }
     let integer = |at: usize| input.array(at).map(i32::from_le_bytes);
     let value_type = match integer(4)? {
         1 => ValueType::F32,
         2 => ValueType::F16,
         3 => ValueType::U8,
-        other => return Err(input.bad(format!("number type {other} is none of 1, 2, 3"))),
+        other => return Err(input.bad(format!("number type {other} is not one of 1, 2, 3"))),
     };
     let dims = input.dims([integer(8)?, integer(12)?, integer(16)?].map(i64::from))?;
     let mut header = DenseHeader::new(dims, value_type);

@@ -110,7 +110,7 @@ impl DenseFile {
         }?;
         if !(1..=MAX_COMPONENTS).contains(&header.components) {
             let why =
-                format!("{} numbers a voxel, 1 to {MAX_COMPONENTS} can be", header.components);
+                format!("{} numbers per voxel, expected 1 to {MAX_COMPONENTS}", header.components);
             return Err(input.bad(why));
         }
         if let Some(class) = options.class {
@@ -306,7 +306,7 @@ impl Payload {
         let Self::Stored { path, offset, packing: Packing::Bare, .. } = self else { return None };
         let size = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
         let more = u128::from(size.saturating_sub(*offset)).checked_sub(due).filter(|&n| n > 0)?;
-        Some(format!("{}: {more} bytes behind the voxels are not read", path.display()))
+        Some(format!("{}: {more} bytes after the voxels are ignored", path.display()))
     }
 
     /// Unpacked voxels from byte `offset` of `path` on.

@@ -85,7 +85,9 @@ impl Bytes<'_> {
     fn jump(&self, from: usize, offset: u64) -> Result<usize, String> {
         let place = usize::try_from(offset).ok().and_then(|offset| from.checked_add(offset));
         let place = place.filter(|&place| place < self.0.len());
-        place.ok_or_else(|| format!("an offset {} from byte {from} of its grid", offset as i64))
+        place.ok_or_else(|| {
+            format!("an offset of {} from byte {from} points outside its grid", offset as i64)
+        })
     }
 }
 
@@ -96,7 +98,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let version = bytes.u32(8).map_err(bad)?;
     if version >> 21 != 32 {
         let (major, minor) = (version >> 21, version >> 10 & 0x7ff);
-        return Err(input.bad(format!("NanoVDB version {major}.{minor}, 32 is known")));
+        return Err(input.bad(format!("NanoVDB version {major}.{minor}; only 32 is supported")));
     }
     let count = u16::from_le_bytes(bytes.array(12).map_err(bad)?);
     if count == 0 {
@@ -105,7 +107,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let size = bytes.u64(FILE).map_err(bad)?;
     let value_type = bytes.u32(FILE + 32).map_err(bad)?;
     if value_type != FLOAT {
-        return Err(input.bad(format!("grid of type {value_type}, only 1 (float) is read")));
+        return Err(input.bad(format!("grid of type {value_type}; only 1 (float) is supported")));
     }
     let name_size = bytes.u32(FILE + 136).map_err(bad)? as usize;
     let codec = u16::from_le_bytes(bytes.array(FILE + 168).map_err(bad)?);
@@ -137,7 +139,9 @@ fn densify(input: &Input, grid: &Bytes) -> Result<(DenseHeader, Vec<u8>)> {
     let bad = |why: String| input.bad(why);
     let root = grid.u64(GRID + 24).and_then(|offset| grid.jump(GRID, offset)).map_err(bad)?;
     if root < GRID + TREE {
-        return Err(input.bad(format!("its root lies at byte {root} of its grid")));
+        return Err(
+            input.bad(format!("its root is at byte {root} of its grid, inside the headers"))
+        );
     }
     let (min, max) = (grid.ivec3(root).map_err(bad)?, grid.ivec3(root + 12).map_err(bad)?);
     if min.cmpgt(max).any() {

@@ -15,7 +15,7 @@ pub(super) fn unpack(
     codec: u16,
     size: usize,
 ) -> Result<(Vec<u8>, &'static str), String> {
-    let short = |found: usize| format!("its grid ends early: {found} bytes, {size} are due");
+    let short = |found: usize| format!("its grid ends early: {found} bytes, expected {size}");
     let mut rest = data;
     let mut next = || {
         let (length, behind) = rest.split_first_chunk::<8>()?;
@@ -47,7 +47,10 @@ pub(super) fn unpack(
                 let stated = chunk.get(4..8).and_then(|bytes| bytes.try_into().ok());
                 let length = stated.map_or(0, u32::from_le_bytes) as usize;
                 if length == 0 || length > size - grid.len() || length / 512 > chunk.len() {
-                    return Err(format!("a blosc chunk of {} bytes for {length}", chunk.len()));
+                    return Err(format!(
+                        "a blosc chunk of {} bytes claims to hold {length}",
+                        chunk.len()
+                    ));
                 }
                 let before = grid.len();
                 memory::grow(&mut grid, length, "its grid").map_err(|error| error.to_string())?;
@@ -56,6 +59,6 @@ pub(super) fn unpack(
             }
             Ok((grid, "blosc"))
         }
-        other => Err(format!("codec {other} is none of 0 (none), 1 (zip), 2 (blosc)")),
+        other => Err(format!("codec {other} is not one of 0 (none), 1 (zip), 2 (blosc)")),
     }
 }

@@ -57,13 +57,13 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         bytes.extend(input.head.iter().take(HEADER));
     }
     if bytes.len() < HEADER {
-        return Err(input.bad(format!("{} bytes of a header of {HEADER}", bytes.len())));
+        return Err(input.bad(format!("its header has {} bytes, expected {HEADER}", bytes.len())));
     }
     let endian = match bytes.get(..4) {
         Some([0x5c, 1, 0, 0]) => Endian::Little,
         Some([0, 0, 1, 0x5c]) => Endian::Big,
         _ if bytes.get(4..8) == Some(b"n+2\0") => {
-            return Err(input.bad("NIfTI-2, which is not read; NIfTI-1 is"));
+            return Err(input.bad("NIfTI-2, which is not supported; NIfTI-1 is"));
         }
         _ => return Err(input.bad("its header does not begin with its size, 348")),
     };
@@ -73,11 +73,11 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let axes = fields.short(40);
     let length = |axis: i64| if axis <= axes { fields.short(40 + 2 * axis as usize) } else { 1 };
     if !(1..=7).contains(&axes) {
-        return Err(input.bad(format!("{axes} axes, 1 to 7 can be")));
+        return Err(input.bad(format!("{axes} axes, expected 1 to 7")));
     }
     if let Some(axis) = (4..=7).find(|&axis| length(axis) > 1) {
-        let what = if axis == 4 { "moments in time" } else { "values a voxel" };
-        return Err(input.bad(format!("{} {what}, only one is read", length(axis))));
+        let what = if axis == 4 { "time steps" } else { "values per voxel" };
+        return Err(input.bad(format!("{} {what}; only one is supported", length(axis))));
     }
     let (value_type, components) = number_type(input, fields.short(70))?;
     let dims = input.dims([length(1), length(2), length(3)])?;
@@ -97,7 +97,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let offset = fields.float(108);
     let least = if detached { 0.0 } else { HEADER as f64 };
     if !(least..1e12).contains(&offset) {
-        return Err(input.bad(format!("its voxels start at byte {offset}")));
+        return Err(input.bad(format!("its voxels cannot start at byte {offset}")));
     }
     let offset = offset as u64;
     let payload = match (detached, gzip) {
@@ -136,7 +136,7 @@ fn number_type(input: &Input, code: i64) -> Result<(ValueType, usize)> {
         1024 => (ValueType::I64, 1),
         1280 => (ValueType::U64, 1),
         2304 => (ValueType::U8, 4),
-        _ => return Err(input.bad(format!("number type {code} is not read"))),
+        _ => return Err(input.bad(format!("number type {code} is not supported"))),
     })
 }
 
@@ -170,8 +170,8 @@ fn transform(fields: &Fields) -> Place {
         (Some(affine), Some(turned)) => {
             let scanner = fields.short(254) == 1 && !is_sheared(&affine);
             let same = is_same(&affine, &turned);
-            let note = "its sform says another place than its qform, which is taken, as ITK does";
-            let other = "its qform says another place than its sform, which is taken, as ITK does";
+            let note = "its sform and qform differ; the qform is used, as in ITK";
+            let other = "its sform and qform differ; the sform is used, as in ITK";
             match (scanner, same) {
                 (_, true) => (affine, None),
                 (true, false) => (affine, Some(other)),

@@ -14,7 +14,9 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let (start, length) = match major {
         1 => (10, u64::from(u16::from_le_bytes(input.array(8)?))),
         2 | 3 => (12, u64::from(u32::from_le_bytes(input.array(8)?))),
-        _ => return Err(input.bad(format!("NumPy file version {major}, 1 to 3 are known"))),
+        _ => {
+            return Err(input.bad(format!("NumPy file version {major}; only 1 to 3 are supported")));
+        }
     };
     let text =
         usize::try_from(length).ok().and_then(|length| input.head.get(start..start + length));
@@ -37,7 +39,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         // Python 2 writes long numbers with an L.
         words.take(64).map(|word| word.trim_end_matches('L').parse().ok()).collect()
     });
-    let lengths = lengths.ok_or_else(|| input.bad("its shape is no list of numbers"))?;
+    let lengths = lengths.ok_or_else(|| input.bad("its shape is not a list of numbers"))?;
     let sidecar = Sidecar::beside(input.path)?;
     let said = sidecar.as_ref().and_then(|(_, sidecar)| sidecar.components);
     let Meaning { lengths: [z, y, x], components, note } = meaning(input, &lengths, said)?;
@@ -47,13 +49,13 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     header.endian = endian;
     if item("fortran_order")?.starts_with("True") {
         if header.components != 1 {
-            return Err(input.bad("an array of vectors in Fortran order"));
+            return Err(input.bad("an array of vectors in Fortran order, which is not supported"));
         }
         header.order = Order::ZFastest;
     }
     if let Some((beside, sidecar)) = sidecar {
         if !sidecar.fits(&header) {
-            let why = format!("it describes other voxels than {}", input.path.display());
+            let why = format!("it describes different voxels than {}", input.path.display());
             return Err(Error::contents(beside, why));
         }
         let described = sidecar.describe(&mut header);
@@ -80,13 +82,13 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
         // Any number of leading axes of length 1.
         [1, .., b, c, d] if lengths[..lengths.len() - 3].iter().all(|&n| n == 1) => [1, b, c, d],
         _ => {
-            let why = format!("an array of {} axes, a volume has three (z, y, x)", lengths.len());
+            let why = format!("an array of {} axes, expected three (z, y, x)", lengths.len());
             return Err(input.bad(why));
         }
     };
     let vectors = Meaning { lengths: [z, y, x], components: last, note: None };
     let frame = Meaning { lengths: [y, x, last], components: 1, note: None };
-    let option = |count: i64| format!("'components = {count}' in a sidecar says otherwise");
+    let option = |count: i64| format!("'components = {count}' in a sidecar changes that");
     match said {
         Some(count) if count as i64 == last => Ok(vectors),
         Some(1) if z == 1 => Ok(frame),
@@ -96,17 +98,19 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
         }
         None if last == 1 => Ok(vectors),
         None if z == 1 && last != 3 => {
-            let note = format!("axes (1, {y}, {x}, {last}): a batch of one; {}", option(last));
+            let note =
+                format!("axes (1, {y}, {x}, {last}) are read as a batch of one; {}", option(last));
             Ok(Meaning { note: Some(note), ..frame })
         }
         None if last == 2 || last == 3 => {
-            let note = format!("a last axis of {last}: vectors, of which the length is taken");
+            let note =
+                format!("a last axis of {last} is read as vectors, of which the lengths are used");
             Ok(Meaning { note: Some(note), ..vectors })
         }
         None => {
             let why = format!(
-                "axes ({z}, {y}, {x}, {last}) may be {z} frames or vectors of {last}; of frames only one \
-                 is read, vectors need 'components = {last}' in a sidecar {}",
+                "axes ({z}, {y}, {x}, {last}) may be {z} frames or vectors of {last}; only one \
+                 frame is supported, and vectors need 'components = {last}' in the sidecar {}",
                 input.path.with_extension("toml").display()
             );
             Err(input.bad(why))
@@ -117,7 +121,7 @@ fn meaning(input: &Input, lengths: &[i64], said: Option<usize>) -> Result<Meanin
 /// Parses `'<f4'`, `'|u1'` and similar.
 fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
     if text.starts_with('[') {
-        return Err(input.bad("an array of structures, a volume has one number a voxel"));
+        return Err(input.bad("an array of structures, which is not supported"));
     }
     let word = text.trim_start_matches(['\'', '"']).split(['\'', '"']).next().unwrap_or_default();
     let (order, kind) = word.split_at_checked(1).unwrap_or_default();
@@ -136,11 +140,11 @@ fn number_type(input: &Input, text: &str) -> Result<(ValueType, Endian)> {
         "f8" => ValueType::F64,
         _ => {
             let word: String = word.chars().take(24).collect();
-            return Err(input.bad(format!("number type '{word}' is not read")));
+            return Err(input.bad(format!("number type '{word}' is not supported")));
         }
     };
     if !["<", ">", "|", "="].contains(&order) {
-        return Err(input.bad(format!("byte order '{order}' is none of <, >, |")));
+        return Err(input.bad(format!("byte order '{order}' is not one of <, >, |")));
     }
     Ok((value_type, endian))
 }

@@ -31,7 +31,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         |name: &str| fields.get(&[name]).ok_or_else(|| input.bad(format!("no field '{name}'")));
     let sizes: Option<Vec<i64>> =
         needed("sizes")?.split_ascii_whitespace().take(17).map(|word| word.parse().ok()).collect();
-    let sizes = sizes.ok_or_else(|| input.bad("its sizes are no numbers"))?;
+    let sizes = sizes.ok_or_else(|| input.bad("its sizes are not numbers"))?;
     let [axes] = input.numbers::<usize, 1>("dimension", needed("dimension")?)?;
     if sizes.len() != axes {
         return Err(input.bad(format!("{} sizes for {axes} axes", sizes.len())));
@@ -43,7 +43,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     header.endian = match fields.get(&["endian"]) {
         Some("big") => Endian::Big,
         Some("little") | None => Endian::Little,
-        Some(other) => return Err(input.bad(format!("endian '{other}' is none of little, big"))),
+        Some(other) => return Err(input.bad(format!("endian '{other}' is not one of little, big"))),
     };
     place(input, &fields, [axes, first], &mut header)?;
     header.name = fields.get(&["content"]).map(str::to_owned);
@@ -78,7 +78,7 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
         |axis: usize| kinds.get(axis).is_some_and(|kind| ["time", "list"].contains(&kind.as_str()));
     let not_space = |axis: usize| is_space(axis) == Some(false) || is_frames(axis);
     let frames = |axis: usize| {
-        let why = format!("{} frames along axis {axis}, only one is read", sizes[axis]);
+        let why = format!("{} frames along axis {axis}; only one is supported", sizes[axis]);
         Err(input.bad(why))
     };
     match axes {
@@ -87,7 +87,7 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
             Some(axis) if sizes[axis] == 1 && axis == 2 => Ok(Axes { components: 1, first: 0 }),
             Some(axis) => {
                 let kind = kinds.get(axis).map_or("none", String::as_str);
-                let why = format!("axis {axis} is '{kind}', a volume has three axes of space");
+                let why = format!("axis {axis} is '{kind}', but a volume has three axes of space");
                 Err(input.bad(why))
             }
         },
@@ -98,7 +98,10 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
             if is_frames(3) || kinds.get(3).is_none() {
                 return frames(3);
             }
-            Err(input.bad(format!("its {} numbers a voxel lie apart from each other", sizes[3])))
+            Err(input.bad(format!(
+                "its {} numbers per voxel are stored apart from each other",
+                sizes[3]
+            )))
         }
         4 if not_space(0) && (1..4).all(|axis| !not_space(axis)) => {
             if is_frames(0) && sizes[0] != 1 {
@@ -108,7 +111,7 @@ fn axes_of(input: &Input, fields: &HeaderLines, sizes: &[i64]) -> Result<Axes> {
         }
         _ => {
             let why = format!(
-                "{axes} axes, a volume has three (and one before them for vectors, said by 'kinds')"
+                "{axes} axes, expected three (and one before them for vectors, marked by 'kinds')"
             );
             Err(input.bad(why))
         }
@@ -156,7 +159,7 @@ fn number_type(input: &Input, text: &str) -> Result<ValueType> {
         }
         "float" => ValueType::F32,
         "double" => ValueType::F64,
-        _ => return Err(input.bad(format!("number type '{text}' is not read"))),
+        _ => return Err(input.bad(format!("number type '{text}' is not supported"))),
     })
 }
 
@@ -187,8 +190,8 @@ fn place(
         }
         if fields.get(&["axis mins"]).is_some() && fields.get(&["centerings", "centers"]).is_none()
         {
-            let note = "axis mins without centerings: they are taken for the borders of voxels, as \
-                        teem does (`volume.spacing`)";
+            let note = "axis mins without centerings are taken as the borders of voxels, as in \
+                        teem (`volume.spacing`)";
             header.notes.push(note.to_owned());
         }
     }
@@ -198,7 +201,7 @@ fn place(
     header.world_from_index = placed(origin, steps);
     if let Some(text) = fields.get(&["space"]) {
         let Some((space, ours_from_its)) = Space::named(text) else {
-            return Err(input.bad(format!("space '{text}' is none of {}", Space::names())));
+            return Err(input.bad(format!("space '{text}' is not one of {}", Space::names())));
         };
         header.space = Some(space);
         header.world_from_index = ours_from_its * header.world_from_index;
@@ -256,12 +259,12 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
             header.endian = Endian::Little;
             Packing::Text(header.value_type)
         }
-        other => return Err(input.bad(format!("encoding '{other}' is not read"))),
+        other => return Err(input.bad(format!("encoding '{other}' is not supported"))),
     };
     let (path, start, size) = match fields.get(&["data file", "datafile"]) {
         None => (input.path.to_owned(), fields.end() as u64, input.size),
         Some(name) if name.starts_with("LIST") || name.contains('%') => {
-            return Err(input.bad("its voxels lie in several files, which is not read"));
+            return Err(input.bad("its voxels are in several files, which is not supported"));
         }
         Some(name) => {
             let path = named_by(input.path, name);
@@ -286,10 +289,11 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
             (last_bytes(input, size, start, header)?, 0)
         }
         Err(_) if skip == -1 => {
-            let why = format!("byte skip -1 with encoding {encoding} is not read; unpack it first");
+            let why =
+                format!("byte skip -1 with encoding {encoding} is not supported; unpack it first");
             return Err(input.bad(why));
         }
-        Err(_) => return Err(input.bad(format!("byte skip {skip}"))),
+        Err(_) => return Err(input.bad(format!("byte skip {skip} is below 0"))),
     };
     Ok(Payload::Stored { path, offset, packing, skip })
 }
@@ -300,7 +304,7 @@ fn last_bytes(input: &Input, size: u64, start: u64, header: &DenseHeader) -> Res
     let offset = u128::from(size).checked_sub(due).filter(|&at| at >= u128::from(start));
     offset.map(|at| at as u64).ok_or_else(|| {
         let left = size.saturating_sub(start);
-        input.bad(format!("it ends early: {left} bytes of voxels, {due} are due"))
+        input.bad(format!("it ends early: {left} bytes of voxels, expected {due}"))
     })
 }
 

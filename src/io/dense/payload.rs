@@ -149,8 +149,8 @@ fn check(path: &Path, found: u32, due: u32) -> Result<()> {
         return Ok(());
     }
     let why = format!(
-        "its voxels have the CRC-32 {found:08x} and its sidecar is that of {due:08x}: they do not belong \
-         together"
+        "its voxels have the CRC-32 {found:08x}, but its sidecar says {due:08x}: they do not \
+         belong together"
     );
     Err(Error::contents(path, why))
 }
@@ -194,5 +194,5 @@ fn unpack(
 }
 
 fn short(path: &Path, found: usize, due: usize) -> Error {
-    Error::contents(path, format!("it ends early: {found} bytes of voxels, {due} are due"))
+    Error::contents(path, format!("it ends early: {found} bytes of voxels, expected {due}"))
 }

@@ -27,7 +27,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let spaced = match mark.as_str() {
         "PVM" => false,
         "PVM2" | "PVM3" => true,
-        _ => return Err(input.bad(format!("'{mark}' is none of PVM, PVM2, PVM3"))),
+        _ => return Err(input.bad(format!("'{mark}' is not one of PVM, PVM2, PVM3"))),
     };
     let mut metadata = Vec::new();
     let mut dims_line = line(input, &bytes, &mut at)?;
@@ -43,7 +43,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let value_type = match line(input, &bytes, &mut at)?.trim() {
         "1" => ValueType::U8,
         "2" => ValueType::U16,
-        other => return Err(input.bad(format!("{other} bytes a voxel, 1 or 2 are read"))),
+        other => return Err(input.bad(format!("{other} bytes per voxel, expected 1 or 2"))),
     };
     let mut header = DenseHeader::new(dims, value_type);
     header.endian = Endian::Big;

@@ -167,7 +167,8 @@ impl DenseGrid {
             inner *= dims[axis];
         }
         let index = |n: i64| {
-            i32::try_from(n).map_err(|_| Error::value("resample", format!("index {n}: too far")))
+            i32::try_from(n)
+                .map_err(|_| Error::value("resample", format!("index {n} does not fit in 32 bits")))
         };
         let origin = IVec3::new(index(first[0])?, index(first[1])?, index(first[2])?);
         let centre = DVec3::splat(0.5 / factor - 0.5);

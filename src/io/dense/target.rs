@@ -100,13 +100,13 @@ impl DenseTarget {
             && is_sheared(&grid.world_from_voxel())
         {
             lost.push(
-                "that axes are not at right angles, for programs that expect them so".to_owned(),
+                "that axes are not at right angles, for programs that expect them to be".to_owned(),
             );
         }
         if let (Self::MetaImage { .. }, Some(space)) = (self, grid.space)
             && space != Space::Lps
         {
-            let consequence = "programs will take it for a patient's, LPS";
+            let consequence = "programs will take it for LPS, the space of a patient";
             lost.push(format!("the space '{}' ({consequence})", space.name()));
         }
         lost

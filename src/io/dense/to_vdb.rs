@@ -50,7 +50,7 @@ impl DenseGrid {
             (3, ValueType::F64) => grid.tree::<[f64; 3]>()?.into(),
             (3, ValueType::I32) => grid.tree::<[i32; 3]>()?.into(),
             (count, _) => {
-                let why = format!("{count} numbers a voxel; OpenVDB holds 1 or 3 (`magnitude`)");
+                let why = format!("{count} numbers per voxel; OpenVDB holds 1 or 3 (`magnitude`)");
                 return Err(Error::value("components", why));
             }
         })

@@ -162,7 +162,7 @@ fn parse<'a>(input: &Input, whole: &'a [u8]) -> Result<Document<'a>> {
 fn file_tag(input: &Input, tag: &BytesStart, document: &mut Document) -> Result<()> {
     let kind = attribute(tag, "type").unwrap_or_default();
     if kind != "ImageData" {
-        return Err(input.bad(format!("VTK data of type '{kind}', only ImageData is read")));
+        return Err(input.bad(format!("VTK data of type '{kind}'; only ImageData is supported")));
     }
     document.endian = match attribute(tag, "byte_order").as_deref() {
         Some("BigEndian") => Endian::Big,
@@ -173,7 +173,7 @@ fn file_tag(input: &Input, tag: &BytesStart, document: &mut Document) -> Result<
         None | Some("") => Packed::Bare,
         Some("vtkZLibDataCompressor") => Packed::Zlib,
         Some("vtkLZ4DataCompressor") => Packed::Lz4,
-        Some(other) => return Err(input.bad(format!("compressor '{other}' is not read"))),
+        Some(other) => return Err(input.bad(format!("compressor '{other}' is not supported"))),
     };
     document.coding = Coding { endian: document.endian, wide, packed };
     Ok(())
@@ -181,7 +181,7 @@ fn file_tag(input: &Input, tag: &BytesStart, document: &mut Document) -> Result<
 
 fn describe(input: &Input, document: &Document, array: &Array) -> Result<DenseHeader> {
     let [extent] = document.extents.as_slice() else {
-        return Err(input.bad(format!("{} pieces, only one is read", document.extents.len())));
+        return Err(input.bad(format!("{} pieces; only one is supported", document.extents.len())));
     };
     let [x0, x1, y0, y1, z0, z1] = input.numbers::<i64, 6>("Extent", extent)?;
     let low = [x0, y0, z0];
@@ -203,7 +203,7 @@ fn describe(input: &Input, document: &Document, array: &Array) -> Result<DenseHe
         "UInt64" => ValueType::U64,
         "Float32" => ValueType::F32,
         "Float64" => ValueType::F64,
-        other => return Err(input.bad(format!("number type '{other}' is not read"))),
+        other => return Err(input.bad(format!("number type '{other}' is not supported"))),
     };
     let mut header = DenseHeader::new(input.dims(lengths)?, value_type);
     header.components = match array.components.as_str() {
@@ -253,7 +253,7 @@ fn voxels(
             let numbers = numbers.map_err(named)?;
             if numbers.len() < due {
                 let found = numbers.len() / header.value_type.size();
-                return Err(named(format!("{found} numbers, {count} are due")));
+                return Err(named(format!("{found} numbers, expected {count}")));
             }
             Ok(numbers)
         }
@@ -266,13 +266,15 @@ fn voxels(
             let data = &whole[*start..];
             let mark = data.iter().position(|&byte| byte == b'_');
             let data = mark.and_then(|mark| data.get(mark.checked_add(1 + offset)?..));
-            let data = data.ok_or_else(|| named(format!("it would start at byte {offset}")))?;
+            let data = data.ok_or_else(|| {
+                named(format!("it would start at byte {offset}, beyond the end of the data"))
+            })?;
             match encoding.as_str() {
                 "raw" => document.coding.raw(data, due).map_err(named),
                 "base64" => document.coding.base64(data, due).map_err(named),
-                other => Err(named(format!("encoding '{other}' is not read"))),
+                other => Err(named(format!("encoding '{other}' is not supported"))),
             }
         }
-        other => Err(named(format!("format '{other}' is none of ascii, binary, appended"))),
+        other => Err(named(format!("format '{other}' is not one of ascii, binary, appended"))),
     }
 }

@@ -46,15 +46,15 @@ impl Coding {
             return rest
                 .get(..due)
                 .filter(|_| found >= due)
-                .ok_or_else(|| format!("{found} bytes, {due} are due"))
+                .ok_or_else(|| format!("{found} bytes, expected {due}"))
                 .and_then(|bytes| refused(memory::copied(bytes, "voxels")));
         }
         let (block, last) = (self.length(&mut rest)?, self.length(&mut rest)?);
         let width = if self.wide { 8 } else { 4 };
         if count > rest.len() / width {
-            return Err(format!("{count} blocks in {} bytes", rest.len()));
+            return Err(format!("{count} blocks do not fit in {} bytes", rest.len()));
         }
-        let mut sizes = refused(memory::room(count, "lengths of blocks"))?;
+        let mut sizes = refused(memory::room(count, "block lengths"))?;
         for _ in 0..count {
             sizes.push(self.length(&mut rest)?);
         }
@@ -62,17 +62,17 @@ impl Coding {
         for (index, size) in sizes.into_iter().enumerate() {
             let length = if index + 1 == count && last > 0 { last } else { block };
             if length > due - unpacked.len() {
-                return Err(format!("more than the {due} bytes that are due"));
+                return Err(format!("more than the {due} bytes expected"));
             }
-            let (data, behind) = rest
-                .split_at_checked(size)
-                .ok_or_else(|| format!("block {index} of {size} bytes, {} are left", rest.len()))?;
+            let (data, behind) = rest.split_at_checked(size).ok_or_else(|| {
+                format!("block {index} has {size} bytes, but {} are left", rest.len())
+            })?;
             rest = behind;
             self.unpack(data, length, &mut unpacked)
                 .map_err(|why| format!("block {index} cannot be unpacked: {why}"))?;
         }
         if unpacked.len() < due {
-            return Err(format!("{} bytes, {due} are due", unpacked.len()));
+            return Err(format!("{} bytes, expected {due}", unpacked.len()));
         }
         Ok(unpacked)
     }
@@ -101,7 +101,7 @@ impl Coding {
                 u32::from_le_bytes(*bytes)
             })
         };
-        usize::try_from(number).map_err(|_| format!("a length of {number}"))
+        usize::try_from(number).map_err(|_| format!("a length of {number} is too large"))
     }
 
     /// Appends a block of `length` bytes.
@@ -115,7 +115,7 @@ impl Coding {
             { stream }.read_to_end(unpacked).map_err(|error| error.to_string())?;
         } else {
             if length / 256 > data.len() {
-                return Err(format!("{length} bytes in {}", data.len()));
+                return Err(format!("{length} bytes do not fit in {}", data.len()));
             }
             unpacked.resize(before + length, 0);
             let written = lz4_flex::block::decompress_into(data, &mut unpacked[before..])
@@ -123,7 +123,7 @@ impl Coding {
             unpacked.truncate(before + written);
         }
         let found = unpacked.len() - before;
-        if found == length { Ok(()) } else { Err(format!("{found} bytes instead of {length}")) }
+        if found == length { Ok(()) } else { Err(format!("{found} bytes, expected {length}")) }
     }
 }
 
@@ -149,7 +149,7 @@ fn decode_base64(text: &[u8]) -> Result<Vec<u8>, String> {
                 0
             }
             byte if byte.is_ascii_whitespace() => continue,
-            other => return Err(format!("byte {other} is no base64")),
+            other => return Err(format!("byte {other} is not base64")),
         };
         (group, count) = (group << 6 | u32::from(digit), count + 1);
         if count == 4 {

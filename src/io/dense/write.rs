@@ -78,7 +78,7 @@ impl DenseOutput {
     pub fn write(mut self, grid: DenseGrid) -> Result<Written> {
         let mut lost = Vec::new();
         let grid = if grid.value_type == ValueType::F16 && !self.format.has_half() {
-            lost.push("half floats (it has float, which holds all of them)".to_owned());
+            lost.push("half floats (stored as float, which holds them all)".to_owned());
             grid.retyped(ValueType::F32, Remap::Cast)?
         } else {
             grid
@@ -87,7 +87,7 @@ impl DenseOutput {
         let (main, side) = (self.main.target().to_owned(), self.side.take());
         let side = match (self.format, side) {
             (DenseTarget::Npy | DenseTarget::Raw, None) => {
-                lost.push("what a sidecar says, where there is no place for one".to_owned());
+                lost.push("what a sidecar would say (there is no place for one)".to_owned());
                 self.write_numbers(&grid)?;
                 None
             }

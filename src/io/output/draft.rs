@@ -142,7 +142,7 @@ impl Draft {
                 io::copy(&mut file, &mut copy)?;
                 Ok(leftover)
             }
-            Self::Held(_) => Err(io::Error::other("no file")),
+            Self::Held(_) => Err(io::Error::other("not a file")),
         }
     }
 }

@@ -115,7 +115,8 @@ impl PendingFolder {
             let is_file = entry.file_type().map_err(failed)?.is_file();
             if !(known && is_file) {
                 let name = name.to_string_lossy();
-                let why = format!("holds '{name}', which is no part of a report; left as it is");
+                let why =
+                    format!("contains '{name}', which is not part of a report; left unchanged");
                 return Err(Error::contents(&self.target, why));
             }
             self.inputs.refuse(&entry.path())?;

@@ -39,11 +39,11 @@ impl Inputs {
             return Ok(());
         };
         let why = if input == output {
-            "it is read here and stays as it is; give the output another name".to_owned()
+            "it is an input and stays unchanged; give the output another name".to_owned()
         } else {
             let input = input.display();
             format!(
-                "it is {input}, which is read here and stays as it is; give the output another name"
+                "it is {input}, which is an input and stays unchanged; give the output another name"
             )
         };
         Err(Error::contents(output, why))

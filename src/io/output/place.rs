@@ -42,7 +42,7 @@ impl Place {
             }
             path = folder_of(&path).join(fs::read_link(&path)?);
         }
-        Err(io::Error::other("too many links follow one another"))
+        Err(io::Error::other("too many levels of symbolic links"))
     }
 
     /// Checks that an existing file may be overwritten.

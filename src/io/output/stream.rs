@@ -48,7 +48,7 @@ pub(super) fn open(path: &Path) -> io::Result<File> {
             return Ok(file);
         }
         if begun.elapsed() > PATIENCE {
-            return Err(io::Error::other("no program reads from this pipe"));
+            return Err(io::Error::other("no program is reading from this pipe"));
         }
         sleep(PAUSE);
     }

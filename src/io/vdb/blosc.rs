@@ -35,10 +35,13 @@ pub(super) fn decompress(
     let sizes: [u32; 3] = bytes.each(Bytes::u32)?;
     let [total, block_size, _] = sizes.map(|size| size as usize);
     if version != 1 && version != 2 {
-        return Err(Fault::bad(start, format!("blosc format version {version}, 2 is known")));
+        return Err(Fault::bad(
+            start,
+            format!("blosc format version {version}; only 1 and 2 are supported"),
+        ));
     }
     if total != output.len() {
-        let why = format!("a blosc chunk of {total} bytes where {} are due", output.len());
+        let why = format!("a blosc chunk of {total} bytes, expected {}", output.len());
         return Err(Fault::bad(start, why));
     }
     if total == 0 {
@@ -49,16 +52,19 @@ pub(super) fn decompress(
         return Ok(());
     }
     if flags >> 5 != LZ4 || flags & BIT_SHUFFLED != 0 {
-        return Err(Fault::bad(start, format!("blosc flags {flags:#04x}: only LZ4 is known")));
+        return Err(Fault::bad(start, format!("blosc flags {flags:#04x}: only LZ4 is supported")));
     }
     if block_size == 0 || type_size == 0 {
-        return Err(Fault::bad(start, "a blosc chunk with blocks or numbers of no bytes"));
+        return Err(Fault::bad(start, "a blosc chunk with blocks or numbers of zero bytes"));
     }
     let block_size = block_size.min(total);
     for block in output.chunks_mut(block_size) {
         let block_start = bytes.u32()? as usize;
         let Some(data) = chunk.get(block_start..) else {
-            return Err(Fault::bad(start, format!("a blosc block at {block_start} of the chunk")));
+            return Err(Fault::bad(
+                start,
+                format!("a blosc block at byte {block_start}, beyond the end of its chunk"),
+            ));
         };
         let split = flags & NOT_SPLIT == 0
             && type_size <= MAX_STREAMS
@@ -81,7 +87,7 @@ pub(super) fn decompress(
 fn read_streams(data: &mut Bytes, streams: usize, output: &mut [u8]) -> Parsed<()> {
     let length = output.len() / streams;
     if length * streams != output.len() {
-        let why = format!("{} bytes do not split in {streams}", output.len());
+        let why = format!("{} bytes do not split evenly into {streams} streams", output.len());
         return Err(Fault::bad(data.position(), why));
     }
     for stream in output.chunks_exact_mut(length) {
@@ -95,7 +101,7 @@ fn read_streams(data: &mut Bytes, streams: usize, output: &mut [u8]) -> Parsed<(
         match lz4_flex::block::decompress_into(packed, stream) {
             Ok(written) if written == length => {}
             Ok(written) => {
-                let why = format!("an LZ4 block of {written} bytes where {length} are due");
+                let why = format!("an LZ4 block of {written} bytes, expected {length}");
                 return Err(Fault::bad(at, why));
             }
             Err(error) => return Err(Fault::bad(at, format!("LZ4: {error}"))),

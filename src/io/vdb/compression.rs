@@ -76,7 +76,7 @@ pub(super) fn take_run<'a>(
     if length <= 0 {
         if length.unsigned_abs() != size as u64 {
             let stored = length.unsigned_abs();
-            let why = format!("{stored} bytes stored where {size} are due");
+            let why = format!("{stored} bytes stored, expected {size}");
             return Err(Fault::bad(at, why));
         }
         return bytes.take(size).map(Run::Bare);
@@ -188,7 +188,7 @@ pub(in crate::io) fn decompress_blosc(chunk: &[u8], target: &mut [u8]) -> Result
 fn complete(fault: Fault) -> Fault {
     match fault {
         Fault::Short { at, needed } => {
-            Fault::bad(at, format!("a blosc chunk ends before {needed} bytes that it needs"))
+            Fault::bad(at, format!("a blosc chunk ends early: {needed} more bytes needed"))
         }
         other => other,
     }

@@ -163,7 +163,7 @@ impl VdbFile {
         let Some(grid) = self.grids.get(index) else {
             let count = self.grids.len();
             let what = self.path.display().to_string();
-            return Err(Error::value(what, format!("no grid {index}, there are {count}")));
+            return Err(Error::value(what, format!("no grid {index}; there are {count}")));
         };
         if let Some(why) = &grid.refused {
             return Err(Error::contents(&self.path, format!("grid {:?}: {why}", grid.name)));
@@ -216,14 +216,14 @@ fn resolve_instances(grids: &mut [GridHeader]) {
         grids[index].place.voxels_of = index;
         let Some(parent_name) = grids[index].instance_of.clone() else { continue };
         let Some(&parent_index) = by_name.get(&parent_name) else {
-            grids[index].refuse(format!("an instance of {parent_name:?}, which is not there"));
+            grids[index].refuse(format!("an instance of {parent_name:?}, which is missing"));
             continue;
         };
         let parent = &grids[parent_index];
         let problem = if parent.instance_of.is_some() {
-            Some("which is an instance itself".to_owned())
+            Some("it is an instance itself".to_owned())
         } else if parent.type_name != grids[index].type_name {
-            Some(format!("which is a {}", parent.type_name))
+            Some(format!("it is a {}", parent.type_name))
         } else {
             parent.refused.clone()
         };

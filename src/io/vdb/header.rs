@@ -87,12 +87,16 @@ impl GridHeader {
 pub(super) fn read_file_header(reader: &mut Reader) -> Parsed<FileHeader> {
     let (version, library_version, has_offsets, uuid) = reader.parse(|bytes| {
         if bytes.i64()? != MAGIC {
-            return Err(Fault::bad(0, "not an OpenVDB file: the first bytes are not its mark"));
+            return Err(Fault::bad(
+                0,
+                "not an OpenVDB file: it does not begin with the format's magic number",
+            ));
         }
         let version = bytes.u32()?;
         if !VERSIONS.contains(&version) {
             let (first, last) = (VERSIONS.start(), VERSIONS.end());
-            let why = format!("OpenVDB file version {version}, {first} to {last} are known");
+            let why =
+                format!("OpenVDB file version {version}; only {first} to {last} are supported");
             return Err(Fault::bad(8, why));
         }
         let library = bytes.each(Bytes::u32)?;
@@ -104,7 +108,7 @@ pub(super) fn read_file_header(reader: &mut Reader) -> Parsed<FileHeader> {
     let grid_count = reader.parse(|bytes| {
         let at = bytes.position();
         let count = bytes.i32()?;
-        u32::try_from(count).map_err(|_| Fault::bad(at, format!("{count} grids")))
+        u32::try_from(count).map_err(|_| Fault::bad(at, format!("the number of grids is {count}")))
     })?;
     Ok(FileHeader { version, library_version, has_offsets, uuid, metadata, grid_count })
 }
@@ -195,7 +199,7 @@ pub(super) fn read_grid_header(
         Err(fault) => return Err(fault),
     }
     if let ValueType::Unsupported(name) = &header.value_type {
-        header.refuse(format!("voxels of type {name:?} are not read"));
+        header.refuse(format!("voxels of type {name:?} are not supported"));
     } else if grid_type.shape.is_none() {
         header.refuse(format!("unknown tree {:?}", header.type_name));
     }

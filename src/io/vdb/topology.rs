@@ -110,7 +110,7 @@ pub(super) fn read_background<T: Value>(bytes: &mut Bytes) -> Parsed<T> {
     let at = bytes.position();
     let buffers = bytes.u32()?;
     if buffers != 1 {
-        return Err(Fault::bad(at, format!("{buffers} buffers a tree, 1 is known")));
+        return Err(Fault::bad(at, format!("{buffers} buffers per tree; only 1 is supported")));
     }
     read_value(bytes)
 }

@@ -59,7 +59,7 @@ impl<'a, T: Value> ValueBlock<'a, T> {
         let mut inactive = match code {
             0 | 6 => [background; 2],
             1..=5 => [background.negated(), background],
-            _ => return Err(Fault::bad(at, format!("value block code {code}, 0 to 6 are known"))),
+            _ => return Err(Fault::bad(at, format!("value block code {code}, expected 0 to 6"))),
         };
         if matches!(code, 2 | 4 | 5) {
             inactive[0] = read_value(bytes)?;

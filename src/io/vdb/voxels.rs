@@ -96,7 +96,7 @@ macro_rules! for_value_type {
                 $result
             }
             ValueType::Unsupported(name) => {
-                let why = format!("voxels of type {name:?} are not read");
+                let why = format!("voxels of type {name:?} are not supported");
                 Err(Fault::bad($header.place.topology, why))
             }
         }

@@ -157,7 +157,7 @@ impl VdbWriter {
     pub fn add_packed<T: Value>(&mut self, like: NewGrid, packed: PackedTree<T>) -> Result<()> {
         let PackedTree { tree, encoding, value_type, leaves } = packed;
         if encoding.compression != self.compression {
-            return Err(Error::value("compression", "leaves were packed with another one"));
+            return Err(Error::value("compression", "the leaves were packed with a different one"));
         }
         let bytes = tree.memory_bytes() + (512 * size_of::<T>() * leaves.len()) as u64;
         let (metadata, map_bytes) = (like.metadata, like.map_bytes);
@@ -227,7 +227,7 @@ impl VdbWriter {
         let (Some(name), Some(type_name)) =
             (self.unique_names.get(parent).cloned(), self.type_names.get(parent).cloned())
         else {
-            return Err(Error::value("instance", "its parent comes before it in the file"));
+            return Err(Error::value("instance", "its parent must come before it in the file"));
         };
         let mut metadata = header.metadata.clone();
         let offsets = self.put_descriptor(&type_name, &name, &mut metadata)?;
@@ -258,7 +258,7 @@ impl VdbWriter {
     pub fn finish_parts(mut self) -> Result<Vec<Vec<u8>>> {
         let added = self.type_names.len();
         if added < self.unique_names.len() {
-            let why = format!("{added} of {} were added", self.unique_names.len());
+            let why = format!("only {added} of {} were added", self.unique_names.len());
             return Err(Error::value("grids", why));
         }
         let uuid = uuid(self.out.iter());

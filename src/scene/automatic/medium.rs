@@ -143,7 +143,7 @@ fn emission(table: &EmissionTable, own: &Ingredients, choices: &mut Choices) -> 
     let largest = densities.density(field.typical_largest().into());
     let [low, high] = table.range.unwrap_or([0.0, if largest > 0.0 { largest } else { 1.0 }]);
     if !(low.is_finite() && high.is_finite() && low < high) {
-        let why = format!("{low}, {high} do not rise");
+        let why = format!("{low}, {high} are not in increasing order");
         return Err(Error::value("volume.emission.range", why));
     }
     let colors = table.colors.as_deref().unwrap_or("blackbody");
@@ -156,7 +156,7 @@ fn emission(table: &EmissionTable, own: &Ingredients, choices: &mut Choices) -> 
         blackbody([low, high], kelvin)?
     } else {
         if table.kelvin.is_some() {
-            let why = "means something for the colors of a blackbody only";
+            let why = "applies only to blackbody colors";
             return Err(Error::value("volume.emission.kelvin", why));
         }
         transfer::preset(colors)?.rescaled([low, high])?

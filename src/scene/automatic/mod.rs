@@ -92,7 +92,10 @@ pub fn complete(
     let unsaid = vec![VolumeTable::default(); ingredients.len()];
     let tables = if file.volume.is_empty() { &unsaid[..] } else { &file.volume };
     if tables.len() != ingredients.len() {
-        return Err(Error::value("volume", "not as many were loaded as the scene has"));
+        return Err(Error::value(
+            "volume",
+            "the scene has a different number of volumes than were loaded",
+        ));
     }
     let mediums = tables.iter().zip(&ingredients);
     let mut of_media = Choices(Vec::new());
@@ -196,7 +199,7 @@ fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Lig
             }
         }
         other => {
-            let why = format!("'{other}' is none of directional, point, spot");
+            let why = format!("'{other}' is not one of directional, point, spot");
             return Err(Error::value("light.kind", why));
         }
     };
@@ -291,7 +294,7 @@ fn camera(
 ) -> Result<Camera> {
     let kind = table.kind.as_deref().unwrap_or("perspective");
     if !matches!(kind, "perspective" | "orthographic") {
-        let why = format!("'{kind}' is none of perspective, orthographic");
+        let why = format!("'{kind}' is not one of perspective, orthographic");
         return Err(Error::value("camera.kind", why));
     }
     let fov_y_degrees = table.fov_y_degrees.unwrap_or(FOV_Y_DEGREES);
@@ -331,7 +334,10 @@ fn camera(
         None => middle_of(visible),
     };
     if (target - position).length_squared() == 0.0 {
-        return Err(Error::value("camera.target", format!("{target} is where the camera stands")));
+        return Err(Error::value(
+            "camera.target",
+            format!("{target} is the camera's own position"),
+        ));
     }
     let projection = match (kind, extent_y) {
         ("orthographic", Some(height)) if height > 0.0 && height.is_finite() => {

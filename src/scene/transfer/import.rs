@@ -152,7 +152,7 @@ fn list(text: &str) -> Result<TransferFunction, String> {
         let mut row = [0.0; 5];
         for (place_in_row, word) in row.iter_mut().zip(&words) {
             let read = word.parse().ok().filter(|value: &f64| value.is_finite());
-            let why = || place(format!("'{}' is no finite number", shown(word, 24)));
+            let why = || place(format!("'{}' is not a finite number", shown(word, 24)));
             *place_in_row = read.ok_or_else(why)?;
         }
         let point = match (words.len(), row) {
@@ -162,12 +162,12 @@ fn list(text: &str) -> Result<TransferFunction, String> {
             }
             (count, _) => {
                 let count = if count > 5 { "more than 5".to_owned() } else { count.to_string() };
-                return Err(place(format!("{count} numbers where 2 or 5 make a point")));
+                return Err(place(format!("{count} numbers, expected 2 or 5 for a point")));
             }
         };
         if numbers_a_line != 0 && words.len() != numbers_a_line {
             let count = words.len();
-            return Err(place(format!("{count} numbers after lines of {numbers_a_line}")));
+            return Err(place(format!("{count} numbers, but earlier lines have {numbers_a_line}")));
         }
         numbers_a_line = words.len();
         if points.len() == MAX_POINTS {
@@ -268,17 +268,17 @@ mod tests {
             ("# nothing", "no points"),
             (&many, "line 65537: more than 65536 points"),
             (&long, "the limit is 16777216"),
-            ("0 1\n1 2 3", "line 2: 3 numbers where 2 or 5"),
+            ("0 1\n1 2 3", "line 2: 3 numbers, expected 2 or 5"),
             ("0 1 2 3 4 5 6 7", "line 1: more than 5 numbers"),
-            ("0 1\n1 0 0 0 1", "line 2: 5 numbers after lines of 2"),
-            ("0 nan", "line 1: 'nan' is no finite number"),
-            ("0 1\n\n1 x\u{1b}y", "line 3: 'x?y' is no finite number"),
-            ("0 1e999", "line 1: '1e999' is no finite number"),
+            ("0 1\n1 0 0 0 1", "line 2: 5 numbers, but earlier lines have 2"),
+            ("0 nan", "line 1: 'nan' is not a finite number"),
+            ("0 1\n\n1 x\u{1b}y", "line 3: 'x?y' is not a finite number"),
+            ("0 1e999", "line 1: '1e999' is not a finite number"),
             ("0 1.5", "line 1: opacity is 1.5"),
             ("#\n1 0\n0 0", "line 3: value falls from 1 to 0"),
             ("0 0 0 300 1", "line 1: blue is 300, not in 0..255"),
             ("0 0 -1 0 1", "line 1: green is -1, not in 0..1"),
-            ("\u{0}\u{1}PNG", "line 1: '??PNG' is no finite number"),
+            ("\u{0}\u{1}PNG", "line 1: '??PNG' is not a finite number"),
             (&deep, "line 1: invalid type: sequence"),
             (&ignored, "line 1: EOF"),
             (&flat, "'RGBPoints': it has 65537 points"),

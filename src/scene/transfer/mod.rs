@@ -111,7 +111,8 @@ impl TransferFunction {
     /// If `low`..`high` is empty or not finite in f32.
     pub fn rescaled(&self, [low, high]: [f64; 2]) -> Result<Self> {
         if !(holds(low) && holds(high) && low < high) {
-            let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
+            let why =
+                format!("{low}..{high} is not a range: it must increase and be finite in f32");
             return Err(Error::value("transfer function range", why));
         }
         let [first, last] = self.range();
@@ -134,7 +135,8 @@ impl TransferFunction {
     /// If `low`..`high` is empty or not finite in f32.
     pub fn cut(&self, [low, high]: [f64; 2]) -> Result<Self> {
         if !(holds(low) && holds(high) && low < high) {
-            let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
+            let why =
+                format!("{low}..{high} is not a range: it must increase and be finite in f32");
             return Err(Error::value("transfer function range", why));
         }
         let point = |value, (color, opacity)| TransferPoint { value, color, opacity };
@@ -191,13 +193,13 @@ fn fault(points: &[TransferPoint]) -> Option<(Option<usize>, String)> {
         let why = if !point.value.is_finite() {
             format!("value is {}, not a finite number", point.value)
         } else if !holds(point.value) {
-            format!("value is {:e}, more than f32 holds", point.value)
+            format!("value is {:e}, which does not fit in f32", point.value)
         } else if let Some((what, share)) = outside.next() {
             format!("{what} is {share}, not in 0..1")
         } else if let Some(before) = before(1).filter(|&before| before > point.value) {
             format!("value falls from {before} to {}", point.value)
         } else if before(2) == Some(point.value) {
-            format!("value {} stands a third time, a jump has two points", point.value)
+            format!("value {} appears more than twice; a jump has two points", point.value)
         } else {
             return None;
         };
@@ -265,9 +267,9 @@ mod tests {
             (vec![good; MAX_POINTS + 1], "65537 points, the limit is 65536"),
             (vec![good, point(nan, 0.5, 0.5)], "point 2: value is NaN"),
             (vec![point(f64::INFINITY, 0.5, 0.5)], "point 1: value is inf"),
-            (vec![point(-1e39, 0.5, 0.5)], "point 1: value is -1e39, more than f32 holds"),
+            (vec![point(-1e39, 0.5, 0.5)], "point 1: value is -1e39, which does not fit in f32"),
             (vec![good, point(0.5, 0.5, 0.5)], "point 2: value falls from 1 to 0.5"),
-            (vec![good, good, good], "point 3: value 1 stands a third time"),
+            (vec![good, good, good], "point 3: value 1 appears more than twice"),
             (vec![good, point(2.0, 0.5, 1.5)], "point 2: opacity is 1.5, not in 0..1"),
             (vec![point(2.0, 0.5, nan)], "point 1: opacity is NaN"),
             (vec![point(2.0, -0.1, 0.5)], "point 1: red is -0.1, not in 0..1"),
@@ -291,7 +293,7 @@ mod tests {
             [[0.0, 0.0], [1.0, 0.0], [0.0, f64::NAN], [f64::NEG_INFINITY, 0.0], [0.0, 1e40]]
         {
             let error = function.rescaled(range).unwrap_err().to_string();
-            assert!(error.contains("no range"), "{error}");
+            assert!(error.contains("is not a range"), "{error}");
         }
     }
 

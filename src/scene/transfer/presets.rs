@@ -9,8 +9,8 @@ use crate::error::{Error, Result};
 pub const PRESETS: [(&str, &str); 14] = [
     ("grey", "white, opacity rising evenly"),
     ("smoke", "soft dark grey, thin where it begins"),
-    ("cloud", "white, soon opaque"),
-    ("fire", "from soot over red, orange and yellow to white"),
+    ("cloud", "white, opaque early"),
+    ("fire", "from soot through red, orange and yellow to white"),
     ("bone", "CT: bones only, ivory"),
     ("tissue", "CT: translucent skin and muscles around ivory bones"),
     ("skin", "CT: what a body looks like from outside"),
@@ -45,7 +45,7 @@ pub fn preset(name: &str) -> Result<TransferFunction> {
         "stained-glass" => banded(&GLASS),
         _ => {
             let names = PRESETS.map(|(name, _)| name).join(", ");
-            let why = format!("no preset '{}'; there are {names}", name.escape_debug());
+            let why = format!("no preset '{}'; the presets are {names}", name.escape_debug());
             return Err(Error::value("transfer function", why));
         }
     };

@@ -51,7 +51,7 @@ pub fn resolve(table: &TransferTable, text: Option<&str>) -> Result<TransferSour
     if let Some([low, high]) =
         range.filter(|&[low, high]| !(holds(low) && holds(high) && low < high))
     {
-        let why = format!("{low}..{high} is no range: it must rise and be finite in f32");
+        let why = format!("{low}..{high} is not a range: it must increase and be finite in f32");
         return Err(Error::value("volume.transfer.range", why));
     }
     let (mut normalised, mut hounsfield) = (false, None);
@@ -165,7 +165,7 @@ mod tests {
             assert!(error.contains(named) && !error.contains('\n'), "{text}: {error}");
         }
         let error = resolve(&table("file = 'a.txt'"), Some("0")).unwrap_err().to_string();
-        assert_eq!(error, "scenes/a.txt: line 1: 1 numbers where 2 or 5 make a point");
+        assert_eq!(error, "scenes/a.txt: line 1: 1 numbers, expected 2 or 5 for a point");
     }
 
     #[test]

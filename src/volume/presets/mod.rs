@@ -75,7 +75,7 @@ impl std::str::FromStr for Preset {
     fn from_str(text: &str) -> Result<Self> {
         Self::ALL.into_iter().find(|preset| preset.name() == text).ok_or_else(|| {
             let names = Self::ALL.map(Self::name).join(", ");
-            Error::value("preset", format!("'{text}' is none of {names}"))
+            Error::value("preset", format!("'{text}' is not one of {names}"))
         })
     }
 }
