@@ -224,6 +224,7 @@ fn constants_are_the_same_on_both_sides() {
         ("LEAST_ROOM", one(fitting::LEAST_ROOM)),
         ("BEND", one(fitting::BEND)),
         ("LOWEST_SHARE", one(fitting::LOWEST_SHARE)),
+        ("LOWEST_DEPTH", one(fitting::LOWEST_DEPTH)),
         ("DARK_SHARE", one(fitting::DARK_SHARE)),
         ("STEEPEST", one(fitting::STEEPEST)),
         ("SMALLEST", one(fitting::SMALLEST)),

@@ -10,13 +10,14 @@ use crate::support::project;
 
 /// Functions of shaders whose twin has another name or file: `file::function` and `file::function`;
 /// methods have their own name.
-const OTHERWISE: [(&str, &str); 39] = [
+const OTHERWISE: [(&str, &str); 40] = [
     ("kernel/blocks::sample_density", "kernel/density::sample_density"),
     ("kernel/fitting::fitter_start", "kernel/fitting::new"),
     ("kernel/fitting::fitter_add", "kernel/fitting::add"),
     ("kernel/fitting::fitter_finish", "kernel/fitting::finish"),
     ("kernel/fitting::fitter_is_dark", "kernel/fitting::is_dark"),
     ("kernel/fitting::fitter_point", "kernel/fitting::point"),
+    ("kernel/fitting::fitter_range", "kernel/fitting::range"),
     ("kernel/fitting::fitter_close", "kernel/fitting::close"),
     ("kernel/lists::push_fragment", "shadow/fragments/lists::push"),
     ("kernel/medium::left_behind", "kernel/medium::taken"),
@@ -53,10 +54,9 @@ const OTHERWISE: [(&str, &str); 39] = [
 ];
 
 /// Functions of shaders that Rust does not need, with the reason.
-const ALONE: [(&str, &str); 24] = [
+const ALONE: [(&str, &str); 23] = [
     ("kernel/curves::keep_curve", "curves are arrays there"),
-    ("kernel/fitting::fitter_range", "a part of `add`, twice in a loop here"),
-    ("kernel/fitting::fitter_slopes", "a part of `add`, twice in a loop here"),
+    ("kernel/fitting::fitter_slopes", "a part of `point` there"),
     ("kernel/fragments::list_of_run", "runs have one layout there"),
     ("kernel/fragments::packed_link", "links are pairs there"),
     ("kernel/shadow::shadow_at", "for other programs' shaders"),

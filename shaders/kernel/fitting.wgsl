@@ -8,6 +8,7 @@ const FIT_SHARE: f32 = 0.82;
 const LEAST_ROOM: f32 = 0.25;
 const BEND: f32 = 0.125;
 const LOWEST_SHARE: f32 = 0.25;
+const LOWEST_DEPTH: f32 = 1.3862944;
 const DARK_SHARE: f32 = 0.1;
 const STEEPEST: f32 = 3.4028234663852886e38;
 const SMALLEST: f32 = 1e-30;
@@ -83,13 +84,16 @@ fn fitter_is_dark() -> bool {
 }
 
 // The range of optical depth in which a line may pass a point, within the tolerance of
-// transmittance.
+// transmittance. With the tolerance as a share s of transmittance the exact range is -log(1 + s) to
+// -log(1 - s) around the point. 2 s / (2 + s) and 2 s / (2 - s) are within it, close to it where s
+// is small, and need no logarithm.
 fn fitter_range(optical_depth: f32) -> vec2<f32> {
     let through = exp(-optical_depth);
     let room = max(fitter.tolerance - fitter.bend * through, fitter.tolerance * LEAST_ROOM);
-    let least = -log(min(through + room, 1.0));
-    let lowest = max(max(through - room, through * LOWEST_SHARE), SMALLEST);
-    return vec2<f32>(least, -log(lowest));
+    let share = room / max(through, SMALLEST);
+    let below = 2.0 * share / (2.0 + share);
+    let above = select(LOWEST_DEPTH, 2.0 * share / (2.0 - share), share < 1.0 - LOWEST_SHARE);
+    return vec2<f32>(max(optical_depth - below, 0.0), optical_depth + above);
 }
 
 // Slopes of lines from the last kept node that pass between two optical depths at a depth.

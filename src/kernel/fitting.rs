@@ -17,6 +17,7 @@
 //! tolerance for itself, so that the tolerance holds against the medium and not only against its
 //! slabs.
 
+use super::exponential::transmitted;
 use super::fragments::Node;
 
 /// Largest difference of optical depth between the points that a fit must pass.
@@ -29,6 +30,8 @@ pub const LEAST_ROOM: f32 = 0.25;
 pub const BEND: f32 = 0.125;
 /// Lowest transmittance that a fit may have, as a share of the exact one.
 pub const LOWEST_SHARE: f32 = 0.25;
+/// The optical depth by which transmittance falls to that share: ln 4.
+pub const LOWEST_DEPTH: f32 = 2.0 * std::f32::consts::LN_2;
 /// Transmittance below this share of the tolerance counts as zero, and later fragments are left
 /// out.
 pub const DARK_SHARE: f32 = 0.1;
@@ -131,6 +134,24 @@ impl Fitter {
         self.tolerance > 0.0 && self.last.optical_depth > self.dark
     }
 
+    /// The range of optical depth in which a line may pass a point, within the tolerance of
+    /// transmittance. With the tolerance as a share s of transmittance the exact range is -ln(1 +
+    /// s) to -ln(1 - s) around the point. 2 s / (2 + s) and 2 s / (2 - s) are within it, close to
+    /// it where s is small, and need no logarithm.
+    #[inline]
+    fn range(&self, optical_depth: f32) -> [f32; 2] {
+        let through = transmitted(optical_depth);
+        let room = (self.tolerance - self.bend * through).max(self.tolerance * LEAST_ROOM);
+        let share = room / through;
+        let below = 2.0 * share / (2.0 + share);
+        let above = if share < 1.0 - LOWEST_SHARE {
+            2.0 * share / (2.0 - share)
+        } else {
+            LOWEST_DEPTH
+        };
+        [(optical_depth - below).max(0.0), optical_depth + above]
+    }
+
     /// Requires the line from the last kept node to pass near `point`.
     #[inline]
     fn point(&mut self, point: Node, keep: &mut impl FnMut(Node)) {
@@ -140,10 +161,7 @@ impl Fitter {
             keep(point);
             return;
         }
-        let through = (-point.optical_depth).exp();
-        let room = (self.tolerance - self.bend * through).max(self.tolerance * LEAST_ROOM);
-        let least = -(through + room).min(1.0).ln();
-        let most = -(through - room).max(through * LOWEST_SHARE).max(SMALLEST).ln();
+        let [least, most] = self.range(point.optical_depth);
         let narrowed = |anchor: Node, [low, high]: [f32; 2]| {
             let share = 1.0 / (point.depth - anchor.depth);
             let slope = |tau: f32| (tau - anchor.optical_depth) * share;

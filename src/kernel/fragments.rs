@@ -6,6 +6,9 @@
 //! slab that it touches; a surface is two nodes at the same depth.
 
 use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+use crate::math::Each;
 
 /// Optical depth of an opaque surface: its transmittance is about the smallest normal f32.
 pub const OPAQUE_OPTICAL_DEPTH: f32 = 87.0;
@@ -41,6 +44,38 @@ pub fn optical_depth_between(nodes: &[Node], before: usize, depth: f32) -> f32 {
             a.optical_depth + (b.optical_depth - a.optical_depth) * share
         }
     }
+}
+
+/// A depth behind every node.
+const FARTHEST: f32 = 1e30;
+
+/// Optical depths at `depth` of four lists of nodes; the same as four calls of
+/// [`optical_depth_between`], which share their divisions.
+#[inline]
+pub fn four_optical_depths(lists: [&[Node]; 4], depth: f32) -> Vec4 {
+    let ends = lists.each(|nodes| ends_around(nodes, depth));
+    let part = |of: fn(&[Node; 2]) -> f32| Vec4::from_array([0, 1, 2, 3].each(|i| of(&ends[i])));
+    let (front, back) = (part(|[a, _]| a.depth), part(|[_, b]| b.depth));
+    let (low, high) = (part(|[a, _]| a.optical_depth), part(|[_, b]| b.optical_depth));
+    low + (high - low) * ((depth - front) / (back - front))
+}
+
+/// The last node at or in front of `depth`, and the next one. In front of the first node stands one
+/// without optical depth, and behind the last one with the same.
+#[inline]
+fn ends_around(nodes: &[Node], depth: f32) -> [Node; 2] {
+    // A search whose steps do not branch, as their outcomes cannot be predicted.
+    let (mut first, mut count) = (0, nodes.len());
+    while count > 0 {
+        let half = count.div_ceil(2);
+        let before = nodes.get(first + half - 1).is_some_and(|node| node.depth <= depth);
+        first = if before { first + half } else { first };
+        count -= half;
+    }
+    let start = Node { depth: -FARTHEST, optical_depth: 0.0 };
+    let a = first.checked_sub(1).and_then(|i| nodes.get(i)).copied().unwrap_or(start);
+    let end = Node { depth: FARTHEST, ..a };
+    [a, nodes.get(first).copied().unwrap_or(end)]
 }
 
 /// Optical depth at which a shadow's front is taken to be.

@@ -2,6 +2,8 @@
 
 use glam::Vec4;
 
+use super::exponential::{four_transmitted, transmitted};
+
 /// Solid angle of the whole sphere.
 pub const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
 /// Weights are raised to this before a division, so that steps that scatter nothing do not give 0 /
@@ -11,7 +13,7 @@ pub const SMALLEST_WEIGHT: f32 = 1e-30;
 /// Opacity of a step of optical depth `tau`: 1 - exp(-tau).
 #[inline]
 pub fn step_opacity(tau: f32) -> f32 {
-    1.0 - (-tau).exp()
+    1.0 - transmitted(tau)
 }
 
 /// Mean over a step of optical depth `tau` of the transmittance from each point to the step's
@@ -116,7 +118,7 @@ impl Scattered {
 /// The share of light that each of four samples takes, and the transmittance behind them.
 #[inline]
 fn taken(through: f32, taus: Vec4) -> (Vec4, f32) {
-    let kept = (-taus).exp();
+    let kept = four_transmitted(taus);
     let half = kept.x * kept.y;
     let behind = through * Vec4::new(kept.x, half, half * kept.z, half * kept.z * kept.w);
     (Vec4::new(through, behind.x, behind.y, behind.z) - behind, behind.w)

@@ -3,6 +3,7 @@
 //! `shaders/media/`). The module knows no backend and no threads.
 
 pub mod density;
+pub mod exponential;
 pub mod fitting;
 pub mod fragments;
 pub mod light;

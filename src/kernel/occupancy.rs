@@ -3,6 +3,7 @@
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
+use super::exponential::transmitted;
 use super::ray::Ray;
 use crate::math::Each;
 use crate::scene::{EMPTY, Occupancy, ROUGHEST};
@@ -165,7 +166,7 @@ pub fn cut_to_bend(
             return (step, taus);
         }
         // Halving a step's length quarters the bend.
-        let shorter = walk.cut(step, (limit / (bend * (-tau).exp())).sqrt());
+        let shorter = walk.cut(step, (limit / (bend * transmitted(tau))).sqrt());
         if shorter >= step {
             return (step, taus);
         }

@@ -81,21 +81,16 @@ pub trait TexelMap: Shadow {
         if !inside(u, v) {
             return 1.0;
         }
-        let last = self.size() - 1;
-        let place = |c: f32| {
-            let c = (c * self.size() as f32 - 0.5).clamp(0.0, last as f32);
-            (c as u32, (c as u32 + 1).min(last), c.fract())
-        };
-        let ((x0, x1, fx), (y0, y1, fy)) = (place(u), place(v));
+        let ([xs, ys], [fx, fy]) = four_texels(self.size(), u, v);
         if self.reach() > 0.0 {
-            return aligned(self, [[x0, x1], [y0, y1]], [fx, fy], depth);
+            return aligned(self, [xs, ys], [fx, fy], depth);
         }
         let row = |y: u32| {
-            let left = self.texel_transmittance(x0, y, depth);
-            let right = self.texel_transmittance(x1, y, depth);
+            let left = self.texel_transmittance(xs[0], y, depth);
+            let right = self.texel_transmittance(xs[1], y, depth);
             left + (right - left) * fx
         };
-        let (upper, lower) = (row(y0), row(y1));
+        let (upper, lower) = (row(ys[0]), row(ys[1]));
         upper + (lower - upper) * fy
     }
 
@@ -118,6 +113,18 @@ pub trait TexelMap: Shadow {
             _ => self.mean(width, u, v, depth),
         }
     }
+}
+
+/// The columns and rows of the four texels around (u, v), each 0..1, in a map of `size` squared
+/// texels, and the position between them, 0..1.
+#[inline]
+fn four_texels(size: u32, u: f32, v: f32) -> ([[u32; 2]; 2], [f32; 2]) {
+    let last = size - 1;
+    let places = [u, v].each(|c| (c * size as f32 - 0.5).clamp(0.0, last as f32));
+    // Conversion to i32 is the fastest.
+    let lows = places.each(|c| c as i32);
+    let texels = lows.each(|low| [low as u32, (low as u32 + 1).min(last)]);
+    (texels, [places[0] - lows[0] as f32, places[1] - lows[1] as f32])
 }
 
 /// Bilinear between four texels whose shadows are first moved in depth to one common front. Without

@@ -14,11 +14,15 @@ mod lists;
 pub use links::{Links, MOST_WALKED, NO_LINK, nearest_nodes};
 pub use lists::{Fragment, FragmentLists, Runs, truncate};
 
-use super::{Shadow, TexelMap, inside};
+use glam::{Vec4, Vec4Swizzles};
+
+use super::{Shadow, TexelMap, aligned, four_texels, inside};
 use crate::error::{ErrorKind, Result};
 use crate::frame::Frame;
+use crate::kernel::exponential::four_transmitted;
 use crate::kernel::fragments::{
-    Node, exponential_transmittance, front_of, nodes_before, optical_depth_between,
+    Node, exponential_transmittance, four_optical_depths, front_of, nodes_before,
+    optical_depth_between,
 };
 use crate::math::Each;
 use crate::scene::LightView;
@@ -155,6 +159,26 @@ impl Shadow for FragmentMap {
 impl TexelMap for FragmentMap {
     fn size(&self) -> u32 {
         self.size
+    }
+
+    fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
+        if !inside(u, v) {
+            return 1.0;
+        }
+        let ([xs, ys], [fx, fy]) = four_texels(self.size, u, v);
+        if self.reach > 0.0 {
+            return aligned(self, [xs, ys], [fx, fy], depth);
+        }
+        let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].each(|[x, y]| self.texel(xs[x], ys[y]));
+        let four = if self.sharpness > 0.0 {
+            let place = |texel| Place { texel, before: nodes_before(self.runs.of(texel), depth) };
+            Vec4::from_array(corners.each(|texel| self.transmittance(place(texel), depth)))
+        } else {
+            four_transmitted(four_optical_depths(corners.each(|texel| self.runs.of(texel)), depth))
+        };
+        let (left, right) = (four.xz(), four.yw());
+        let rows = left + (right - left) * fx;
+        rows.x + (rows.y - rows.x) * fy
     }
 
     fn front(&self, x: u32, y: u32) -> Option<f32> {
