@@ -104,13 +104,15 @@ impl<'a> Bench<'a> {
     /// Integrates the truth: `count` points of each place from `seed`, and the picture.
     ///
     /// # Errors
-    /// If a light cannot be fitted to the media, or if the scene does not fit f32.
+    /// If a setting is out of its range ([`Settings::check`]), if a light cannot be fitted to the
+    /// media, or if the scene does not fit f32.
     pub fn new(
         scene: &'a Scene,
         settings: &'a Settings,
         [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
+        settings.check()?;
         let (beams, size) = (scene.beams()?, settings.map.size);
         let [width, height] = settings.image.size;
         let mut true_image = Image::filled(width, height, [0.0; 4]);

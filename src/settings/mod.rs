@@ -1,5 +1,6 @@
 //! How a scene is computed: one settings type for both backends. Knows no scene and no backend.
 
+mod check;
 mod choices;
 mod map;
 mod map_kind;
