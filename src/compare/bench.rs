@@ -74,8 +74,7 @@ pub struct Row {
 pub struct Curve {
     /// The texel (x, y), from the upper left.
     pub texel: [u32; 2],
-    /// Depth where the error is largest, in units of the view
-    /// ([`LightView::unit`](crate::scene::LightView::unit)).
+    /// Depth where the error is largest, in world lengths.
     pub depth: f64,
     /// Exact transmittance there.
     pub truth: f64,
@@ -83,8 +82,8 @@ pub struct Curve {
     pub found: f64,
     /// Depths where the ray enters and leaves the volume, in world lengths.
     pub extent: [f64; 2],
-    /// (depth, true transmittance, map's transmittance) by rising depth, from a little in front of
-    /// the entry to a little behind the exit.
+    /// (depth in world lengths, true transmittance, map's transmittance) by rising depth, from a
+    /// little in front of the entry to a little behind the exit.
     pub points: Vec<[f64; 3]>,
 }
 
