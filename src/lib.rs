@@ -11,8 +11,8 @@
 //! use deepshadow::scene::Light;
 //! use deepshadow::{Backend, CpuBackend, Scene, Settings, Silent, Volume};
 //!
-//! // Densities by (z, y, x), and the voxels' spacing along x, y and z in world lengths. y is up, and
-//! // the first voxel's centre is the world's origin.
+//! // Densities by (z, y, x), and the voxels' spacing along x, y and z in world lengths. y is up,
+//! // and the first voxel's centre is the world's origin.
 //! let cloud = Array3::from_shape_fn((16, 24, 32), |(z, y, x)| ((x * y + z) % 5) as f32);
 //! let volume = Volume::from_array("cloud", cloud, [0.1; 3])?;
 //! // Light, camera, ground, background and density scale are chosen; all of them are fields.
@@ -35,8 +35,8 @@
 //!
 //! From here on:
 //! - [`io::open`] reads a volume file (OpenVDB, NRRD, NIfTI and others), as in
-//!   `Scene::automatic(io::open("smoke.vdb")?)`. [`io::load_volume`] takes options, such as the dims
-//!   of a raw file, and [`scene::automatic::complete`] makes the scene of a whole scene file.
+//!   `Scene::automatic(io::open("smoke.vdb")?)`. [`io::load_volume`] takes options, such as the
+//!   dims of a raw file, and [`scene::automatic::complete`] makes the scene of a whole scene file.
 //! - [`Scene::beams`] takes a scene apart into what one map can answer for; [`Backend::map`] builds
 //!   it, [`shadow::Shadow::lookup`] asks it, [`accuracy`] and [`compare`] say how wrong it is.
 //! - [`Backend::stage`] makes pictures one after another.

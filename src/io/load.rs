@@ -15,8 +15,8 @@ use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
 use crate::volume::{Axis, Levels, Volume, world_from_index_in_bounds};
 
-/// Loads the volume in the file `path`: in the format that its first bytes tell, the grid that looks
-/// most like densities, at the file's own place in the world. Stored values become densities;
+/// Loads the volume in the file `path`: in the format that its first bytes tell, the grid that
+/// looks most like densities, at the file's own place in the world. Stored values become densities;
 /// negative and non-finite ones count as 0.
 ///
 /// [`load_volume`] does the same with everything that a scene file can say about a volume, such as

@@ -77,8 +77,8 @@ pub struct Beam {
 }
 
 impl Scene {
-    /// Takes the scene apart: into a beam for each light, each of its views (one, or up to six for a
-    /// light among the media or close to them) and, where some medium's tint is coloured, each
+    /// Takes the scene apart: into a beam for each light, each of its views (one, or up to six for
+    /// a light among the media or close to them) and, where some medium's tint is coloured, each
     /// channel. One parallel light and grey media give a single beam.
     ///
     /// A scene without lights has the beam of a dark one (three where a tint is coloured), for

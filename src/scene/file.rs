@@ -77,8 +77,8 @@ tables! {
         spacing: [f64; 3],
         /// Stored values that become densities 0 and 1.
         window: [f32; 2],
-        /// Axis of the file that points up, such as `z` or `-y`; by default what the file says, else
-        /// `y`.
+        /// Axis of the file that points up, such as `z` or `-y`; by default what the file says,
+        /// else `y`.
         up: String,
         /// Meaning of the numbers, in place of the file's: `level-set` or `fog`.
         class: String,
@@ -133,8 +133,8 @@ tables! {
         /// World position of a point or spot light.
         position: [f64; 3],
         /// Irradiance, linear RGB, on a plane that faces the light; with a position at distance 1.
-        /// By default 4 pi (directional), under which a fully lit white medium has radiance 1, or as
-        /// much as gives that in the middle of the volume (with a position).
+        /// By default 4 pi (directional), under which a fully lit white medium has radiance 1, or
+        /// as much as gives that in the middle of the volume (with a position).
         irradiance: [f64; 3],
         /// Angle in degrees between a spot light's axis and its edge, above 0 and below 90; 30 by
         /// default.

@@ -49,7 +49,7 @@ pub struct FragmentSettings {
     /// Raw lists are truncated where transmittance is this close to its final value, 0 to 0.5;
     /// 0.001 by default, and 0 never truncates.
     pub truncation: f64,
-    /// Whether wide filters follow links between the fragments of neighbouring texels, as they do by
+    /// Whether wide filters follow links between the fragments of neighbouring texels; they do by
     /// default.
     pub links: bool,
     /// Largest number of bytes of lists in memory while a map is built, at least 1 MiB; 1 GiB by

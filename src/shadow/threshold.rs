@@ -13,8 +13,8 @@ use crate::math::Each;
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
 
-/// For each texel, the depths R, G, B at three opacities (the thresholds), and the largest opacity A
-/// ("Volumetric Deep Shadow Maps", section "Implementation").
+/// For each texel, the depths R, G, B at three opacities (the thresholds), and the largest opacity
+/// A ("Volumetric Deep Shadow Maps", section "Implementation").
 ///
 /// Where a texel never reaches a threshold, its channel holds something else. In a map for
 /// [`Lookup::Default`] that is the depth where opacity reaches a fixed share of the texel's own A,
