@@ -4,18 +4,16 @@
 
 use std::path::{Path, PathBuf};
 
-use deepshadow::io::load_volume;
-use deepshadow::scene::file::VolumeTable;
-use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent};
+use deepshadow::volume::{Axis, presets::Preset};
+use deepshadow::{Backend, CpuBackend, Result, Scene, Settings, Silent, io};
 
 /// Writes a picture of `input`, or of a preset, into `folder`, and returns its path.
 pub fn example(input: Option<&Path>, folder: &Path) -> Result<PathBuf> {
-    let mut table = VolumeTable::default();
-    match input {
-        Some(path) => table.path = Some(path.to_owned()),
-        None => table.preset = Some("bucky".to_owned()),
-    }
-    let scene = Scene::automatic(load_volume(&table)?)?;
+    let volume = match input {
+        Some(path) => io::open(path)?,
+        None => Preset::Bucky.volume(Axis::Y)?,
+    };
+    let scene = Scene::automatic(volume)?;
     let settings = Settings::default().with(|settings| settings.image.size = [320, 240]);
     let backend = best_backend();
     let image = backend.render(&scene, &settings, &Silent)?;

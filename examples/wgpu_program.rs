@@ -35,9 +35,10 @@ pub fn example() -> Result<Vec<f32>> {
     let mut scene = Scene::automatic(Preset::Bucky.volume(Axis::Y)?)?;
     scene.media.medium_mut().density_scale *= 4.0;
     let settings = Settings::default().with(|settings| settings.map.size = 128);
-    let frame = Frame::new(&scene.only_beam()?, &settings)?;
+    let beam = scene.only_beam()?;
+    let frame = Frame::new(&beam, &settings)?;
     let renderer = Renderer::new(&device, &queue);
-    let media = renderer.upload(&scene.media)?;
+    let media = renderer.upload(&beam.media)?;
     let frame = renderer.frame(&frame, &media)?;
     let map = renderer.map(settings.map.size)?;
     let mut encoder = device.create_command_encoder(&Default::default());

@@ -13,7 +13,7 @@ use deepshadow::settings::Settings;
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 
-use crate::support::rms;
+use crate::support::{project, rms};
 
 const BOX_OF_EXTINCTION_4: &str = r#"
 [volume]
@@ -129,6 +129,29 @@ fn every_preset_has_a_scene_that_loads() {
         let bounds = scene.media.world_bounds();
         assert!((bounds.size().max_element() - 1.0).abs() < 1e-9, "{}: {bounds:?}", preset.name());
         assert!(bounds.center().length() < 1e-9, "{}: {bounds:?}", preset.name());
+    }
+}
+
+/// The scene files of the README, with a preset in place of each file, because people copy them.
+#[test]
+fn the_readmes_scene_files_can_be_used() {
+    let readme = fs::read_to_string(project().join("README.md")).unwrap();
+    let blocks = readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap());
+    // The other blocks are for a program's Cargo.toml.
+    let scenes: Vec<&str> = blocks.filter(|text| text.starts_with('[')).collect();
+    assert_eq!(scenes.len(), 2, "{scenes:#?}");
+    for text in scenes {
+        let mut file = SceneFile::parse(text, Path::new("README.md")).unwrap();
+        for table in file.volume.iter_mut() {
+            (table.path, table.preset) = (None, Some("bucky".to_owned()));
+            // A preset has no further grids.
+            table.color = None;
+            if let Some(emission) = &mut table.emission {
+                emission.grid = None;
+            }
+        }
+        let own = file.volume.iter().map(|table| load_ingredients(table, false).unwrap().0);
+        complete(&file, own.collect(), Surroundings::Void).unwrap();
     }
 }
 

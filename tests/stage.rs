@@ -85,6 +85,7 @@ fn pictures_of_beams_add_up() {
 mod gpu {
     use deepshadow::backend::Backend;
     use deepshadow::gpu::{AdapterChoice, GpuBackend};
+    use deepshadow::settings::Coding;
 
     use super::*;
     use crate::support::scenes::{scene, unit_cube, volume};
@@ -125,8 +126,9 @@ mod gpu {
             assert!(longest > 40, "{longest} nodes are few");
             let expected = backend.view(&beam, &settings, &map, &Silent).unwrap();
             // A picture that cannot be made leaves nothing behind that affects the next one.
-            let huge = settings.with(|s| s.image.size = [40_000; 2]);
-            assert!(stage.render(&scene, &huge, &Silent).is_err());
+            let coded = Some(MapKind::Coded(Coding::Nested));
+            let unbuilt = settings.with(|s| s.map.kind = coded);
+            assert!(stage.render(&scene, &unbuilt, &Silent).is_err());
             assert!(stage.render(&scene, &settings, &Silent).unwrap() == expected, "{tolerance}");
             assert!(backend.render(&scene, &settings, &Silent).unwrap() == expected, "{tolerance}");
         }

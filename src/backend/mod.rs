@@ -47,10 +47,11 @@ pub trait Backend: Send + Sync {
     /// scene is as `expected`. It is a hint: if it is wrong, it only costs time.
     fn expect(&self, _kind: Option<MapKind>, _expected: Expected) {}
 
-    /// Checks, before any work, that there is room for the picture and the map of `settings`.
+    /// Checks, before any work, `settings` and that there is room for their picture and map.
     ///
     /// # Errors
-    /// [`crate::ErrorKind::Limit`] with what they take, if there is not.
+    /// [`crate::ErrorKind::Limit`] with what they take, if there is not, and those of
+    /// [`Settings::check`].
     fn check_room(&self, settings: &Settings) -> Result<()> {
         check_host(settings)
     }
@@ -58,8 +59,8 @@ pub trait Backend: Send + Sync {
     /// Builds the shadow map of `beam`, of the kind in `settings`, and transfers it to the host.
     ///
     /// # Errors
-    /// If this backend does not build maps of the kind, or if the device fails or runs out of
-    /// memory.
+    /// If a setting is out of its range ([`Settings::check`]), if this backend does not build maps
+    /// of the kind, or if the device fails or runs out of memory.
     fn map(&self, beam: &Beam, settings: &Settings, progress: &dyn Progress) -> Result<Map> {
         build_map(self.passes(), beam, settings, progress)
     }
@@ -67,8 +68,8 @@ pub trait Backend: Send + Sync {
     /// The picture of `beam`, lit through a map on the host, in linear radiance.
     ///
     /// # Errors
-    /// If this backend does not march through such maps, or if the device fails or runs out of
-    /// memory.
+    /// If a setting is out of its range ([`Settings::check`]), if this backend does not march
+    /// through such maps, or if the device fails or runs out of memory.
     fn view(
         &self,
         beam: &Beam,
@@ -94,11 +95,13 @@ pub trait Backend: Send + Sync {
     }
 }
 
-/// Checks that the host has room for the picture and the map of `settings`.
+/// Checks `settings`, and that the host has room for their picture and map.
 ///
 /// # Errors
-/// [`crate::ErrorKind::Limit`] with what they take, if it has not.
+/// [`crate::ErrorKind::Limit`] with what they take, if it has not, and those of
+/// [`Settings::check`].
 pub fn check_host(settings: &Settings) -> Result<()> {
+    settings.check()?;
     // The sum of all beams, the picture of one beam, and the file.
     const COPIES: u64 = 3;
     const PIXEL: u64 = 16;

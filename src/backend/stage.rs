@@ -18,8 +18,8 @@ pub trait Stage {
     /// map" and "picture".
     ///
     /// # Errors
-    /// If a light cannot be fitted to the volume, if a radiance does not fit f32, or if the device
-    /// fails or runs out of memory.
+    /// If a setting is out of its range ([`Settings::check`]), if a light cannot be fitted to the
+    /// volume, if a radiance does not fit f32, or if the device fails or runs out of memory.
     fn render(
         &mut self,
         scene: &Scene,
@@ -108,6 +108,7 @@ impl Stage for HostStage<'_> {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Image> {
+        settings.check()?;
         let [width, height] = settings.image.size;
         let mut image = Image::filled(width, height, [0.0; 4]);
         for (index, beam) in scene.beams()?.iter().enumerate() {

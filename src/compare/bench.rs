@@ -74,8 +74,7 @@ pub struct Row {
 pub struct Curve {
     /// The texel (x, y), from the upper left.
     pub texel: [u32; 2],
-    /// Depth where the error is largest, in units of the view
-    /// ([`LightView::unit`](crate::scene::LightView::unit)).
+    /// Depth where the error is largest, in world lengths.
     pub depth: f64,
     /// Exact transmittance there.
     pub truth: f64,
@@ -83,8 +82,8 @@ pub struct Curve {
     pub found: f64,
     /// Depths where the ray enters and leaves the volume, in world lengths.
     pub extent: [f64; 2],
-    /// (depth, true transmittance, map's transmittance) by rising depth, from a little in front of
-    /// the entry to a little behind the exit.
+    /// (depth in world lengths, true transmittance, map's transmittance) by rising depth, from a
+    /// little in front of the entry to a little behind the exit.
     pub points: Vec<[f64; 3]>,
 }
 
@@ -104,13 +103,15 @@ impl<'a> Bench<'a> {
     /// Integrates the truth: `count` points of each place from `seed`, and the picture.
     ///
     /// # Errors
-    /// If a light cannot be fitted to the media, or if the scene does not fit f32.
+    /// If a setting is out of its range ([`Settings::check`]), if a light cannot be fitted to the
+    /// media, or if the scene does not fit f32.
     pub fn new(
         scene: &'a Scene,
         settings: &'a Settings,
         [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
+        settings.check()?;
         let (beams, size) = (scene.beams()?, settings.map.size);
         let [width, height] = settings.image.size;
         let mut true_image = Image::filled(width, height, [0.0; 4]);

@@ -83,7 +83,8 @@ pub struct Limits {
 /// `settings` specify everything else.
 ///
 /// # Errors
-/// If no map that was tried keeps them; the error describes the one that came closest.
+/// If no map that was tried keeps them; the error describes the one that came closest. If a setting
+/// is out of its range ([`Settings::check`]).
 pub fn choose(
     backend: &dyn Backend,
     beam: &Beam,
@@ -92,6 +93,8 @@ pub fn choose(
     wanted: fn(MapKind) -> bool,
     progress: &dyn Progress,
 ) -> Result<Certified> {
+    let size = limits.size.unwrap_or(settings.map.size);
+    settings.with(|s| s.map.size = size).check()?;
     check_filter(settings)?;
     let place = Place { backend, beam, settings, progress };
     Search::new(place, limits, wanted)?.run()

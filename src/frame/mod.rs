@@ -62,9 +62,10 @@ impl Frame {
     /// The frame of `beam` under `settings`.
     ///
     /// # Errors
-    /// If a scene is too large or too far away for f32, or if the paper's shading is requested for
-    /// a light among the media.
+    /// If a setting is out of its range ([`Settings::check`]), if a scene is too large or too far
+    /// away for f32, or if the paper's shading is requested for a light among the media.
     pub fn new(beam: &Beam, settings: &Settings) -> Result<Self> {
+        settings.check()?;
         let media = &beam.media;
         if settings.view.shading == Shading::Paper && beam.view.face.is_some() {
             let why = "the paper's shading does not support lights in the volume or next to it";

@@ -19,8 +19,15 @@ const SHADOW_AT: &str = "shadow_at";
 /// arrives at a position in the world. All other names begin with [`PREFIX`]. Its bindings are in
 /// bind group `group`, which [`Renderer::shadow_group`] makes.
 ///
+/// The answer is for one beam: one light, in the beam's channels, through one of the light's views.
+/// A scene of several beams needs a bind group for each; where a light has several views,
+/// [`LightView::answers_for`](crate::scene::LightView::answers_for) says which one covers a
+/// position. Positions are taken to lie on surfaces:
+/// [`ViewSettings::bias`](crate::settings::ViewSettings::bias) is subtracted from their depth.
+///
 /// # Errors
-/// If maps of this kind are not on a GPU.
+/// If `map` is neither [`MapKind::Threshold`] nor [`MapKind::Fragments`]: other kinds are looked up
+/// on the CPU only.
 pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
     check(map)?;
     let text = lookup(map)?.text.replace("@group(0)", &format!("@group({group})"));
@@ -49,7 +56,7 @@ impl Renderer {
     /// in the stages `visibility`.
     ///
     /// # Errors
-    /// If maps of this kind are not on a GPU.
+    /// If `map` is neither [`MapKind::Threshold`] nor [`MapKind::Fragments`].
     pub fn shadow_layout(&self, map: MapKind, visibility: ShaderStages) -> Result<BindGroupLayout> {
         check(map)?;
         let entries: Vec<_> = entries(map)

@@ -8,6 +8,17 @@
 //!                                   --sort_fragments--> GpuFragments +
 //! ```
 //!
+//! All passes work on one beam of a scene. For each of [`Scene::beams`](crate::Scene::beams):
+//!
+//! ```text
+//! let frame = Frame::new(&beam, &settings)?;
+//! let media = renderer.upload(&beam.media)?;      // not the scene's media, which may be coloured
+//! let frame = renderer.frame(&frame, &media)?;
+//! ```
+//!
+//! Then come a pass for the map and, for a picture, `march_view`. The picture of a scene is the sum
+//! of its beams' pictures, with weights ([`Beam::add`](crate::scene::Beam::add)).
+//!
 //! A program that draws many frames prepares its passes once ([`Renderer::prepare_threshold`],
 //! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]). For each frame it updates the
 //! parameters ([`Renderer::update`]) and records ([`Prepared::record`]) the view's pass and, if the

@@ -104,7 +104,17 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// The passes on a device and its queue.
+    /// The passes on a device and its queue. wgpu's default limits and no features suffice. Larger
+    /// limits allow larger work:
+    /// - `max_texture_dimension_2d` limits maps and pictures along an edge, and
+    ///   `max_texture_dimension_3d` volumes. (A larger volume is stored in blocks if its medium is
+    ///   plain: [`Medium::is_plain`](crate::scene::Medium::is_plain).)
+    /// - `max_storage_buffer_binding_size` and `max_buffer_size` limit the lists of a fragment map,
+    ///   and a threshold map, which needs a buffer with 64 bytes per texel: 1448 x 1448 texels with
+    ///   the default limits.
+    ///
+    /// The feature `FLOAT32_FILTERABLE` matters on software adapters only. There voxels are stored
+    /// as f32 with it, and in 8 or 16 bits without it, as on hardware.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self {
             device: device.clone(),

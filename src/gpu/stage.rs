@@ -269,6 +269,7 @@ impl Stage for GpuStage<'_> {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Image> {
+        settings.check()?;
         let beams = scene.beams()?;
         let watch = &self.backend.watch;
         loop {

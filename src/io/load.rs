@@ -15,6 +15,31 @@ use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
 use crate::volume::{Axis, Levels, Volume, world_from_index_in_bounds};
 
+/// Loads the volume in the file `path`: in the format that its first bytes tell, the grid that
+/// looks most like densities, at the file's own place in the world. Stored values become densities;
+/// negative and non-finite ones count as 0.
+///
+/// [`load_volume`] does the same with everything that a scene file can say about a volume, such as
+/// the dims of a raw file or a window. [`load_ingredients`](super::load_ingredients) also chooses a
+/// window for a scan in noisy surroundings, as the program does.
+///
+/// ```
+/// use deepshadow::{Scene, io};
+///
+/// let volume = io::open("tests/fixtures/vdb/bumps.vdb")?;
+/// let scene = Scene::automatic(volume)?;
+/// # assert_eq!(scene.lights.len(), 1);
+/// # Ok::<(), deepshadow::Error>(())
+/// ```
+///
+/// # Errors
+/// If there is no such file, if no format is recognised in it, or if it holds nothing that a volume
+/// can represent.
+pub fn open(path: impl AsRef<Path>) -> Result<Volume> {
+    let path = Some(path.as_ref().to_owned());
+    load_volume(&VolumeTable { path, ..VolumeTable::default() })
+}
+
 /// Loads the volume that `table` names and places it as `table` says.
 ///
 /// # Errors

@@ -25,6 +25,6 @@ pub mod vdb;
 pub use body::load_ingredients;
 pub use format::Format;
 pub use histogram::{FiniteRange, Histogram};
-pub use load::{load_color, load_volume, source_files};
+pub use load::{load_color, load_volume, open, source_files};
 pub use options::ReadOptions;
 pub use output::{Inputs, PendingFile, PendingFolder};

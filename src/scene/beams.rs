@@ -77,8 +77,12 @@ pub struct Beam {
 }
 
 impl Scene {
-    /// Takes the scene apart: into a single beam for one light and grey media, else into a beam for
-    /// each light, view and channel.
+    /// Takes the scene apart: into a beam for each light, each of its views (one, or up to six for
+    /// a light among the media or close to them) and, where some medium's tint is coloured, each
+    /// channel. One parallel light and grey media give a single beam.
+    ///
+    /// A scene without lights has the beam of a dark one (three where a tint is coloured), for
+    /// ambient light, emission and background.
     ///
     /// # Errors
     /// If a light cannot be fitted to the media ([`LightView::of`]).

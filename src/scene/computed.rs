@@ -1,4 +1,4 @@
-//! Settings from a scene file, with checks.
+//! Settings from a scene file. `settings` knows their ranges.
 
 use super::file::{SceneFile, ShadowTable};
 use crate::error::{Error, Result};
@@ -7,103 +7,70 @@ use crate::settings::{
     ViewSettings,
 };
 
-/// The smallest allowed memory for lists, in bytes; nothing can be built with less.
-const LEAST_MEMORY: u64 = 1 << 20;
-
-/// The allowed qualities; f32 cannot resolve the steps of higher ones.
-const QUALITIES: std::ops::RangeInclusive<f64> = 0.125..=64.0;
+/// Fields of [`Settings`] whose keys in a scene file have other names.
+const KEYS: [(&str, &str); 14] = [
+    ("image.size[0]", "image.width"),
+    ("image.size[1]", "image.height"),
+    ("view.steps", "shadow.view_steps"),
+    ("view.light_samples", "shadow.light_samples"),
+    ("view.octaves", "shadow.octaves"),
+    ("view.bias", "shadow.bias"),
+    ("quality", "shadow.quality"),
+    ("map.size", "shadow.size"),
+    ("map.steps", "shadow.steps"),
+    ("map.kind", "shadow.map"),
+    ("map.threshold.levels", "shadow.thresholds"),
+    ("map.fragments.tolerance", "shadow.tolerance"),
+    ("map.fragments.truncation", "shadow.truncation"),
+    ("map.fragments.memory", "shadow.memory"),
+];
 
 /// The settings that `file` specifies, with defaults for the rest.
 pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     let default = Settings::default();
     let (image, shadow) = (&file.image, &file.shadow);
-    let count = |what: &str, given: Option<u32>, or: u32, most: u32| match given {
-        Some(n) if n == 0 || n > most => {
-            Err(Error::value(what, format!("{n} is not between 1 and {most}")))
-        }
-        given => Ok(given.unwrap_or(or)),
-    };
-    let exposure = image.exposure.unwrap_or(default.image.exposure);
-    if !(exposure > 0.0 && exposure.is_finite()) {
-        return Err(Error::value("image.exposure", format!("{exposure} is not above 0")));
-    }
-    let levels = shadow.thresholds.unwrap_or(default.map.threshold.levels);
-    let [low, middle, high] = levels;
-    // Compared as f32, like the maps do: 1 - 1e-6 is far enough from 1.
-    if !(low >= 1e-6 && low + 1e-6 < middle && middle + 1e-6 < high && high <= 1.0 - 1e-6) {
-        let why = format!("{low}, {middle}, {high} are not in increasing order between 0 and 1");
-        return Err(Error::value("shadow.thresholds", why));
-    }
-    let share = |what: &str, given: Option<f64>, or: f64| match given {
-        Some(share) if !(0.0..=0.5).contains(&share) => {
-            Err(Error::value(what, format!("{share} is not between 0 and 0.5")))
-        }
-        given => Ok(given.unwrap_or(or)),
-    };
-    let quality = shadow.quality.unwrap_or(default.quality);
-    if !QUALITIES.contains(&quality) {
-        let (least, most) = (QUALITIES.start(), QUALITIES.end());
-        return Err(Error::value(
-            "shadow.quality",
-            format!("{quality} is not between {least} and {most}"),
-        ));
-    }
-    let bias = shadow.bias.unwrap_or(default.view.bias);
-    if !(bias >= 0.0 && bias.is_finite()) {
-        return Err(Error::value("shadow.bias", format!("{bias} is not a length of at least 0")));
-    }
-    if shadow.memory.is_some_and(|bytes| bytes < LEAST_MEMORY) {
-        let why = format!("fewer than {LEAST_MEMORY} bytes cannot hold a row of lists");
-        return Err(Error::value("shadow.memory", why));
-    }
     let (threshold, fragments) = (default.map.threshold, default.map.fragments);
-    Ok(Settings {
+    let [width, height] = default.image.size;
+    let settings = Settings {
         image: ImageSettings {
-            size: [
-                count("image.width", image.width, default.image.size[0], 1 << 14)?,
-                count("image.height", image.height, default.image.size[1], 1 << 14)?,
-            ],
-            samples: count("image.samples", image.samples, default.image.samples, 4096)?,
-            exposure,
+            size: [image.width.unwrap_or(width), image.height.unwrap_or(height)],
+            samples: image.samples.unwrap_or(default.image.samples),
+            exposure: image.exposure.unwrap_or(default.image.exposure),
         },
         view: ViewSettings {
-            steps: shadow
-                .view_steps
-                .map(|n| count("shadow.view_steps", Some(n), 1, 1 << 20))
-                .transpose()?,
+            steps: shadow.view_steps.or(default.view.steps),
             shading: named(shadow.shading.as_ref(), default.view.shading)?,
-            light_samples: count(
-                "shadow.light_samples",
-                shadow.light_samples,
-                default.view.light_samples,
-                1 << 16,
-            )?,
-            octaves: match shadow.octaves {
-                Some(0) => 0,
-                given => count("shadow.octaves", given, default.view.octaves, 16)?,
-            },
-            bias,
+            light_samples: shadow.light_samples.unwrap_or(default.view.light_samples),
+            octaves: shadow.octaves.unwrap_or(default.view.octaves),
+            bias: shadow.bias.unwrap_or(default.view.bias),
         },
         map: MapSettings {
             kind: kind(shadow)?,
-            size: count("shadow.size", shadow.size, default.map.size, 1 << 13)?,
-            steps: count("shadow.steps", shadow.steps, default.map.steps, 1 << 20)?,
+            size: shadow.size.unwrap_or(default.map.size),
+            steps: shadow.steps.unwrap_or(default.map.steps),
             filter: named(shadow.filter.as_ref(), default.map.filter)?,
             threshold: ThresholdSettings {
-                levels,
+                levels: shadow.thresholds.unwrap_or(threshold.levels),
                 crossing: named(shadow.crossing.as_ref(), threshold.crossing)?,
                 lookup: named(shadow.lookup.as_ref(), threshold.lookup)?,
             },
             fragments: FragmentSettings {
                 slices: named(shadow.slices.as_ref(), fragments.slices)?,
-                tolerance: share("shadow.tolerance", shadow.tolerance, fragments.tolerance)?,
-                truncation: share("shadow.truncation", shadow.truncation, fragments.truncation)?,
+                tolerance: shadow.tolerance.unwrap_or(fragments.tolerance),
+                truncation: shadow.truncation.unwrap_or(fragments.truncation),
                 links: shadow.links.unwrap_or(fragments.links),
                 memory: shadow.memory.unwrap_or(fragments.memory),
             },
         },
-        quality,
-    })
+        quality: shadow.quality.unwrap_or(default.quality),
+    };
+    match settings.fault() {
+        None => Ok(settings),
+        Some((field, why)) => {
+            let key = KEYS.iter().find(|(known, _)| *known == field).map_or(field, |(_, key)| *key);
+            Err(Error::value(key, why))
+        }
+    }
 }
 
 /// The kind of map: the one that is named, else the one that the other keys belong to.
@@ -173,6 +140,16 @@ mod tests {
                 "shadow.links: does not apply to 'threshold' maps",
             ),
             ("bias = -1.0", "shadow.bias: -1 is not a length of at least 0"),
+            ("size = 9000", "shadow.size: 9000 is not between 1 and 8192"),
+            ("quality = nan", "shadow.quality: NaN is not between 0.125 and 64"),
+            ("view_steps = 0", "shadow.view_steps: 0 is not between 1 and 1048576"),
+            ("octaves = 99", "shadow.octaves: 99 is not between 0 and 16"),
+            ("tolerance = 0.6", "shadow.tolerance: 0.6 is not between 0 and 0.5"),
+            (
+                "thresholds = [0.5, 0.4, 0.9]",
+                "shadow.thresholds: 0.5, 0.4, 0.9 are not in increasing order between 0 and 1",
+            ),
+            ("memory = 1", "shadow.memory: fewer than 1048576 bytes cannot hold a row of lists"),
         ] {
             assert_eq!(asked(shadow).unwrap_err().to_string(), expected);
         }

@@ -20,7 +20,9 @@ macro_rules! tables {
 }
 
 /// A whole scene file (TOML), or what the command line specifies of a scene. The README's section
-/// "Scene files" lists all keys with their units and defaults.
+/// "Scene files" shows the common keys; the tables here hold all of them. A key that is left out
+/// has the default that its field states, else it is chosen for the volume at hand
+/// ([`super::automatic`]).
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -29,7 +31,7 @@ pub struct SceneFile {
     pub volume: Tables<VolumeTable>,
     /// `[light]`, or `[[light]]` for several; if empty, one light is chosen.
     pub light: Tables<LightTable>,
-    /// `[ambient]`: radiance from all directions, without shadow.
+    /// `[ambient]`: radiance from all directions, without shadow. None in scene files by default.
     pub ambient: RadianceTable,
     /// `[camera]`
     pub camera: CameraTable,
@@ -39,7 +41,7 @@ pub struct SceneFile {
     pub shadow: ShadowTable,
     /// `[ground]`
     pub ground: GroundTable,
-    /// `[background]`: radiance behind everything.
+    /// `[background]`: radiance behind everything. Opaque black in scene files by default.
     pub background: RadianceTable,
 }
 
@@ -48,33 +50,35 @@ tables! {
     VolumeTable {
         /// Volume file.
         path: PathBuf,
-        /// Name of the file's format, in place of the detected one.
+        /// Name of the file's format, in place of the one that its first bytes tell.
         from: String,
         /// Name of a preset, instead of `path`.
         preset: String,
-        /// Grid of an OpenVDB file, or array of a VTK file.
+        /// Grid of an OpenVDB file, by default `density`, else the first of numbers; or array of a
+        /// VTK file.
         grid: String,
-        /// Largest number of bytes for voxels in memory.
+        /// Largest number of bytes for voxels in memory; 4 GiB by default.
         max_bytes: u64,
         /// Extinction per unit of density, 1 / world length.
         density_scale: f64,
-        /// Scattering albedo, linear RGB, 0..1.
+        /// Scattering albedo, linear RGB, 0..1; white by default.
         albedo: [f64; 3],
-        /// Henyey and Greenstein's g, -1 < g < 1.
+        /// Henyey and Greenstein's g, -1 < g < 1; 0 by default.
         phase_g: f64,
         /// World box (lowest and highest corner) that the voxels of a dense volume fill.
         bounds: [[f64; 3]; 2],
         /// Voxel counts of a raw file along x, y, z.
         dims: [usize; 3],
-        /// Number type of a raw file, such as `u8`.
+        /// The key `type`: number type of a raw file, such as `u8`.
         #[serde(rename = "type")] value_type: String,
-        /// Byte order of a raw file: `little` or `big`.
+        /// Byte order of a raw file: `little` (the default) or `big`.
         endian: String,
         /// World lengths of a voxel along x, y, z, in place of the file's.
         spacing: [f64; 3],
         /// Stored values that become densities 0 and 1.
         window: [f32; 2],
-        /// Axis of the file that points up, such as `z` or `-y`.
+        /// Axis of the file that points up, such as `z` or `-y`; by default what the file says,
+        /// else `y`.
         up: String,
         /// Meaning of the numbers, in place of the file's: `level-set` or `fog`.
         class: String,
@@ -82,9 +86,9 @@ tables! {
         translate: [f64; 3],
         /// Angles in degrees about the world's x, y and z axes, in this order.
         rotate_degrees: [f64; 3],
-        /// Scaling about the world's origin, above 0.
+        /// Scaling about the world's origin, above 0; 1 by default.
         scale: f64,
-        /// Factor on the extinction of red, green and blue.
+        /// Factor on the extinction of red, green and blue; 1 each by default.
         tint: [f64; 3],
         /// Grid of vectors in the same file, a factor on the albedo.
         color: String,
@@ -111,9 +115,9 @@ tables! {
     EmissionTable {
         /// Grid in the same file; if absent, the densities.
         grid: String,
-        /// `blackbody`, or the name of a transfer function.
+        /// `blackbody` (the default), or the name of a transfer function.
         colors: String,
-        /// Values at which the colours begin and end.
+        /// Values at which the colours begin and end; 0 and the largest value by default.
         range: [f64; 2],
         /// Temperatures at the ends of `range`, for `blackbody`.
         kelvin: [f64; 2],
@@ -122,24 +126,27 @@ tables! {
     }
     /// `[light]`
     LightTable {
-        /// `directional`, `point` or `spot`.
+        /// `directional` (the default), `point` or `spot`.
         kind: String,
         /// Direction in which the light travels; of any length but zero.
         direction: [f64; 3],
         /// World position of a point or spot light.
         position: [f64; 3],
         /// Irradiance, linear RGB, on a plane that faces the light; with a position at distance 1.
+        /// By default 4 pi (directional), under which a fully lit white medium has radiance 1, or
+        /// as much as gives that in the middle of the volume (with a position).
         irradiance: [f64; 3],
-        /// Angle in degrees between a spot light's axis and its edge.
+        /// Angle in degrees between a spot light's axis and its edge, above 0 and below 90; 30 by
+        /// default.
         cone_degrees: f64,
-        /// Share of that angle over which the light fades, 0..1.
+        /// Share of that angle over which the light fades, 0..1; 0.2 by default.
         cone_softness: f64,
     }
     /// `[ambient]` and `[background]`: radiance, linear RGB.
     RadianceTable { radiance: [f64; 3], }
     /// `[camera]`
     CameraTable {
-        /// `perspective` or `orthographic`.
+        /// `perspective` (the default) or `orthographic`.
         kind: String,
         /// World lengths between upper and lower edge, for `orthographic`.
         height: f64,
@@ -147,16 +154,17 @@ tables! {
         position: [f64; 3],
         /// World position in the middle of the picture.
         target: [f64; 3],
-        /// Direction that is up in the picture.
+        /// Direction that is up in the picture; y by default.
         up: [f64; 3],
-        /// Angle in degrees between upper and lower edge, for `perspective`.
+        /// Angle in degrees between upper and lower edge, for `perspective`, above 0 and below 179;
+        /// 32 by default.
         fov_y_degrees: f64,
     }
     /// `[image]`: width and height in pixels, camera rays per pixel, and a factor on radiance
-    /// before encoding for screens.
+    /// before encoding for screens. [`crate::settings::ImageSettings`] states ranges and defaults.
     ImageTable { width: u32, height: u32, samples: u32, exposure: f64, }
     /// `[shadow]`: how shadow maps are built and read, and how the picture is shaded.
-    /// [`crate::settings`] explains the values.
+    /// [`crate::settings`] explains the values, and states ranges and defaults.
     ShadowTable {
         /// Kind of map.
         map: String,
@@ -195,8 +203,9 @@ tables! {
         /// Octaves that imitate multiple scattering.
         octaves: u32,
     }
-    /// `[ground]`: whether there is one, its height (world y), its albedo (0..1), and half of its
-    /// edge length in world lengths (endless if absent).
+    /// `[ground]`: whether there is one (yes by default), its height (world y; a little below the
+    /// volume by default), its albedo (0..1; in scene files 0.18 by default), and half of its edge
+    /// length in world lengths (endless if absent).
     GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
 }
 

@@ -45,7 +45,8 @@ pub struct Scene {
     pub camera: Camera,
     /// The plane that receives shadows; `None` for none.
     pub ground: Option<Ground>,
-    /// Radiance of the background, per channel; with `None` the picture is transparent there.
+    /// Radiance of the background, per channel; with `None` the picture is transparent there. It
+    /// does not follow the lights.
     pub background: Option<DVec3>,
 }
 

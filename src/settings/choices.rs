@@ -69,8 +69,10 @@ named! {
 }
 
 named! {
-    /// How the texels around a point are combined. Always their transmittances are combined, never
-    /// their depths.
+    /// How the texels around a point are combined. It is their transmittances that are combined,
+    /// and not their depths: a depth of one texel means nothing in another. There is one exception.
+    /// Where the surface of a dense medium runs through all four texels, `Bilinear` first moves
+    /// their shadows in depth to one common front, so that slanted surfaces get no steps.
     Filter, "filter" {
         /// The texel that contains the point.
         Nearest = "nearest",

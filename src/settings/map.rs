@@ -7,14 +7,16 @@ use super::{Crossing, Filter, Lookup, MapKind, Slices};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MapSettings {
-    /// The kind of map; `None` for the backend's default.
+    /// The kind of map. `None`, the default, leaves it to the backend: fragments on GPUs,
+    /// thresholds on the CPU.
     pub kind: Option<MapKind>,
-    /// Texels along each edge, 1 to 8192.
+    /// Texels along each edge, 1 to 8192; 512 by default.
     pub size: u32,
-    /// Largest number of steps along a light ray; fewer are taken where the result is the same. In
-    /// a medium so dense that light ends within a few steps, these are shortened.
+    /// Largest number of steps along a light ray, 1 to 1048576; 512 by default. Fewer are taken
+    /// where the result is the same. In a medium so dense that light ends within a few steps, these
+    /// are shortened.
     pub steps: u32,
-    /// How the texels around a point are combined.
+    /// How the texels around a point are combined; [`Filter::Bilinear`] by default.
     pub filter: Filter,
     /// Settings of threshold maps.
     pub threshold: ThresholdSettings,
@@ -26,11 +28,12 @@ pub struct MapSettings {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ThresholdSettings {
-    /// The opacities whose depths the map keeps, rising, in 0..1.
+    /// The opacities whose depths the map keeps, rising, above 0 and below 1 by at least 1e-6, and
+    /// as far from each other; 0.1, 0.5 and 0.9 by default.
     pub levels: [f64; 3],
-    /// Where in a step an opacity counts as crossed.
+    /// Where in a step an opacity counts as crossed; [`Crossing::Exact`] by default.
     pub crossing: Crossing,
-    /// How transmittance is read.
+    /// How transmittance is read; [`Lookup::Default`] by default.
     pub lookup: Lookup,
 }
 
@@ -38,18 +41,19 @@ pub struct ThresholdSettings {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FragmentSettings {
-    /// How the volume is cut into slabs.
+    /// How the volume is cut into slabs; [`Slices::Auto`] by default.
     pub slices: Slices,
     /// Largest error of transmittance that a map may have because it keeps fewer fragments, 0 to
-    /// 0.5; 0 keeps all of them.
+    /// 0.5; 0.002 by default, and 0 keeps all of them.
     pub tolerance: f64,
-    /// Raw lists are truncated where transmittance is this close to its final value, 0 to 0.5; 0
-    /// never truncates.
+    /// Raw lists are truncated where transmittance is this close to its final value, 0 to 0.5;
+    /// 0.001 by default, and 0 never truncates.
     pub truncation: f64,
-    /// Whether wide filters follow links between the fragments of neighbouring texels.
+    /// Whether wide filters follow links between the fragments of neighbouring texels; they do by
+    /// default.
     pub links: bool,
-    /// Largest number of bytes of lists in memory while a map is built; larger maps are built in
-    /// tiles.
+    /// Largest number of bytes of lists in memory while a map is built, at least 1 MiB; 1 GiB by
+    /// default. Larger maps are built in tiles.
     pub memory: u64,
 }
 

@@ -15,14 +15,18 @@ pub enum MapKind {
     Fragments,
     /// Lists of points of transmittance, connected by lines, within a given tolerance.
     Visibility,
-    /// Transmittance in a grid over the volume, with this number of cells along its longest edge.
+    /// Transmittance in a grid over the volume, with this number of cells along its longest edge, 2
+    /// to 1024.
     Grid(u16),
     /// A code with the same number of bytes for every texel.
     Coded(Coding),
 }
 
 /// How a texel's transmittance over depth is stored in a fixed number of bytes. The numbers are
-/// those of coefficients, slices, layers or points per texel.
+/// those of coefficients, slices, layers or points per texel; [`Settings::check`] refuses numbers
+/// outside of the stated ranges.
+///
+/// [`Settings::check`]: super::Settings::check
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Coding {
@@ -30,19 +34,19 @@ pub enum Coding {
     Nested,
     /// Depths at fixed shares of the texel's own largest opacity, 16 bits each, and that opacity.
     Relative,
-    /// Transmittance at equal distances along the ray, 8 bits each.
+    /// Transmittance at equal distances along the ray, 8 bits each: 2 to 1024.
     Slices(u16),
-    /// Transmittance at equal distances along the ray, f32.
+    /// Transmittance at equal distances along the ray, f32: 2 to 1024.
     FloatSlices(u16),
-    /// Coefficients of a Fourier series of extinction; an odd number.
+    /// Coefficients of a Fourier series of extinction: an odd number from 3 to 63.
     Fourier(u16),
     /// Power moments of extinction over depth: 4 or 6.
     Moments(u16),
     /// Complex trigonometric moments of extinction over depth: 2, 3 or 4.
     Trigonometric(u16),
-    /// A fixed number of points of transmittance, reduced from those of all slabs.
+    /// A fixed number of points of transmittance, reduced from those of all slabs: 3 to 256.
     Adaptive(u16),
-    /// Layers that follow the depth where the medium begins.
+    /// Layers that follow the depth where the medium begins: 1 to 255.
     Layers(u16),
 }
 
@@ -63,6 +67,19 @@ struct Count {
     most: u16,
     /// Distance between two allowed numbers.
     step: u16,
+}
+
+impl Count {
+    fn allows(&self, n: u16) -> bool {
+        (self.least..=self.most).contains(&n) && (n - self.least) % self.step == 0
+    }
+
+    /// The rest of a message about a number that is not allowed after `name`.
+    fn needed(&self, name: &str) -> String {
+        let Self { least, most, step, .. } = self;
+        let steps = if *step == 1 { String::new() } else { format!(" in steps of {step}") };
+        format!("needs a number from {least} to {most}{steps} after {name}:")
+    }
 }
 
 const fn count(usual: u16, [least, most]: [u16; 2], step: u16) -> Count {
@@ -111,7 +128,7 @@ const ENTRIES: &[Entry] = &[
     Entry {
         name: "slices-float",
         count: Some(count(16, [2, 1024], 1)),
-        what: "optical depth at N equal distances, 32 bits each (opacity shadow maps, Kim and Neumann \
+        what: "transmittance at N equal distances, 32 bits each (opacity shadow maps, Kim and Neumann \
                2001)",
         make: |n| MapKind::Coded(Coding::FloatSlices(n)),
     },
@@ -184,6 +201,13 @@ impl MapKind {
         ENTRIES.iter().find(|entry| (entry.make)(count) == self)
     }
 
+    /// What is wrong with the number of a kind that takes one; `None` if it is allowed.
+    pub(super) fn fault(self) -> Option<String> {
+        let (n, entry) = (self.count()?, self.entry()?);
+        let count = entry.count.as_ref()?;
+        (!count.allows(n)).then(|| format!("'{self}' {}", count.needed(entry.name)))
+    }
+
     fn count(self) -> Option<u16> {
         match self {
             Self::Threshold
@@ -227,19 +251,16 @@ impl FromStr for MapKind {
         let Some(entry) = ENTRIES.iter().find(|entry| entry.name == name) else {
             return Err(wrong(format!("is not one of {}", Self::names())));
         };
-        let Some(Count { usual, least, most, step }) = entry.count else {
+        let Some(count) = &entry.count else {
             return match given {
                 Some(_) => Err(wrong(format!("takes no number after {name}"))),
                 None => Ok((entry.make)(0)),
             };
         };
-        let n: Option<u16> = given.map_or(Some(usual), |given| given.parse().ok());
-        match n.filter(|n| (least..=most).contains(n) && (n - least) % step == 0) {
+        let n: Option<u16> = given.map_or(Some(count.usual), |given| given.parse().ok());
+        match n.filter(|&n| count.allows(n)) {
             Some(n) => Ok((entry.make)(n)),
-            None => {
-                let steps = if step == 1 { String::new() } else { format!(" in steps of {step}") };
-                Err(wrong(format!("needs a number from {least} to {most}{steps} after {name}:")))
-            }
+            None => Err(wrong(count.needed(name))),
         }
     }
 }

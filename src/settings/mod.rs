@@ -1,5 +1,6 @@
 //! How a scene is computed: one settings type for both backends. Knows no scene and no backend.
 
+mod check;
 mod choices;
 mod map;
 mod map_kind;
@@ -8,7 +9,9 @@ pub use choices::{Crossing, Filter, Lookup, Shading, Slices};
 pub use map::{FragmentSettings, MapSettings, ThresholdSettings};
 pub use map_kind::{Coding, MapKind};
 
-/// Sizes, step counts and methods. Both backends use the same type.
+/// Sizes, step counts and methods. Both backends use the same type. A value outside of the range
+/// that its field states is an error of whatever builds a map or makes a picture
+/// ([`Settings::check`]).
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Settings {
@@ -18,9 +21,10 @@ pub struct Settings {
     pub view: ViewSettings,
     /// The shadow maps.
     pub map: MapSettings,
-    /// How much finer than usual everything is computed, above 0. Lengths of steps and slabs, and
-    /// their limits, are divided by it, and all tolerances by its square, so that errors of steps
-    /// and fits go to zero as it grows. Errors by a map's resolution or by its few numbers remain.
+    /// How much finer than usual everything is computed, 0.125 to 64; 1 by default. Lengths of
+    /// steps and slabs are divided by it, the limits on their number are multiplied by it, and all
+    /// tolerances are divided by its square, so that errors of steps and fits go to zero as it
+    /// grows. Errors by a map's resolution or by its few numbers remain.
     pub quality: f64,
 }
 
@@ -28,11 +32,13 @@ pub struct Settings {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ImageSettings {
-    /// Width and height in pixels, 1 to 16384.
+    /// Width and height in pixels, 1 to 16384 each; 512 by default.
     pub size: [u32; 2],
-    /// Camera rays per pixel, 1 to 4096; a single ray goes through the pixel's centre.
+    /// Camera rays per pixel, 1 to 4096; 1 by default. A single ray goes through the pixel's
+    /// centre.
     pub samples: u32,
-    /// Factor on radiance before a picture is encoded for screens; above 0.
+    /// Factor on radiance before a picture is encoded for screens, above 0; 1 by default. `render`
+    /// does not apply it; pass it to `Image::save`.
     pub exposure: f64,
 }
 
@@ -40,18 +46,19 @@ pub struct ImageSettings {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ViewSettings {
-    /// Largest number of steps along a camera ray; `None` takes as many as the voxels require.
+    /// Largest number of steps along a camera ray, 1 to 1048576. `None`, the default, takes as many
+    /// as the voxels require: up to 8192, and 512 with [`Shading::Paper`].
     pub steps: Option<u32>,
-    /// How density and shadow become colour.
+    /// How density and shadow become colour; [`Shading::Physical`] by default.
     pub shading: Shading,
-    /// Lookups along a camera ray with [`Shading::Paper`], 1 to 65536.
+    /// Lookups along a camera ray with [`Shading::Paper`], 1 to 65536; 128 by default.
     pub light_samples: u32,
-    /// Octaves that imitate multiple scattering, at most 16; 0 for none. Each is a dimmer light
-    /// that penetrates deeper into the medium and scatters more evenly. It affects the look and is
-    /// not physical.
+    /// Octaves that imitate multiple scattering, 0 (none, the default) to 16. Each is a dimmer
+    /// light that penetrates deeper into the medium and scatters more evenly. It affects the look
+    /// and is not physical.
     pub octaves: u32,
     /// Surfaces are looked up this much nearer to the light than they are, in world lengths, at
-    /// least 0. It prevents a surface that casts a shadow from shadowing itself.
+    /// least 0; 0 by default. It prevents a surface that casts a shadow from shadowing itself.
     pub bias: f64,
 }
 

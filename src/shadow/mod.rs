@@ -76,7 +76,8 @@ pub trait TexelMap: Shadow {
     /// Transmittance at (u, v, depth), bilinear between the transmittances of the four nearest
     /// texels; 1 outside of the map, clamped within half a texel of its edge. Depths are not
     /// interpolated, since a depth of one texel means nothing in another, except where a dense
-    /// medium's surface runs through all four ([`TexelMap::reach`]).
+    /// medium's surface runs through all four: there their shadows are first moved in depth to one
+    /// common front ([`TexelMap::front`], [`TexelMap::reach`]).
     fn bilinear(&self, u: f32, v: f32, depth: f32) -> f32 {
         if !inside(u, v) {
             return 1.0;

@@ -13,8 +13,13 @@ use crate::math::Each;
 use crate::scene::LightView;
 use crate::settings::{Lookup, Settings};
 
-/// For each texel, the depths at three opacities and the largest opacity (volumetric deep shadow
-/// maps, "Implementation"). `kernel::threshold` explains what unset channels hold.
+/// For each texel, the depths R, G, B at three opacities (the thresholds), and the largest opacity
+/// A ("Volumetric Deep Shadow Maps", section "Implementation").
+///
+/// Where a texel never reaches a threshold, its channel holds something else. In a map for
+/// [`Lookup::Default`] that is the depth where opacity reaches a fixed share of the texel's own A,
+/// one of 10, 50 and 85 %; A tells which thresholds are reached, and so what each channel holds.
+/// In a map for [`Lookup::Paper`] it is the depth where the ray leaves the volume.
 #[derive(Clone, Debug)]
 pub struct ThresholdMap {
     size: u32,

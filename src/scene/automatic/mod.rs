@@ -1,5 +1,7 @@
 //! Completes what a user wrote to a whole scene. Every value left out is chosen here, such that a
-//! first picture of any volume is a good one, and every choice is reported.
+//! first picture of any volume is a good one. Choices that depend on the volume, or that differ
+//! between scene files and volumes, are reported ([`Choice`]). Fixed defaults, such as a spot
+//! light's cone, are not: the tables in [`super::file`] state them.
 
 mod densities;
 mod medium;
@@ -43,12 +45,14 @@ pub struct Choice {
     pub value: String,
 }
 
-/// What a scene file means that specifies neither ambient light nor background.
+/// What surrounds volumes where ambient light, background and the ground's albedo are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surroundings {
-    /// A black background without ambient light, for scenes with absolute parameters.
+    /// An opaque black background without ambient light, for scenes with absolute parameters. There
+    /// still is a ground.
     Void,
-    /// An endless ground under a soft sky, for a volume that somebody wants to see.
+    /// A dark ground under a soft sky, without a visible horizon, for a volume that somebody wants
+    /// to see.
     Studio,
 }
 
@@ -64,7 +68,11 @@ pub fn window(volume: &Volume) -> Option<[f32; 2]> {
 
 impl Scene {
     /// A scene that shows a volume well: light from above, an endless ground under a soft sky, a
-    /// camera that sees all of it, and a density scale that makes its shadows visible.
+    /// camera that sees all of the volume in pictures that are at least as wide as high, and a
+    /// density scale that makes its shadows visible.
+    ///
+    /// The background is the radiance of the ground under the chosen light, so that no horizon
+    /// shows. Whoever changes the lights changes [`Scene::background`] too.
     ///
     /// # Errors
     /// If no camera, light or ground can be chosen for the volume.
@@ -75,8 +83,8 @@ impl Scene {
     }
 }
 
-/// Completes `file` to a scene and its settings, and lists the chosen values. `ingredients` are the
-/// loaded volumes of the file's `[volume]` tables, in their order.
+/// Completes `file` to a scene and its settings, and lists the values chosen for this scene.
+/// `ingredients` are the loaded volumes of the file's `[volume]` tables, in their order.
 ///
 /// # Errors
 /// If a value of `file` is out of its range or contradicts another one, or if there are not as many
@@ -331,7 +339,11 @@ fn camera(
     let position = finite("camera.position", position.unwrap_or_default())?;
     let target = match target {
         Some(target) => finite("camera.target", target)?,
-        None => middle_of(visible),
+        None => {
+            let target = middle_of(visible);
+            choices.took("camera target (camera.target)", short(target));
+            target
+        }
     };
     if (target - position).length_squared() == 0.0 {
         return Err(Error::value(
