@@ -31,10 +31,6 @@ pub trait Backend: Send + Sync {
     /// Description for people of what does the work: the processor or the graphics adapter.
     fn description(&self) -> String;
 
-    /// The kind of map that is built if none is requested: the exact one, if it costs little more
-    /// than the other.
-    fn default_map(&self) -> MapKind;
-
     /// The passes that everything else consists of, one by one.
     fn passes(&self) -> &dyn Passes;
 

@@ -136,7 +136,7 @@ pub(super) fn build_map(
 ) -> Result<Map> {
     let frame = Frame::new(beam, settings)?;
     let (media, view) = (&beam.media, beam.view);
-    match settings.map.kind.unwrap_or(passes.default_map()) {
+    match settings.map.kind.unwrap_or_default() {
         MapKind::Threshold => {
             let texels = passes.trace_threshold(media, &frame, progress)?;
             Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)))

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{Beam, LightView, Media, Scene};
-use crate::settings::{MapKind, MapSettings, Settings, Shading};
+use crate::settings::{MapSettings, Settings, Shading};
 use crate::shadow::{Map, Shadow};
 
 /// Makes pictures one after another. Between two of them it keeps what does not change: the shadow
@@ -40,10 +40,10 @@ pub struct Cause {
 }
 
 impl Cause {
-    /// The cause of `beam`'s map; `kind` is its kind if `settings` do not specify one.
-    pub fn of(beam: &Beam, settings: &Settings, kind: MapKind) -> Self {
+    /// The cause of `beam`'s map.
+    pub fn of(beam: &Beam, settings: &Settings) -> Self {
         let mut map = settings.map.clone();
-        map.kind.get_or_insert(kind);
+        map.kind.get_or_insert_default();
         let (shading, quality) = (settings.view.shading, settings.quality);
         Self { media: beam.media.clone(), view: beam.view, map, shading, quality }
     }
@@ -81,7 +81,7 @@ impl<'a> HostStage<'a> {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<(Cause, Map)> {
-        let cause = Cause::of(beam, settings, self.passes.default_map());
+        let cause = Cause::of(beam, settings);
         let known = self.maps.get_mut(index).and_then(Option::take);
         match known.filter(|(known, _)| known.same(&cause)) {
             Some(known) => Ok(known),

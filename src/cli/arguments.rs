@@ -78,7 +78,7 @@ pub(super) struct SceneArguments {
     /// Opacities whose depths the map keeps [0.1,0.5,0.9].
     #[arg(long, value_name = "T1,T2,T3", value_parser = numbers::<f64, 3>, help_heading = "Shadow map")]
     pub thresholds: Option<Numbers<f64, 3>>,
-    /// Texels along each edge of the map [512].
+    /// Texels along each edge of the map; for pictures by their pixels and the voxels, else 512.
     #[arg(long, value_name = "N", value_parser = count(8192), help_heading = "Shadow map")]
     pub map_size: Option<u32>,
     /// How much finer steps, slabs and tolerances are than usual, 0.125 to 64; doubling it shows
@@ -306,9 +306,9 @@ pub(super) fn valid<T: FromStr<Err = crate::Error>>(text: &str) -> Result<String
 
 fn map_help() -> String {
     format!(
-        "Kind of shadow map: fragments (lists within a tolerance; the default on GPUs), threshold \
-         (four numbers per texel; the default on the CPU) or, on the CPU only, another one to \
-         compare with them. All: {}",
+        "Kind of shadow map: fragments (lists within a tolerance; the default for pictures), \
+         threshold (four numbers per texel; the default for maps) or, on the CPU only, another one \
+         to compare with them. All: {}",
         MapKind::names()
     )
 }

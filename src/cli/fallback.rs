@@ -60,10 +60,6 @@ impl Backend for Fallback {
         }
     }
 
-    fn default_map(&self) -> MapKind {
-        self.gpu.default_map()
-    }
-
     fn passes(&self) -> &dyn Passes {
         if self.has_failed() { &CpuBackend } else { self.gpu.passes() }
     }
@@ -143,9 +139,6 @@ mod tests {
     impl Backend for Small {
         fn description(&self) -> String {
             "a small GPU".to_owned()
-        }
-        fn default_map(&self) -> MapKind {
-            MapKind::Fragments
         }
         fn passes(&self) -> &dyn Passes {
             &CpuBackend

@@ -19,6 +19,9 @@ use crate::scene::{Scene, SceneFile, descriptor};
 use crate::settings::{MapKind, Settings};
 use crate::volume::presets::Preset;
 
+/// Texels along each edge of maps that are made without a picture.
+const MAP_SIZE: u32 = 512;
+
 /// A request, before anything large is read.
 pub(super) struct Request<'a> {
     source: &'a SourceArguments,
@@ -48,8 +51,9 @@ impl<'a> Request<'a> {
     ) -> Result<Self> {
         let request = Self::open(&arguments.source, arguments.backend, |file| {
             arguments.overlay(file);
-            if let Some(picture) = picture {
-                picture.overlay(file);
+            match picture {
+                Some(picture) => picture.overlay(file),
+                None => _ = file.shadow.size.get_or_insert(MAP_SIZE),
             }
         })?;
         Ok(Self { picture: picture.is_some(), ..request })

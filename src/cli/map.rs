@@ -48,7 +48,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let inputs = request.inputs.clone();
     // If the folder cannot be written, that should be known before the work.
     let tried = PendingFile::create(&path, &inputs)?;
-    let job = request.load()?;
+    let mut job = request.load()?;
+    if !limits.any() {
+        job.settings.map.kind.get_or_insert(MapKind::Threshold);
+    }
     if let Some(kind) = job.settings.map.kind.filter(|&kind| !written(kind)) {
         return Err(unwritten(kind));
     }

@@ -50,10 +50,6 @@ impl Backend for CpuBackend {
         format!("cpu, {} threads", rayon::current_num_threads())
     }
 
-    fn default_map(&self) -> MapKind {
-        MapKind::Threshold
-    }
-
     fn builds(&self, _kind: MapKind) -> bool {
         true
     }

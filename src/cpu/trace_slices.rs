@@ -8,7 +8,7 @@ use crate::frame::Frame;
 use crate::kernel::fitting::Fitter;
 use crate::kernel::fragments::Node;
 use crate::kernel::media::Sampler;
-use crate::kernel::occupancy::{BATCH, LEAST_SHARE, Walk, cut_to_bend};
+use crate::kernel::occupancy::{LEAST_SHARE, Walk, cut_to_bend};
 use crate::kernel::slices::{batch_of, end_optical_depth, four_optical_depths, slabs_of};
 use crate::progress::Progress;
 use crate::scene::Media;
@@ -47,7 +47,7 @@ pub(super) fn trace_texel(
     let mut walk = Walk::new(sampler.occupancy, &slabs.ray, end, lengths);
     let (mut t, mut next) = (walk.next_place(slabs.enter), slabs.first as f32);
     let met = Cell::default();
-    'ray: while t < slabs.exit {
+    while t < slabs.exit {
         let of = |step: f32| batch_of(frame, &slabs, t, step, next);
         let depths = |step: f32| four_optical_depths(sampler, frame, &slabs, &of(step), &met);
         // Slabs between planes have a fixed length, so nothing is shortened there.
@@ -57,14 +57,9 @@ pub(super) fn trace_texel(
         let (step, optical_depths) = cut_to_bend(&walk, walk.step_from(t), limits, depths, end);
         let batch = of(step);
         next = batch.next;
-        for k in 0..BATCH as usize {
-            if optical_depths[k] > 0.0 {
-                let bounds = [batch.fronts[k], batch.backs[k]];
-                fitter.add(bounds, optical_depths[k], &mut |node| nodes.push(node));
-                if fitter.is_dark() {
-                    break 'ray;
-                }
-            }
+        fitter.add_four([batch.fronts, batch.backs], optical_depths, &mut |node| nodes.push(node));
+        if fitter.is_dark() {
+            break;
         }
         t = walk.next_place(batch.end.max(t + LEAST_SHARE * slabs.exit));
     }

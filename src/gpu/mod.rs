@@ -153,17 +153,13 @@ impl Backend for GpuBackend {
         self.description.clone()
     }
 
-    fn default_map(&self) -> MapKind {
-        MapKind::Fragments
-    }
-
     /// Compiles the passes in advance.
     fn expect(&self, kind: Option<MapKind>, expected: Expected) {
         let media = match expected {
             Expected::Plain => MediaKind::Plain,
             Expected::Function => MediaKind::OneField,
         };
-        let passes = stage::passes(kind.unwrap_or(self.default_map()));
+        let passes = stage::passes(kind.unwrap_or_default());
         // An error occurs again, and is reported, when the pass is needed.
         let _ = self.renderer.programs.compile(&passes, media, true);
     }
@@ -173,7 +169,7 @@ impl Backend for GpuBackend {
         self.watch.over(|| {
             let [width, height] = settings.image.size;
             self.renderer.image(width, height)?;
-            match settings.map.kind.unwrap_or(self.default_map()) {
+            match settings.map.kind.unwrap_or_default() {
                 MapKind::Threshold => self.renderer.map(settings.map.size).map(drop),
                 // Lists are built in tiles.
                 _ => self.renderer.check_size("map", [settings.map.size; 2]),

@@ -96,8 +96,8 @@ impl<'a> GpuStage<'a> {
     ) -> Result<()> {
         let backend = self.backend;
         let gpu = &backend.renderer;
-        let kind = settings.map.kind.unwrap_or(self.backend.default_map());
-        let cause = Cause::of(beam, settings, kind);
+        let kind = settings.map.kind.unwrap_or_default();
+        let cause = Cause::of(beam, settings);
         if let Some(Some(known)) = self.lit.get(index)
             && known.cause.same(&cause)
         {

@@ -17,7 +17,9 @@
 //! tolerance for itself, so that the tolerance holds against the medium and not only against its
 //! slabs.
 
-use super::exponential::transmitted;
+use glam::{Vec4, Vec4Swizzles};
+
+use super::exponential::{four_transmitted, transmitted};
 use super::fragments::Node;
 
 /// Largest difference of optical depth between the points that a fit must pass.
@@ -82,17 +84,7 @@ impl Fitter {
         optical_depth: f32,
         keep: &mut impl FnMut(Node),
     ) {
-        let start = Node { depth: front.max(self.last.depth), ..self.last };
-        if !self.begun {
-            self.begun = true;
-            self.anchor = Node { depth: front, optical_depth: 0.0 };
-            self.last = self.anchor;
-            keep(self.anchor);
-        } else if front > self.last.depth {
-            // There is nothing between two fragments, so optical depth stays the same.
-            self.point(start, keep);
-            self.extinction = 0.0;
-        }
+        self.approach(front, keep);
         let start = self.last;
         let back = back.max(start.depth);
         let length = back - start.depth;
@@ -103,7 +95,7 @@ impl Fitter {
             depth: start.depth + (back - start.depth) * share,
             optical_depth: start.optical_depth + optical_depth * share,
         };
-        if self.tolerance > 0.0 && back > start.depth {
+        if optical_depth > POINT_SPACING && self.tolerance > 0.0 && back > start.depth {
             // Where nothing gets through no points are needed, however thick the slab.
             let pieces = (optical_depth / POINT_SPACING).ceil();
             let mut i = 1.0;
@@ -113,6 +105,67 @@ impl Fitter {
             }
         }
         self.point(Node { depth: back, ..end(1.0) }, keep);
+    }
+
+    /// Adds four slabs, each of which begins where the one before ends; slabs without optical depth
+    /// are left out. The result is that of four calls of [`Fitter::add`], which end where nothing
+    /// later matters ([`Fitter::is_dark`]).
+    #[inline]
+    pub fn add_four(
+        &mut self,
+        [fronts, backs]: [Vec4; 2],
+        optical_depths: Vec4,
+        keep: &mut impl FnMut(Node),
+    ) {
+        let ordinary = self.tolerance > 0.0
+            && fronts.x >= self.last.depth
+            && fronts.yzw() == backs.xyz()
+            && fronts.cmplt(backs).all()
+            && optical_depths.cmpgt(Vec4::ZERO).all()
+            && optical_depths.cmple(Vec4::splat(POINT_SPACING)).all();
+        if !ordinary {
+            for k in 0..4 {
+                if optical_depths[k] > 0.0 {
+                    self.add([fronts[k], backs[k]], optical_depths[k], keep);
+                    if self.is_dark() {
+                        return;
+                    }
+                }
+            }
+            return;
+        }
+        self.approach(fronts.x, keep);
+        let lengths = backs - fronts;
+        let extinctions = optical_depths / lengths.max(Vec4::splat(SMALLEST));
+        let before = Vec4::new(self.extinction, extinctions.x, extinctions.y, extinctions.z);
+        let bends = (extinctions - before).abs() * lengths * BEND;
+        self.extinction = extinctions.w;
+        let first = self.last.optical_depth + optical_depths.x;
+        let second = first + optical_depths.y;
+        let third = second + optical_depths.z;
+        let taus = Vec4::new(first, second, third, third + optical_depths.w);
+        let [least, most] = self.four_ranges(taus, bends);
+        for k in 0..4 {
+            self.place(Node { depth: backs[k], optical_depth: taus[k] }, [least[k], most[k]], keep);
+            if self.is_dark() {
+                return;
+            }
+        }
+    }
+
+    /// Goes on to depth `front`, where the next fragment begins.
+    #[inline]
+    fn approach(&mut self, front: f32, keep: &mut impl FnMut(Node)) {
+        if !self.begun {
+            self.begun = true;
+            self.anchor = Node { depth: front, optical_depth: 0.0 };
+            self.last = self.anchor;
+            keep(self.anchor);
+        } else if front > self.last.depth {
+            // There is nothing between two fragments, so optical depth stays the same.
+            self.point(Node { depth: front, ..self.last }, keep);
+            self.extinction = 0.0;
+        }
     }
 
     /// Passes the last node to `keep`.
@@ -144,12 +197,23 @@ impl Fitter {
         let room = (self.tolerance - self.bend * through).max(self.tolerance * LEAST_ROOM);
         let share = room / through;
         let below = 2.0 * share / (2.0 + share);
-        let above = if share < 1.0 - LOWEST_SHARE {
-            2.0 * share / (2.0 - share)
-        } else {
-            LOWEST_DEPTH
-        };
+        let above =
+            if share < 1.0 - LOWEST_SHARE { 2.0 * share / (2.0 - share) } else { LOWEST_DEPTH };
         [(optical_depth - below).max(0.0), optical_depth + above]
+    }
+
+    /// [`Fitter::range`] at four points; `bends` are the errors of their fragments.
+    #[inline]
+    fn four_ranges(&self, optical_depths: Vec4, bends: Vec4) -> [Vec4; 2] {
+        let through = four_transmitted(optical_depths);
+        let least_room = Vec4::splat(self.tolerance * LEAST_ROOM);
+        let room = (self.tolerance - bends * through).max(least_room);
+        let shares = room / through;
+        let below = 2.0 * shares / (2.0 + shares);
+        let above = 2.0 * shares / (2.0 - shares);
+        let within = shares.cmplt(Vec4::splat(1.0 - LOWEST_SHARE));
+        let above = Vec4::select(within, above, Vec4::splat(LOWEST_DEPTH));
+        [(optical_depths - below).max(Vec4::ZERO), optical_depths + above]
     }
 
     /// Requires the line from the last kept node to pass near `point`.
@@ -161,7 +225,13 @@ impl Fitter {
             keep(point);
             return;
         }
-        let [least, most] = self.range(point.optical_depth);
+        let range = self.range(point.optical_depth);
+        self.place(point, range, keep);
+    }
+
+    /// Requires the line from the last kept node to pass `point` between two optical depths.
+    #[inline]
+    fn place(&mut self, point: Node, [least, most]: [f32; 2], keep: &mut impl FnMut(Node)) {
         let narrowed = |anchor: Node, [low, high]: [f32; 2]| {
             let share = 1.0 / (point.depth - anchor.depth);
             let slope = |tau: f32| (tau - anchor.optical_depth) * share;
@@ -212,4 +282,60 @@ pub fn truncated(nodes: &[Node], truncation: f32) -> usize {
     let Some(last) = nodes.last() else { return 0 };
     let end = (-last.optical_depth).exp();
     nodes.partition_point(|node| (-node.optical_depth).exp() - end >= truncation) + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers from 0 to 1 (a linear congruential generator of Knuth's).
+    struct Random(u64);
+
+    impl Random {
+        fn unit(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        }
+    }
+
+    #[test]
+    fn four_slabs_at_once_are_four_slabs_one_by_one() {
+        let mut random = Random(7);
+        for case in 0..2_000 {
+            let tolerance = if case % 5 == 0 { 0.0 } else { 0.01 };
+            let (mut together, mut single) = (Fitter::new(tolerance), Fitter::new(tolerance));
+            let (mut found, mut expected) = (Vec::new(), Vec::new());
+            let mut front = random.unit() as f32;
+            let thickest = [0.02, 0.2, 0.5][case % 3];
+            for _ in 0..20 {
+                let step = 0.01 + random.unit() as f32;
+                let fronts = front + Vec4::new(0.0, 1.0, 2.0, 3.0) * step;
+                let backs = Vec4::new(fronts.y, fronts.z, fronts.w, front + 4.0 * step);
+                let taus = Vec4::from_array([0; 4].map(|_| {
+                    let tau = random.unit() as f32;
+                    if tau < 0.05 { 0.0 } else { tau * thickest }
+                }));
+                together.add_four([fronts, backs], taus, &mut |node| found.push(node));
+                for k in 0..4 {
+                    if taus[k] > 0.0 && !single.is_dark() {
+                        single.add([fronts[k], backs[k]], taus[k], &mut |node| expected.push(node));
+                    }
+                }
+                assert_eq!(together.is_dark(), single.is_dark());
+                if single.is_dark() {
+                    break;
+                }
+                front = backs.w + if random.unit() < 0.2 { 0.5 } else { 0.0 };
+            }
+            together.finish(&mut |node| found.push(node));
+            single.finish(&mut |node| expected.push(node));
+            assert_eq!(found.len(), expected.len());
+            for (found, expected) in found.iter().zip(&expected) {
+                // Lengths of slabs are rounded at other places.
+                assert!((found.depth - expected.depth).abs() <= 1e-6 * expected.depth);
+                let off = (found.optical_depth - expected.optical_depth).abs();
+                assert!(off <= 1e-5 * (1.0 + expected.optical_depth), "{found:?}, {expected:?}");
+            }
+        }
+    }
 }

@@ -216,6 +216,21 @@ impl LightView {
         (far - near) * index_axis.length()
     }
 
+    /// The larger number of voxel lengths over the map's width and height: for a point or spot
+    /// light, at its distance from the farthest corner.
+    pub fn voxels_across(&self, media: &Media) -> f64 {
+        let [_, far] = self.axial_extent(media);
+        let across = |origin: DVec3, direction: DVec3| match self.position {
+            Some(_) => direction * far,
+            None => origin,
+        };
+        let sides =
+            [across(self.origin_u, self.direction_u), across(self.origin_v, self.direction_v)];
+        let index_from_world = media.world_from_index().inverse();
+        let voxels = sides.map(|side| index_from_world.transform_vector3(side).length());
+        voxels[0].max(voxels[1])
+    }
+
     /// Whether this view covers the light at a world position: true, unless the position lies
     /// behind another face of the cube.
     pub fn answers_for(&self, world: DVec3) -> bool {

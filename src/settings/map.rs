@@ -7,10 +7,10 @@ use super::{Crossing, Filter, Lookup, MapKind, Slices};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MapSettings {
-    /// The kind of map. `None`, the default, leaves it to the backend: fragments on GPUs,
-    /// thresholds on the CPU.
+    /// The kind of map; `None`, the default, is fragments.
     pub kind: Option<MapKind>,
-    /// Texels along each edge, 1 to 8192; 512 by default.
+    /// Texels along each edge, 1 to 8192; 512 by default. Scene files and the program choose a size
+    /// by the voxels and the picture instead ([`crate::scene::automatic::complete`]).
     pub size: u32,
     /// Largest number of steps along a light ray, 1 to 1048576; 512 by default. Fewer are taken
     /// where the result is the same. In a medium so dense that light ends within a few steps, these

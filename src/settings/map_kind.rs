@@ -6,12 +6,13 @@ use std::str::FromStr;
 use crate::error::Error;
 
 /// The kind of a shadow map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MapKind {
     /// Depths at three opacities and the largest opacity, four numbers per texel.
     Threshold,
     /// Lists of the slabs that a texel's ray crosses: exact, or within a given tolerance.
+    #[default]
     Fragments,
     /// Lists of points of transmittance, connected by lines, within a given tolerance.
     Visibility,

@@ -7,7 +7,6 @@ use deepshadow::frame::Frame;
 use deepshadow::image::Image;
 use deepshadow::progress::Progress;
 use deepshadow::scene::Media;
-use deepshadow::settings::MapKind;
 use deepshadow::shadow::{Links, Map, Runs};
 use glam::Vec3;
 
@@ -70,10 +69,6 @@ impl Bent {
 impl Backend for Bent {
     fn description(&self) -> String {
         if matches!(self, Self::EightBit) { "8-bit weights" } else { "bent cpu" }.to_owned()
-    }
-
-    fn default_map(&self) -> MapKind {
-        CpuBackend.default_map()
     }
 
     fn passes(&self) -> &dyn Passes {

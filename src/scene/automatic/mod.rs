@@ -4,6 +4,7 @@
 //! light's cone, are not: the tables in [`super::file`] state them.
 
 mod densities;
+mod map_size;
 mod medium;
 
 use glam::DVec3;
@@ -17,6 +18,7 @@ use crate::math::Aabb;
 use crate::settings::Settings;
 use crate::volume::Volume;
 pub use densities::Densities;
+use map_size::map_size;
 pub use medium::Ingredients;
 use medium::{medium, visible_points};
 
@@ -95,7 +97,7 @@ pub fn complete(
     surroundings: Surroundings,
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
-    let settings = computed::settings(file)?;
+    let mut settings = computed::settings(file)?;
     // Without a `[volume]` table, all values of the loaded volumes are chosen.
     let unsaid = vec![VolumeTable::default(); ingredients.len()];
     let tables = if file.volume.is_empty() { &unsaid[..] } else { &file.volume };
@@ -146,6 +148,9 @@ pub fn complete(
     };
     let background = Some(background);
     let scene = Scene { media, lights, ambient, camera, ground, background };
+    if file.shadow.size.is_none() {
+        settings.map.size = map_size(&scene, &settings)?;
+    }
     Ok((scene, settings, choices.0))
 }
 
