@@ -35,6 +35,21 @@ impl<'a> Density<'a> {
         Self { values, sparse, dims, last, next }
     }
 
+    /// Where the values of four voxels stand; `None` beyond the last ones.
+    #[inline]
+    fn bases(&self, [x, y, z]: [[u32; 4]; 3]) -> Option<[u32; 4]> {
+        let lanes = [0, 1, 2, 3];
+        if let Some(voxels) = self.sparse {
+            let offset = |i: usize| voxels.offset([x[i], y[i], z[i]].each(|c| c as usize));
+            let [a, b, c, d] = lanes.each(offset);
+            return Some([a? as u32, b? as u32, c? as u32, d? as u32]);
+        }
+        let [nx, ny, _] = self.dims.each(|n| n as u32);
+        // Indices that are NaN give any number, which is checked.
+        let row = |i: usize| z[i].wrapping_mul(ny).wrapping_add(y[i]);
+        Some(lanes.each(|i| row(i).wrapping_mul(nx).wrapping_add(x[i])))
+    }
+
     /// The values from voxel (x, y, z) to the opposite corner of the cell that begins there.
     #[allow(clippy::inline_always)] // Eight of them are in every sample's way.
     #[inline(always)]
@@ -57,8 +72,8 @@ const INTEGERS: f32 = 12_582_912.0;
 
 /// The integer that was added to [`INTEGERS`].
 #[inline]
-fn integer(shifted: f32) -> usize {
-    shifted.to_bits().wrapping_sub(INTEGERS.to_bits()) as usize
+fn integer(shifted: f32) -> u32 {
+    shifted.to_bits().wrapping_sub(INTEGERS.to_bits())
 }
 
 /// Density at the voxel index `index` (x, y, z), trilinear; beyond the outermost voxel centres the
@@ -70,7 +85,9 @@ pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
     let index = index.clamp(Vec3::ZERO, density.last);
     let lowest = (index - 0.5).min((density.last - 1.0).max(Vec3::ZERO));
     let shifted = lowest + INTEGERS;
-    let Some(cell) = density.cell(shifted.to_array().each(integer)) else { return 0.0 };
+    let Some(cell) = density.cell(shifted.to_array().each(|c| integer(c) as usize)) else {
+        return 0.0;
+    };
     let f = index - (shifted - INTEGERS);
     let [dx, dy, dz] = density.next;
     // Four rows along x at once, then two along y.
@@ -91,19 +108,60 @@ pub fn four_densities(density: &Density<'_>, ray: &Ray, at: Vec4) -> Vec4 {
     let (x, fx) = cells_along(ray.origin.x, ray.direction.x, density.last.x, at);
     let (y, fy) = cells_along(ray.origin.y, ray.direction.y, density.last.y, at);
     let (z, fz) = cells_along(ray.origin.z, ray.direction.z, density.last.z, at);
-    let cell = |i: usize| density.cell([x[i], y[i], z[i]]);
-    let (Some(a), Some(b), Some(c), Some(d)) = (cell(0), cell(1), cell(2), cell(3)) else {
-        return Vec4::ZERO;
+    if density.next[0] == 0 || density.values.len() > u32::MAX as usize {
+        return apart(density, [x, y, z], [fx, fy, fz]);
+    }
+    let rows = density.bases([x, y, z]).and_then(|bases| four_rows(density, bases, fx));
+    let Some([low, high, far_low, far_high]) = rows else { return Vec4::ZERO };
+    let (plane, far_plane) = (low + (high - low) * fy, far_low + (far_high - far_low) * fy);
+    plane + (far_plane - plane) * fz
+}
+
+/// The four rows along x of each of the cells that begin at `bases`, interpolated at `fx`; `None`
+/// beyond the last value.
+#[allow(clippy::inline_always)] // All samples go through it.
+#[inline(always)]
+fn four_rows(density: &Density<'_>, bases: [u32; 4], fx: Vec4) -> Option<[Vec4; 4]> {
+    let values = density.values;
+    let [_, dy, dz] = density.next.each(|n| n as u32);
+    // The rows along x that begin `offset` behind the four voxels.
+    let row = |offset: u32| {
+        let pair = |i: usize| pair(values, bases[i].wrapping_add(offset));
+        let (a, b, c, d) = (pair(0)?, pair(1)?, pair(2)?, pair(3)?);
+        let (first, second) =
+            (Vec4::new(a[0], a[1], b[0], b[1]), Vec4::new(c[0], c[1], d[0], d[1]));
+        let left = Vec4::new(first.x, first.z, second.x, second.z);
+        let right = Vec4::new(first.y, first.w, second.y, second.w);
+        Some(left + (right - left) * fx)
     };
-    let corner = |offset: usize| Vec4::new(a[offset], b[offset], c[offset], d[offset]);
+    Some([row(0)?, row(dy)?, row(dz)?, row(dz + dy)?])
+}
+
+/// The value at `index` and the one behind it; `None` beyond the last one. The index has 32 bits so
+/// that one comparison with the length is enough for both.
+#[allow(clippy::inline_always)]
+#[inline(always)]
+fn pair(values: &[f32], index: u32) -> Option<[f32; 2]> {
+    let index = index as usize;
+    let &right = values.get(index + 1)?;
+    Some([values[index], right])
+}
+
+/// [`four_densities`] of volumes that are one voxel wide along x, or enormous.
+#[cold]
+fn apart(density: &Density<'_>, [x, y, z]: [[u32; 4]; 3], [fx, fy, fz]: [Vec4; 3]) -> Vec4 {
     let [dx, dy, dz] = density.next;
-    let [near, right] = [corner(0), corner(dx)];
-    let [up, up_right] = [corner(dy), corner(dy + dx)];
-    let [far, far_right] = [corner(dz), corner(dz + dx)];
-    let [far_up, far_up_right] = [corner(dz + dy), corner(dz + dy + dx)];
-    // Rows along x, then along y.
-    let (low, high) = (near + (right - near) * fx, up + (up_right - up) * fx);
-    let (far_low, far_high) = (far + (far_right - far) * fx, far_up + (far_up_right - far_up) * fx);
+    let corner = |offset: usize| {
+        let voxel = |i: usize| [x[i], y[i], z[i]].each(|c| c as usize);
+        let value = |i| density.cell(voxel(i)).map_or(0.0, |cell| cell[offset]);
+        Vec4::from_array([0, 1, 2, 3].each(value))
+    };
+    let row = |offset: usize| {
+        let (left, right) = (corner(offset), corner(offset + dx));
+        left + (right - left) * fx
+    };
+    let (low, high) = (row(0), row(dy));
+    let (far_low, far_high) = (row(dz), row(dz + dy));
     let (plane, far_plane) = (low + (high - low) * fy, far_low + (far_high - far_low) * fy);
     plane + (far_plane - plane) * fz
 }
@@ -111,7 +169,7 @@ pub fn four_densities(density: &Density<'_>, ray: &Ray, at: Vec4) -> Vec4 {
 /// For four positions of a ray along one axis: the cell that holds each of them, and the position
 /// within the cell, 0..1. `last` is the index of the last voxel.
 #[inline]
-fn cells_along(origin: f32, direction: f32, last: f32, at: Vec4) -> ([usize; 4], Vec4) {
+fn cells_along(origin: f32, direction: f32, last: f32, at: Vec4) -> ([u32; 4], Vec4) {
     let place = (origin + at * direction).clamp(Vec4::ZERO, Vec4::splat(last));
     let lowest = (place - 0.5).min(Vec4::splat((last - 1.0).max(0.0)));
     let shifted = lowest + INTEGERS;

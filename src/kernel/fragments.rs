@@ -64,18 +64,23 @@ pub fn four_optical_depths(lists: [&[Node]; 4], depth: f32) -> Vec4 {
 /// without optical depth, and behind the last one with the same.
 #[inline]
 fn ends_around(nodes: &[Node], depth: f32) -> [Node; 2] {
-    // A search whose steps do not branch, as their outcomes cannot be predicted.
+    // A search whose steps do not branch, as their outcomes cannot be predicted: the last node at
+    // or in front of the depth, if there is one, stays among the `count` from `first` on.
     let (mut first, mut count) = (0, nodes.len());
-    while count > 0 {
-        let half = count.div_ceil(2);
-        let before = nodes.get(first + half - 1).is_some_and(|node| node.depth <= depth);
-        first = if before { first + half } else { first };
+    while count > 1 {
+        let half = count / 2;
+        let middle = first + half;
+        first = if nodes[middle].depth <= depth { middle } else { first };
         count -= half;
     }
     let start = Node { depth: -FARTHEST, optical_depth: 0.0 };
-    let a = first.checked_sub(1).and_then(|i| nodes.get(i)).copied().unwrap_or(start);
-    let end = Node { depth: FARTHEST, ..a };
-    [a, nodes.get(first).copied().unwrap_or(end)]
+    match nodes.get(first) {
+        Some(&node) if node.depth > depth => [start, node],
+        found => {
+            let a = found.copied().unwrap_or(start);
+            [a, nodes.get(first + 1).copied().unwrap_or(Node { depth: FARTHEST, ..a })]
+        }
+    }
 }
 
 /// Optical depth at which a shadow's front is taken to be.

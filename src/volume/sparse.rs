@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use ndarray::Array3;
 
 use crate::error::{Error, Result};
+use crate::math::Each;
 use crate::parallel;
 
 /// Cells along each edge of a block.
@@ -73,6 +74,7 @@ pub fn place_of(i: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
 }
 
 /// Number of blocks that cover `voxels` voxels along an axis.
+#[inline]
 fn blocks_along(voxels: usize) -> usize {
     voxels.div_ceil(BLOCK)
 }
@@ -134,8 +136,9 @@ impl SparseVoxels {
     }
 
     /// Blocks along x, y, z.
+    #[inline]
     pub fn blocks(&self) -> [usize; 3] {
-        self.dims.map(blocks_along)
+        self.dims.each(blocks_along)
     }
 
     /// For each block, x fastest, the index of its stored block.
@@ -169,7 +172,7 @@ impl SparseVoxels {
     /// `None` beyond the last block.
     #[inline]
     pub fn offset(&self, voxel: [usize; 3]) -> Option<usize> {
-        Some(self.start(voxel.map(|v| v / BLOCK))? + inside(voxel.map(|v| v % BLOCK)))
+        Some(self.start(voxel.each(|v| v / BLOCK))? + inside(voxel.each(|v| v % BLOCK)))
     }
 
     /// The value of a voxel; 0 beyond the last block.

@@ -81,10 +81,9 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
             }
         }
         along.process(plane);
-        for (y, row) in plane.chunks_exact_mut(n).enumerate() {
-            for (x, wave) in row.iter_mut().enumerate() {
-                *wave *= amplitude([frequency(x, n), frequency(y, n), kz as f64 / depth as f64], n);
-            }
+        let amplitudes = amplitudes(n, kz as f64 / depth as f64);
+        for (wave, amplitude) in plane.iter_mut().zip(amplitudes) {
+            *wave *= amplitude;
         }
         back.process(plane);
         transpose(plane, n);
@@ -119,6 +118,26 @@ fn frequency(i: usize, n: usize) -> f64 {
     let i = i as f64;
     let n = n as f64;
     (if i < n / 2.0 { i } else { i - n }) / n
+}
+
+/// The amplitudes of `n` x `n` waves with `z` cycles per voxel along z. A wave has that of the waves
+/// that run the other way or with x and y exchanged, so an eighth of them is computed.
+fn amplitudes(n: usize, z: f64) -> Vec<f32> {
+    let mut all = vec![0.0; n * n];
+    let mirrored = |i: usize| (n - i) % n;
+    for y in 0..=n / 2 {
+        for x in 0..=y {
+            let amplitude = amplitude([frequency(x, n), frequency(y, n), z], n);
+            for (x, y) in [(x, y), (y, x)] {
+                for (x, y) in
+                    [(x, y), (mirrored(x), y), (x, mirrored(y)), (mirrored(x), mirrored(y))]
+                {
+                    all[y * n + x] = amplitude;
+                }
+            }
+        }
+    }
+    all
 }
 
 fn amplitude(cycles: [f64; 3], n: usize) -> f32 {
