@@ -26,6 +26,7 @@ mod lists;
 mod measures;
 #[cfg(unix)]
 mod nothing_lost;
+mod picture_goal;
 #[path = "fuzz/readers.rs"]
 mod readers;
 mod representations;

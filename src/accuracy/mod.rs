@@ -23,6 +23,7 @@ pub use errors::{Errors, VISIBLE};
 pub use exact::{ExactPoints, ExactTexels};
 pub use picture::{Difference, PIXELS_PER_DEGREE, TruePicture};
 pub use points::{Place, Points, Sample};
+pub(crate) use random::Random;
 
 /// Number of lookups that are timed together, and number of repetitions; the fastest one counts.
 const TIMED_LOOKUPS: usize = 8_192;

@@ -5,11 +5,11 @@ use glam::DVec3;
 /// xorshift64* (Marsaglia 2003; Vigna 2016), initialised with SplitMix64 so that every seed is
 /// valid.
 #[derive(Clone, Debug)]
-pub(super) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
     /// The random numbers of `seed` for the purpose `stream`; streams of one seed are independent.
-    pub(super) fn new(seed: u64, stream: u64) -> Self {
+    pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut z = seed ^ stream.wrapping_mul(0xA076_1D64_78BD_642F);
         z = z.wrapping_add(0x9E37_79B9_7F4A_7C15);
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -25,17 +25,17 @@ impl Random {
     }
 
     /// Uniform, 0 <= x < 1.
-    pub(super) fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Uniform in the unit cube.
-    pub(super) fn cube(&mut self) -> DVec3 {
+    pub(crate) fn cube(&mut self) -> DVec3 {
         DVec3::new(self.unit(), self.unit(), self.unit())
     }
 
     /// Uniform integer from 0 to `count` - 1; 0 if `count` is 0.
-    pub(super) fn below(&mut self, count: u64) -> u64 {
+    pub(crate) fn below(&mut self, count: u64) -> u64 {
         // The bias of the product's upper half is below count / 2^64.
         ((u128::from(self.bits()) * u128::from(count)) >> 64) as u64
     }

@@ -7,6 +7,7 @@ mod compare;
 mod convert;
 mod fallback;
 mod figures;
+mod goal;
 mod info;
 mod job;
 mod limits;

@@ -5,10 +5,11 @@ use std::path::Path;
 use clap::Args;
 
 use super::arguments::{OutputArguments, PictureArguments, SceneArguments};
+use super::goal::GoalArguments;
 use super::job::{Job, Request, default_output};
 use super::limits::LimitArguments;
 use super::progress::Stopwatch;
-use crate::compare::Certified;
+use crate::compare::{Certified, Chosen};
 use crate::cpu::DeepView;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
@@ -27,6 +28,8 @@ pub(super) struct Arguments {
     limits: LimitArguments,
     #[command(flatten)]
     picture: PictureArguments,
+    #[command(flatten)]
+    goal: GoalArguments,
     #[command(flatten)]
     output: OutputArguments,
 }
@@ -59,7 +62,7 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<()> {
-    let Arguments { scene, limits, picture, output } = arguments;
+    let Arguments { scene, limits, picture, goal, output } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "png"));
     let format = format(&path)?;
     let request = Request::new(&scene, Some(&picture))?;
@@ -77,7 +80,17 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     }
     job.backend.check_room(&job.settings)?;
     let watch = Stopwatch::new(&*job.progress);
-    let lit = if format == Format::Deep || limits.any() {
+    if format == Format::Deep && goal.goal().is_some() {
+        let why = "a deep image is not chosen for an error or a time";
+        return Err(Error::contents(path, why));
+    }
+    let lit = if let Some(chosen) = goal.picture(&job, (&scene, &limits, &picture), &watch)? {
+        let Chosen { image, settings, error, .. } = chosen;
+        let (size, quality) = (settings.map.size, settings.quality);
+        let certificates =
+            vec![format!("error {error}; repeated by --map-size {size} --quality {quality}")];
+        Lit { image, deep: None, map_size: size, certificates }
+    } else if format == Format::Deep || limits.any() {
         beam_by_beam((&job, &beams), &scene, &limits, format, &watch)?
     } else {
         let image = job.backend.render(&job.scene, &job.settings, &watch)?;

@@ -6,7 +6,7 @@ use std::cell::Cell;
 use glam::{Vec3, Vec4};
 
 use super::tiles;
-use crate::frame::Frame;
+use crate::frame::{Frame, FrameView};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
 use crate::kernel::media::{
@@ -20,6 +20,7 @@ use crate::kernel::view::{
     camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
 };
 use crate::math::Each;
+use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::Media;
 use crate::shadow::Shadow;
@@ -31,28 +32,25 @@ pub(super) fn march_view(
     map: &dyn Shadow,
     progress: &dyn Progress,
 ) -> Image {
-    let (width, height, samples) = (frame.view.width, frame.view.height, frame.view.samples);
+    let (width, height) = (frame.view.width, frame.view.height);
     progress.begin("picture", u64::from(height));
     map.prepare();
     let view = View { sampler: Sampler::of(media), frame, map };
     let mut image = Image::filled(width, height, [0.0; 4]);
-    tiles::fill(
-        &mut image.pixels,
-        width as usize,
-        progress,
-        || (),
-        |(), [x, y]| {
-            let mut sum = Vec4::ZERO;
-            for i in 0..samples {
-                let offset = pixel_offset(i, samples);
-                let at = |c: usize, offset: f32, n: u32| (c as f32 + offset) / n as f32;
-                let ray = camera_ray(frame, at(x, offset.x, width), at(y, offset.y, height));
-                sum += view.march(&ray);
-            }
-            (sum / samples as f32).to_array()
-        },
-    );
+    tiles::fill(&mut image.pixels, width as usize, progress, || (), |(), place| view.pixel(place));
     image
+}
+
+/// The pixels (x, y) of the same picture.
+pub(super) fn march_pixels(
+    media: &Media,
+    frame: &Frame,
+    map: &dyn Shadow,
+    pixels: &[[u32; 2]],
+) -> Vec<[f32; 4]> {
+    map.prepare();
+    let view = View { sampler: Sampler::of(media), frame, map };
+    parallel::map(pixels, |pixel| view.pixel(pixel.each(|c| c as usize)))
 }
 
 /// The surroundings of a camera ray.
@@ -99,6 +97,19 @@ pub(super) struct Added {
 }
 
 impl View<'_> {
+    /// The pixel (x, y).
+    fn pixel(&self, [x, y]: [usize; 2]) -> [f32; 4] {
+        let FrameView { width, height, samples, .. } = self.frame.view;
+        let mut sum = Vec4::ZERO;
+        for i in 0..samples {
+            let offset = pixel_offset(i, samples);
+            let at = |c: usize, offset: f32, n: u32| (c as f32 + offset) / n as f32;
+            let ray = camera_ray(self.frame, at(x, offset.x, width), at(y, offset.y, height));
+            sum += self.march(&ray);
+        }
+        (sum / samples as f32).to_array()
+    }
+
     fn march(&self, ray: &Ray) -> Vec4 {
         let ground = ground_distance(self.frame, ray);
         let steps = self.steps(ray, if ground > 0.0 { ground } else { f32::INFINITY });

@@ -6,6 +6,7 @@ mod bounds;
 #[cfg(test)]
 mod counts;
 mod deep_view;
+mod lazy_fragments;
 mod link_neighbors;
 mod march_view;
 mod raster_slices;
@@ -26,6 +27,7 @@ use crate::scene::Media;
 use crate::settings::MapKind;
 use crate::shadow::{Codec, Links, Map, Runs, Shadow, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
+pub use lazy_fragments::LazyFragments;
 
 /// Renders on rayon's current thread pool.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,6 +44,17 @@ impl CpuBackend {
         progress: &dyn Progress,
     ) -> Image {
         march_view::march_view(media, frame, map, progress)
+    }
+
+    /// Some pixels, each (x, y), of that picture.
+    pub fn march_pixels(
+        self,
+        media: &Media,
+        frame: &Frame,
+        map: &dyn Shadow,
+        pixels: &[[u32; 2]],
+    ) -> Vec<[f32; 4]> {
+        march_view::march_pixels(media, frame, map, pixels)
     }
 }
 

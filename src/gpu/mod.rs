@@ -8,7 +8,7 @@
 //!                                   --sort_fragments--> GpuFragments +
 //! ```
 //!
-//! All passes work on one beam of a scene. For each of [`Scene::beams`](crate::Scene::beams):
+//! All passes work on one beam of a scene. For each of [`Scene::beams`](crate::scene::Scene::beams):
 //!
 //! ```text
 //! let frame = Frame::new(&beam, &settings)?;

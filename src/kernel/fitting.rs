@@ -139,7 +139,7 @@ impl Fitter {
         let extinctions = optical_depths / lengths.max(Vec4::splat(SMALLEST));
         let before = Vec4::new(self.extinction, extinctions.x, extinctions.y, extinctions.z);
         let bends = (extinctions - before).abs() * lengths * BEND;
-        self.extinction = extinctions.w;
+        (self.extinction, self.bend) = (extinctions.w, bends.w);
         let first = self.last.optical_depth + optical_depths.x;
         let second = first + optical_depths.y;
         let third = second + optical_depths.z;

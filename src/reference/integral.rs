@@ -8,6 +8,7 @@
 
 use glam::{DMat4, DVec3};
 
+use crate::math::Each;
 use crate::volume::{Volume, Voxels};
 
 /// A volume, prepared for exact integration.
@@ -95,8 +96,8 @@ impl<'a> Cells<'a> {
     #[inline]
     fn stretch(&self, [x, y, z]: &[Axis; 3], [enter, exit]: [f64; 2]) -> Stretch {
         let row = |y: usize, z: usize| match self.voxels {
-            Voxels::Dense(values) => x.layers.map(|x| values[[z, y, x]]),
-            Voxels::Sparse(voxels) => x.layers.map(|x| voxels.get([x, y, z])),
+            Voxels::Dense(values) => x.layers.each(|x| values[[z, y, x]]),
+            Voxels::Sparse(voxels) => x.layers.each(|x| voxels.get([x, y, z])),
         };
         let [z0, z1] = z.layers;
         let [y0, y1] = y.layers;
@@ -105,8 +106,8 @@ impl<'a> Cells<'a> {
             return Stretch { enter, exit, cubic: [0.0; 4] };
         }
         // Within a cell, each coordinate is linear in the share of the stretch.
-        let [x, y, z] = [x, y, z].map(|axis| axis.share([enter, exit]));
-        let rows = corners.map(|[a, b]| {
+        let [x, y, z] = [x, y, z].each(|axis| axis.share([enter, exit]));
+        let rows = corners.each(|[a, b]| {
             let (a, b) = (f64::from(a), f64::from(b));
             [a + (b - a) * x[0], (b - a) * x[1]]
         });

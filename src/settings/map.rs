@@ -9,8 +9,8 @@ use super::{Crossing, Filter, Lookup, MapKind, Slices};
 pub struct MapSettings {
     /// The kind of map; `None`, the default, is fragments.
     pub kind: Option<MapKind>,
-    /// Texels along each edge, 1 to 8192; 512 by default. Scene files and the program choose a size
-    /// by the voxels and the picture instead ([`crate::scene::automatic::complete`]).
+    /// Texels along each edge, 1 to 8192; 512 by default. Scenes that are completed automatically
+    /// get a size by their voxels and the picture instead.
     pub size: u32,
     /// Largest number of steps along a light ray, 1 to 1048576; 512 by default. Fewer are taken
     /// where the result is the same. In a medium so dense that light ends within a few steps, these

@@ -1,0 +1,145 @@
+//! Chooses how a picture is computed, for an error that it must keep or for a time that it may
+//! take, and certifies its error.
+//!
+//! Two numbers are chosen: the size of the maps and [`Settings::quality`]. Few pixels tell what
+//! they do ([`Scouts`]): they are marched with the truth, and through maps of two sizes of which
+//! only the needed texels are traced. That gives the error by steps and tolerances, which falls
+//! with the square of the quality, that by texels, which falls with the square of the size, and the
+//! time of a texel and of a pixel. The picture is then made, and other pixels of it are compared
+//! with the truth ([`Sampled`]).
+
+mod sampled;
+mod scouts;
+
+use crate::backend::Backend;
+use crate::error::{Error, Result};
+use crate::image::Image;
+use crate::progress::Progress;
+use crate::scene::Scene;
+use crate::settings::{MapKind, Settings, Shading};
+pub use sampled::{PictureError, Sampled};
+use scouts::Scouts;
+
+/// Lit pixels that scouts look at.
+const SCOUTED: usize = 40;
+/// Lit pixels that certify a picture.
+const CERTIFIED: usize = 128;
+/// Share of the allowed error that a choice aims at: scouts are few, and the certificate is the
+/// upper end of an interval.
+const AIM: f64 = 0.8;
+/// The same for another attempt, after the certificate of the one before was too large.
+const NEXT_AIM: f64 = 0.6;
+/// Attempts to keep an error.
+const ATTEMPTS: u64 = 5;
+/// The allowed qualities.
+const QUALITIES: [f64; 2] = [0.125, 16.0];
+/// Seed of the pixels' random numbers; each purpose and attempt has its own stream.
+const SEED: u64 = 1;
+
+/// What a picture is chosen for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Goal {
+    /// The RMS error of radiance over lit pixels must be at most this share of the radiance's 99.9th
+    /// percentile, with 95 % confidence; as fast as possible.
+    Error(f64),
+    /// Map and picture together take about this many seconds; as exact as possible.
+    Seconds(f64),
+}
+
+/// What is given and not chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Given {
+    /// Texels along each edge of the maps are those of the settings.
+    pub size: bool,
+    /// The quality is that of the settings.
+    pub quality: bool,
+}
+
+/// A picture, and how it was chosen.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Chosen {
+    /// The picture, in linear radiance.
+    pub image: Image,
+    /// The settings that repeat it.
+    pub settings: Settings,
+    /// Its error, as measured at random pixels.
+    pub error: PictureError,
+}
+
+/// Makes the picture of `scene` that reaches `goal`. Settings that are `given` stay, and size and
+/// quality of the others are where the search begins.
+///
+/// # Errors
+/// If the settings ask for another kind of map than fragments, for the paper's shading or for a
+/// wide filter; if no attempt keeps the error; and those of [`Backend::render`].
+pub fn choose_picture(
+    backend: &dyn Backend,
+    scene: &Scene,
+    settings: &Settings,
+    goal: Goal,
+    given: Given,
+    progress: &dyn Progress,
+) -> Result<Chosen> {
+    check(settings)?;
+    settings.check()?;
+    progress.begin("scouting", 1);
+    let scouts = Scouts::look(scene, settings, SCOUTED, SEED)?;
+    progress.advance(1);
+    let mut stage = backend.stage();
+    match goal {
+        Goal::Seconds(seconds) => {
+            let settings = scouts.within(seconds, given)?;
+            let image = stage.render(scene, &settings, progress)?;
+            let sampled = Sampled::draw(scene, &settings, CERTIFIED, [SEED, 2])?;
+            Ok(Chosen { error: sampled.error(&image), image, settings })
+        }
+        Goal::Error(most) => {
+            let mut aim = AIM * most;
+            let mut closest = None;
+            for attempt in 0..ATTEMPTS {
+                let settings = scouts.keeping(aim, given);
+                let image = stage.render(scene, &settings, progress)?;
+                let sampled = Sampled::draw(scene, &settings, CERTIFIED, [SEED, 2 + attempt])?;
+                let error = sampled.error(&image);
+                if error.bound <= most {
+                    return Ok(Chosen { image, settings, error });
+                }
+                aim *= (NEXT_AIM * most / error.bound).min(0.8);
+                closest = Some((settings, error));
+            }
+            let said = closest.map_or_else(String::new, |(settings, error)| {
+                let (size, quality) = (settings.map.size, settings.quality);
+                format!("; with maps of {size}x{size} and quality {quality:.3} it is {error}")
+            });
+            let why = format!("no picture tried keeps {most}{said}");
+            Err(Error::value("max-picture-error", why))
+        }
+    }
+}
+
+/// The error of `image`, the picture of `scene` under `settings`, at random lit pixels.
+///
+/// # Errors
+/// If a light cannot be fitted to the media.
+pub fn picture_error(scene: &Scene, settings: &Settings, image: &Image) -> Result<PictureError> {
+    Ok(Sampled::draw(scene, settings, CERTIFIED, [SEED, 2])?.error(image))
+}
+
+/// Whether scouts can tell what a picture under `settings` looks like.
+fn check(settings: &Settings) -> Result<()> {
+    let refused = |why: String| Err(Error::value("max-picture-error or time", why));
+    match settings.map.kind {
+        None | Some(MapKind::Fragments) => {}
+        Some(kind) => return refused(format!("chooses fragment maps, not '{kind}'")),
+    }
+    if settings.view.shading == Shading::Paper {
+        return refused("does not apply to the paper's shading, which is not physical".to_owned());
+    }
+    if settings.map.filter.window() != (0, false) {
+        return refused("does not apply to wide filters, which blur shadows on purpose".to_owned());
+    }
+    Ok(())
+}

@@ -1,0 +1,219 @@
+//! True radiance at random lit pixels, and the error of a picture there.
+
+use std::fmt;
+
+use crate::accuracy::{ExactPoints, ExactTexels, Random};
+use crate::cpu::CpuBackend;
+use crate::error::Result;
+use crate::frame::Frame;
+use crate::image::Image;
+use crate::scene::{Beam, Scene};
+use crate::settings::Settings;
+use crate::shadow::Shadow;
+
+/// How much finer camera rays of the truth are than those of a picture at quality 1, or at the
+/// picture's own quality if that is higher.
+const FINER: f64 = 2.0;
+/// Pixels that are drawn in the hope of one that is lit.
+const PATIENCE: usize = 16;
+/// The standard normal distribution's 95 % quantile.
+const NORMAL_95: f64 = 1.645;
+/// The share of lit pixels whose radiance is below that to which errors are relative.
+const BRIGHT: f64 = 0.999;
+
+/// Random pixels with their true radiance. Pixels without any are left out.
+#[derive(Clone, Debug)]
+pub struct Sampled {
+    pixels: Vec<[u32; 2]>,
+    truths: Vec<[f64; 3]>,
+    /// How many pixels were drawn, lit or not.
+    drawn: usize,
+}
+
+/// The error of a picture's radiance, relative to the 99.9th percentile of its lit pixels'
+/// radiance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PictureError {
+    /// The number of lit pixels that were compared with the truth.
+    pub pixels: usize,
+    /// Their RMS error.
+    pub rms: f64,
+    /// The upper end of the interval in which the RMS error of all lit pixels lies, with 95 %
+    /// confidence.
+    pub bound: f64,
+    /// The largest error of a pixel among them.
+    pub largest: f64,
+}
+
+impl fmt::Display for PictureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pixels, rms, bound, largest } = self;
+        write!(
+            f,
+            "{rms:.5} RMS of the 99.9th percentile of radiance at {pixels} random lit pixels, at \
+             most {bound:.5} with 95 % confidence over all of them, {largest:.5} at worst"
+        )
+    }
+}
+
+impl Sampled {
+    /// Draws about `count` lit pixels of the picture of `scene` under `settings`, with random
+    /// numbers of a seed and a stream, and integrates their radiance: exact transmittance from the
+    /// light (in f64), camera rays twice as fine as the picture's.
+    ///
+    /// # Errors
+    /// If a light cannot be fitted to the media, or if the scene does not fit f32.
+    pub fn draw(
+        scene: &Scene,
+        settings: &Settings,
+        count: usize,
+        [seed, stream]: [u64; 2],
+    ) -> Result<Self> {
+        let beams = scene.beams()?;
+        let fine = settings.with(|s| s.quality = (FINER * s.quality.max(1.0)).min(64.0));
+        let frames: Vec<Frame> =
+            beams.iter().map(|beam| Frame::new(beam, &fine)).collect::<Result<_>>()?;
+        let exact: Vec<_> =
+            beams.iter().map(|beam| ExactPoints(ExactTexels::new(beam, 1))).collect();
+        let exact: Vec<&dyn Shadow> = exact.iter().map(|map| map as &dyn Shadow).collect();
+        let mut random = Random::new(seed, stream);
+        let mut found = Self { pixels: Vec::new(), truths: Vec::new(), drawn: 0 };
+        let size = settings.image.size;
+        while found.pixels.len() < count && found.drawn < PATIENCE * count {
+            let pixels: Vec<[u32; 2]> = (found.pixels.len()..count)
+                .map(|_| size.map(|n| random.below(n.into()) as u32))
+                .collect();
+            found.drawn += pixels.len();
+            let radiance = marched(&beams, &frames, &exact, &pixels);
+            for (pixel, radiance) in pixels.into_iter().zip(radiance) {
+                if radiance.iter().any(|&c| c > 0.0) {
+                    found.pixels.push(pixel);
+                    found.truths.push(radiance);
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// The lit pixels (x, y).
+    pub(super) fn pixels(&self) -> &[[u32; 2]] {
+        &self.pixels
+    }
+
+    /// The share of all pixels that are lit.
+    pub(super) fn lit_share(&self) -> f64 {
+        self.pixels.len() as f64 / self.drawn.max(1) as f64
+    }
+
+    /// The largest radiance.
+    pub(super) fn brightest(&self) -> f64 {
+        self.truths.iter().flatten().copied().fold(0.0, f64::max)
+    }
+
+    /// The squared error of each pixel, as the mean over channels.
+    pub(super) fn squares(&self, found: &[[f64; 3]]) -> Vec<f64> {
+        let square = |(a, b): (&[f64; 3], &[f64; 3])| {
+            a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / 3.0
+        };
+        self.truths.iter().zip(found).map(square).collect()
+    }
+
+    /// The error of a picture at the pixels.
+    ///
+    /// # Panics
+    /// If the picture is smaller than the one that the pixels were drawn for.
+    pub fn error(&self, image: &Image) -> PictureError {
+        let colour = |[x, y]: [u32; 2]| {
+            let [r, g, b, _] = image.pixel(x, y);
+            [r, g, b].map(f64::from)
+        };
+        let found: Vec<[f64; 3]> = self.pixels.iter().map(|&pixel| colour(pixel)).collect();
+        let squares = self.squares(&found);
+        let unit = bright(image).max(f64::MIN_POSITIVE);
+        let largest = squares.iter().copied().fold(0.0, f64::max).sqrt() / unit;
+        let [mean, bound] = mean_and_bound(&squares);
+        PictureError {
+            pixels: squares.len(),
+            rms: mean.sqrt() / unit,
+            bound: bound.sqrt() / unit,
+            largest,
+        }
+    }
+}
+
+/// The mean of `squares`, and the upper end of its 95 % interval. The correction for skewness is
+/// that of Johnson (1978), "Modified t Tests and Confidence Intervals for Asymmetrical
+/// Populations": few pixels have most of the error.
+fn mean_and_bound(squares: &[f64]) -> [f64; 2] {
+    let n = squares.len().max(1) as f64;
+    let mean = squares.iter().sum::<f64>() / n;
+    let moment = |power: i32| squares.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / n;
+    let (variance, third) = (moment(2) * n / (n - 1.0).max(1.0), moment(3));
+    if variance <= 0.0 {
+        return [mean, mean];
+    }
+    let skew = third * (1.0 + 2.0 * NORMAL_95 * NORMAL_95) / (6.0 * variance * n);
+    [mean, mean + NORMAL_95 * (variance / n).sqrt() + skew.max(0.0)]
+}
+
+/// The 99.9th percentile of the lit pixels' radiance, the largest of each one's channels.
+fn bright(image: &Image) -> f64 {
+    let largest = image.pixels.iter().map(|&[r, g, b, _]| r.max(g).max(b));
+    let mut lit: Vec<f32> = largest.filter(|&radiance| radiance > 0.0).collect();
+    if lit.is_empty() {
+        return 0.0;
+    }
+    let index = ((lit.len() - 1) as f64 * BRIGHT).round() as usize;
+    let (_, found, _) = lit.select_nth_unstable_by(index, f32::total_cmp);
+    f64::from(*found)
+}
+
+/// The radiance of pixels, summed over beams, each lit through its own shadow.
+pub(super) fn marched(
+    beams: &[Beam],
+    frames: &[Frame],
+    shadows: &[&dyn Shadow],
+    pixels: &[[u32; 2]],
+) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; pixels.len()];
+    for ((beam, frame), &shadow) in beams.iter().zip(frames).zip(shadows) {
+        let seen = CpuBackend.march_pixels(&beam.media, frame, shadow, pixels);
+        for (sum, seen) in sums.iter_mut().zip(seen) {
+            for (c, sum) in sum.iter_mut().enumerate() {
+                *sum += f64::from(beam.weights[c]) * f64::from(seen[c]);
+            }
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bound_is_that_of_an_interval_that_covers_the_mean() {
+        let [mean, bound] = mean_and_bound(&[1.0; 50]);
+        assert_eq!([mean, bound], [1.0, 1.0]);
+        // Squares of uniform numbers have the mean 1 / 3: the bound is above it in 95 of 100 cases.
+        let mut random = Random::new(5, 1);
+        let above = (0..1_000)
+            .filter(|_| {
+                let squares: Vec<f64> = (0..160).map(|_| random.unit().powi(2)).collect();
+                mean_and_bound(&squares)[1] > 1.0 / 3.0
+            })
+            .count();
+        assert!((935..=970).contains(&above), "{above}");
+        // A tenth of the pixels with all of the error.
+        let above = (0..1_000)
+            .filter(|_| {
+                let squares: Vec<f64> = (0..160)
+                    .map(|_| if random.unit() < 0.1 { random.unit().powi(2) } else { 0.0 })
+                    .collect();
+                mean_and_bound(&squares)[1] > 1.0 / 30.0
+            })
+            .count();
+        assert!(above >= 925, "{above}");
+    }
+}

@@ -1,0 +1,174 @@
+//! What a few pixels say about all: errors and times of a picture by the size of its maps and its
+//! quality.
+
+use std::time::Instant;
+
+use super::sampled::marched;
+use super::{Given, QUALITIES, Sampled};
+use crate::cpu::LazyFragments;
+use crate::error::{Error, Result};
+use crate::frame::Frame;
+use crate::scene::Scene;
+use crate::settings::Settings;
+use crate::shadow::Shadow;
+
+/// The quality of scouts.
+const QUALITY: f64 = 0.5;
+/// Sizes of scouts' maps, as shares of the size that settings have.
+const SHARES: [f64; 2] = [0.375, 0.75];
+/// Sizes are multiples of this, and lie between these.
+const MULTIPLE: u32 = 16;
+const SIZES: [u32; 2] = [32, 4096];
+/// Steps of quality that are tried, as a factor.
+const FINER: f64 = 1.09;
+/// The powers of quality by which squared errors fall, below and above the scouts' quality, as
+/// measured. Those of steps and tolerances fall with the fourth; limits of steps by voxels make
+/// coarse ones better than that and fine ones even better.
+const POWERS: [i32; 2] = [4, 5];
+/// The power of quality by which texels and pixels take longer, as measured: steps are limited by
+/// voxels as well.
+const POWER: f64 = 0.8;
+/// The share of the time that a choice leaves for what it does not know (files, the certificate).
+const RESERVE: f64 = 0.1;
+
+/// What scouts found.
+pub(super) struct Scouts {
+    settings: Settings,
+    beams: f64,
+    pixels: f64,
+    /// Squared errors at the scouts' quality by steps and tolerances, and with maps of one texel by
+    /// texels.
+    errors: [f64; 2],
+    /// Seconds of a texel and of a pixel, at the scouts' quality, on all threads together.
+    seconds: [f64; 2],
+    begun: Instant,
+}
+
+impl Scouts {
+    /// Looks at about `count` lit pixels.
+    pub(super) fn look(
+        scene: &Scene,
+        settings: &Settings,
+        count: usize,
+        seed: u64,
+    ) -> Result<Self> {
+        let begun = Instant::now();
+        let truth = Sampled::draw(scene, settings, count, [seed, 1])?;
+        let beams = scene.beams()?;
+        let unit = truth.brightest().max(f64::MIN_POSITIVE);
+        let sizes = SHARES.map(|share| multiple(share * f64::from(settings.map.size)));
+        let (mut squares, mut seconds) = ([0.0; 2], [0.0; 2]);
+        for (i, &size) in sizes.iter().enumerate() {
+            let scout = settings.with(|s| (s.quality, s.map.size) = (QUALITY, size));
+            let frames: Vec<Frame> =
+                beams.iter().map(|beam| Frame::new(beam, &scout)).collect::<Result<_>>()?;
+            let pairs = beams.iter().zip(&frames);
+            let maps: Vec<_> =
+                pairs.map(|(beam, frame)| LazyFragments::new(&beam.media, frame)).collect();
+            let shadows: Vec<&dyn Shadow> = maps.iter().map(|map| map as &dyn Shadow).collect();
+            // The first march traces the texels, the second only looks them up.
+            let found = marched(&beams, &frames, &shadows, truth.pixels());
+            let again = Instant::now();
+            marched(&beams, &frames, &shadows, truth.pixels());
+            let threads = rayon::current_num_threads() as f64;
+            let marching = again.elapsed().as_secs_f64();
+            let all = truth.squares(&found);
+            squares[i] = all.iter().sum::<f64>() / all.len().max(1) as f64 / (unit * unit);
+            let traced = maps.iter().map(LazyFragments::traced);
+            let (texels, tracing) = traced.fold((0, 0.0), |(n, s), (m, t)| (n + m, s + t));
+            seconds = [
+                tracing / texels.max(1) as f64 / threads,
+                marching / truth.pixels().len().max(1) as f64 * truth.lit_share(),
+            ];
+        }
+        let fourth = |size: u32| f64::from(size).powi(-4);
+        let by_texels =
+            ((squares[0] - squares[1]) / (fourth(sizes[0]) - fourth(sizes[1]))).max(0.0);
+        let by_steps = (squares[1] - by_texels * fourth(sizes[1])).max(0.05 * squares[1]);
+        let [width, height] = settings.image.size.map(f64::from);
+        Ok(Self {
+            settings: settings.clone(),
+            beams: beams.len() as f64,
+            pixels: width * height,
+            errors: [by_steps, by_texels],
+            seconds,
+            begun,
+        })
+    }
+
+    /// The settings that are expected to be the fastest with an error of at most `most`.
+    pub(super) fn keeping(&self, most: f64, given: Given) -> Settings {
+        let candidates = self.candidates(given);
+        let within = candidates.iter().filter(|&&choice| self.error(choice) <= most);
+        let fastest = within.min_by(|&&a, &&b| self.time(a).total_cmp(&self.time(b)));
+        // If none is, the one that comes closest.
+        let closest = candidates.iter().min_by(|&&a, &&b| self.error(a).total_cmp(&self.error(b)));
+        self.settings_of(fastest.or(closest).copied())
+    }
+
+    /// The settings that are expected to be the most exact within `seconds` from now on, less the
+    /// time that scouting took.
+    ///
+    /// # Errors
+    /// If even the fastest take longer.
+    pub(super) fn within(&self, seconds: f64, given: Given) -> Result<Settings> {
+        let left = seconds - self.begun.elapsed().as_secs_f64() - RESERVE * seconds;
+        let candidates = self.candidates(given);
+        let within = candidates.iter().filter(|&&choice| self.time(choice) <= left);
+        let best = within.min_by(|&&a, &&b| self.error(a).total_cmp(&self.error(b)));
+        match best {
+            Some(&best) => Ok(self.settings_of(Some(best))),
+            None => {
+                let fastest = candidates.iter().map(|&choice| self.time(choice));
+                let least = seconds - left + fastest.fold(f64::INFINITY, f64::min);
+                let why = format!("{seconds} s is too short; the fastest takes about {least:.2} s");
+                Err(Error::value("time", why))
+            }
+        }
+    }
+
+    fn settings_of(&self, choice: Option<(f64, u32)>) -> Settings {
+        self.settings.with(|s| {
+            if let Some(choice) = choice {
+                (s.quality, s.map.size) = choice;
+            }
+        })
+    }
+
+    /// Qualities and sizes to choose from.
+    fn candidates(&self, given: Given) -> Vec<(f64, u32)> {
+        let qualities: Vec<f64> = if given.quality {
+            vec![self.settings.quality]
+        } else {
+            let all = std::iter::successors(Some(QUALITIES[0]), |quality| Some(quality * FINER));
+            // Three digits, as people are told them.
+            all.take_while(|&quality| quality <= QUALITIES[1])
+                .map(|quality| (quality * 1000.0).round() / 1000.0)
+                .collect()
+        };
+        let sizes: Vec<u32> = if given.size {
+            vec![self.settings.map.size]
+        } else {
+            (SIZES[0]..=SIZES[1]).step_by(MULTIPLE as usize).collect()
+        };
+        let pairs = |&quality: &f64| sizes.iter().map(move |&size| (quality, size));
+        qualities.iter().flat_map(pairs).collect()
+    }
+
+    fn error(&self, (quality, size): (f64, u32)) -> f64 {
+        let [by_steps, by_texels] = self.errors;
+        let power = if quality > QUALITY { POWERS[1] } else { POWERS[0] };
+        let by_steps = by_steps * (quality / QUALITY).powi(-power);
+        (by_steps + by_texels / f64::from(size).powi(4)).sqrt()
+    }
+
+    fn time(&self, (quality, size): (f64, u32)) -> f64 {
+        let [texel, pixel] = self.seconds;
+        let texels = self.beams * f64::from(size).powi(2);
+        (texels * texel + self.pixels * pixel) * (quality / QUALITY).powf(POWER)
+    }
+}
+
+fn multiple(size: f64) -> u32 {
+    ((size / f64::from(MULTIPLE)).round() as u32 * MULTIPLE).clamp(SIZES[0], SIZES[1])
+}

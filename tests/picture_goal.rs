@@ -1,0 +1,191 @@
+//! Tests of pictures that are chosen for an error (`--max-picture-error`) or a time (`--time`): the
+//! error is kept against another implementation of the truth than the one that certifies it.
+
+use deepshadow::backend::Backend;
+use deepshadow::compare::{Given, Goal, PictureError, Sampled, choose_picture, picture_error};
+use deepshadow::cpu::{CpuBackend, LazyFragments};
+use deepshadow::frame::Frame;
+use deepshadow::image::Image;
+use deepshadow::progress::Silent;
+use deepshadow::reference::brute_force_image;
+use deepshadow::scene::{Ground, Light, LightKind, Scene};
+use deepshadow::settings::MapKind;
+use deepshadow::shadow::Shadow;
+use deepshadow::volume::presets::Preset;
+use glam::DVec3;
+
+use crate::cli::{Folder, must_succeed, stderr};
+use crate::support::Random;
+use crate::support::scenes::{anchor_scene, scene, settings, unit_cube, volume};
+
+/// Puffs, a light and a camera drawn by a seed.
+fn drawn(seed: u64) -> Scene {
+    let mut random = Random(seed + 1);
+    let mut within = |low: f64, high: f64| low + (high - low) * random.unit();
+    let n = within(12.0, 24.0) as usize;
+    let puffs: Vec<(DVec3, f64, f64)> = (0..6)
+        .map(|_| {
+            let center = DVec3::from_array([0; 3].map(|_| within(0.2, 0.8) * n as f64));
+            (center, within(0.1, 0.3) * n as f64, within(0.3, 1.0))
+        })
+        .collect();
+    let density = |voxel: [usize; 3]| {
+        let place = DVec3::from_array(voxel.map(|c| c as f64));
+        let near = |(center, radius, density): &(DVec3, f64, f64)| {
+            density * (1.0 - place.distance(*center) / radius).clamp(0.0, 1.0)
+        };
+        puffs.iter().map(near).sum::<f64>() as f32
+    };
+    let mut drawn = scene(volume([n; 3], unit_cube(), density), within(5.0, 30.0));
+    let around = |distance: f64, within: &mut dyn FnMut(f64, f64) -> f64| {
+        let (turn, height) = (within(0.0, 6.283), within(0.2, 0.9));
+        distance * DVec3::new(turn.cos(), height, turn.sin())
+    };
+    let from = around(1.0, &mut within);
+    let kind = if seed % 3 == 0 {
+        LightKind::Point { position: 2.0 * from }
+    } else {
+        LightKind::Directional { direction: -from }
+    };
+    drawn.lights[0] = Light::new(kind, DVec3::splat(Light::UNIT_IRRADIANCE));
+    drawn.camera.position = around(1.6, &mut within);
+    drawn.camera.target = DVec3::ZERO;
+    if seed % 2 == 0 {
+        drawn.ground = Some(Ground::new(-0.55, 0.3));
+    }
+    drawn
+}
+
+/// The RMS error over lit pixels, as a share of the 99.9th percentile of the radiance.
+fn true_error(image: &Image, truth: &Image) -> f64 {
+    let lit = |pixel: &[f32; 4]| pixel[..3].iter().any(|&c| c > 0.0);
+    let pairs = image.pixels.iter().zip(&truth.pixels).filter(|(_, truth)| lit(truth));
+    let squares = pairs.flat_map(|(a, b)| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)));
+    let squares: Vec<f64> = squares.collect();
+    let mut bright: Vec<f32> = truth.pixels.iter().flat_map(|p| p[..3].to_owned()).collect();
+    bright.retain(|&radiance| radiance > 0.0);
+    bright.sort_by(f32::total_cmp);
+    let unit = bright[((bright.len() - 1) as f64 * 0.999) as usize];
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / f64::from(unit)
+}
+
+#[test]
+fn the_error_asked_for_is_kept() {
+    let mut settings = settings(128, [48, 40]);
+    settings.map.kind = None;
+    for seed in 0..5 {
+        let drawn = drawn(seed);
+        let truth = brute_force_image(&drawn, [48, 40], 2).unwrap();
+        for most in [0.02, 0.004] {
+            let chosen = choose_picture(
+                &CpuBackend,
+                &drawn,
+                &settings,
+                Goal::Error(most),
+                Given::default(),
+                &Silent,
+            );
+            let chosen = chosen.unwrap();
+            let error = true_error(&chosen.image, &truth);
+            let said = chosen.error;
+            eprintln!("{seed}, {most}: {error:.5}, certified {said}");
+            assert!(error <= most, "{seed}: {error} instead of {most}");
+            assert!(said.rms <= said.bound && said.bound <= most && said.pixels >= 100);
+            // The certificate is about that error: both are means of heavy tails.
+            assert!((0.4..2.5).contains(&(said.rms / error)), "{said}, not {error}");
+            let again = CpuBackend.render(&drawn, &chosen.settings, &Silent).unwrap();
+            assert!(again == chosen.image, "the settings do not repeat the picture");
+        }
+    }
+}
+
+#[test]
+fn a_bent_picture_is_not_certified() {
+    let scene = drawn(1);
+    let settings = settings(128, [48, 40]).with(|s| s.quality = 2.0);
+    let image = CpuBackend.render(&scene, &settings, &Silent).unwrap();
+    let right: PictureError = picture_error(&scene, &settings, &image).unwrap();
+    let mut bent = image.clone();
+    for pixel in &mut bent.pixels {
+        *pixel = pixel.map(|c| c * 1.01);
+    }
+    let wrong = picture_error(&scene, &settings, &bent).unwrap();
+    assert!(right.bound < 0.001, "{right}");
+    assert!(wrong.rms > 0.002 && wrong.rms > 3.0 * right.rms, "{wrong}, {right}");
+}
+
+#[test]
+fn pixels_alone_are_those_of_the_picture() {
+    let scene = anchor_scene(Preset::Bucky, 6.0, 32);
+    let settings = settings(48, [40, 32]);
+    let beam = scene.only_beam().unwrap();
+    let frame = Frame::new(&beam, &settings).unwrap();
+    let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
+    let image = CpuBackend.view(&beam, &settings, &map, &Silent).unwrap();
+    let lazy = LazyFragments::new(&beam.media, &frame);
+    let pixels: Vec<[u32; 2]> = (0..300).map(|i| [i * 7 % 40, i * 11 % 32]).collect();
+    for shadow in [&map as &dyn Shadow, &lazy] {
+        let found = CpuBackend.march_pixels(&beam.media, &frame, shadow, &pixels);
+        for (&[x, y], found) in pixels.iter().zip(found) {
+            for (a, b) in found.iter().zip(image.pixel(x, y)) {
+                assert!((a - b).abs() < 1e-5, "({x}, {y}): {a}, not {b}");
+            }
+        }
+    }
+    let (texels, seconds) = lazy.traced();
+    assert!(texels > 100 && texels < 48 * 48 && seconds > 0.0, "{texels} texels, {seconds} s");
+}
+
+#[test]
+fn lit_pixels_are_drawn_and_dark_ones_left_out() {
+    let mut dark = drawn(1);
+    dark.ground = None;
+    dark.camera.target = DVec3::new(0.0, 50.0, 0.0);
+    let settings = settings(32, [16, 16]);
+    let nothing = Sampled::draw(&dark, &settings, 40, [1, 1]).unwrap();
+    let black = CpuBackend.render(&dark, &settings, &Silent).unwrap();
+    let error = nothing.error(&black);
+    assert_eq!((error.pixels, error.rms, error.bound), (0, 0.0, 0.0));
+}
+
+#[test]
+fn what_cannot_be_chosen_is_an_error() {
+    let scene = drawn(1);
+    let given = Given::default();
+    let choose = |settings: &deepshadow::Settings, goal| {
+        choose_picture(&CpuBackend, &scene, settings, goal, given, &Silent).unwrap_err().to_string()
+    };
+    let small = settings(32, [16, 16]);
+    let threshold = small.with(|s| s.map.kind = Some(MapKind::Threshold));
+    assert!(choose(&threshold, Goal::Error(0.01)).contains("not 'threshold'"));
+    assert!(choose(&small, Goal::Seconds(1e-6)).contains("too short"));
+    let impossible = choose(&small, Goal::Error(1e-9));
+    assert!(impossible.contains("no picture tried keeps 0.000000001"), "{impossible}");
+}
+
+#[test]
+fn the_program_says_what_repeats_a_picture() {
+    let folder = Folder::new();
+    let output =
+        folder.run("render rods --backend cpu --size 64x48 --max-picture-error 0.01 -o chosen.png");
+    must_succeed(&output);
+    let said = stderr(&output);
+    let options = said.split("repeated by ").nth(1).unwrap().lines().next().unwrap();
+    must_succeed(
+        &folder.run(&format!("render rods --backend cpu --size 64x48 {options} -o again.png")),
+    );
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read("chosen.png") == read("again.png"), "{options}");
+    must_succeed(&folder.run("render rods --backend cpu --size 32x24 --time 30 -o timed.png"));
+    for (options, expected) in [
+        ("--max-picture-error 0.01 --time 3", "cannot be used with"),
+        ("--max-picture-error 0.01 --tolerance 0.1", "chooses what a tolerance would fix"),
+        ("--max-picture-error 0", "above 0"),
+        ("--time 1 --map nested", "chooses fragment maps, not 'nested'"),
+    ] {
+        let output = folder.run(&format!("render rods --backend cpu {options} -o no.png"));
+        assert!(!output.status.success());
+        assert!(stderr(&output).contains(expected), "{options}: {}", stderr(&output));
+    }
+    assert!(!folder.path().join("no.png").exists());
+}
