@@ -27,7 +27,7 @@ impl<'a> Bench<'a> {
         let size = size();
         let settings = settings.with(|s| {
             s.map.kind = Some(MapKind::Fragments);
-            s.map.size = size;
+            s.map.size = map_size();
             s.image.size = [size; 2];
         });
         let beam = scene.only_beam().unwrap();
@@ -138,7 +138,16 @@ impl<'a> Bench<'a> {
 /// Texels along each edge of a map and pixels along that of a picture: 512, or
 /// `DEEPSHADOW_BENCH_SIZE`.
 pub fn size() -> u32 {
-    std::env::var("DEEPSHADOW_BENCH_SIZE").ok().and_then(|n| n.parse().ok()).unwrap_or(512)
+    asked("DEEPSHADOW_BENCH_SIZE").unwrap_or(512)
+}
+
+/// Texels along each edge of a map, if others are asked for: `DEEPSHADOW_BENCH_MAP`.
+pub fn map_size() -> u32 {
+    asked("DEEPSHADOW_BENCH_MAP").unwrap_or_else(size)
+}
+
+fn asked(name: &str) -> Option<u32> {
+    std::env::var(name).ok().and_then(|n| n.parse().ok())
 }
 
 /// The largest difference over pixels and channels, in 1/255, and the number of pixels that differ

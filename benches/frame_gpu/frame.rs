@@ -5,7 +5,7 @@ use deepshadow::frame::Frame;
 use deepshadow::gpu::{GpuFragments, GpuFrame, GpuShadow, Tile};
 use deepshadow::settings::{Filter, Lookup};
 
-use crate::bench::{Bench, CONVERGED, difference, size};
+use crate::bench::{Bench, CONVERGED, difference, map_size, size};
 use crate::brute_force::{BruteForce, FETCHES, STEPS};
 use crate::clock::Clock;
 use crate::device::Gpu;
@@ -37,17 +37,17 @@ pub fn table(gpu: &Gpu) {
     let clock = Clock::new(gpu);
     let rows: Vec<Row> =
         close().iter().map(|make| row(gpu, &clock, &make(&gpu.renderer))).collect();
-    let side = size();
-    let squared = f64::from(side * side);
+    let (side, map) = (size(), map_size());
     println!(
-        "\nFrame = map and picture of {side} x {side}, one camera ray a pixel. Times: medians in turns, \
-         {}",
+        "\nFrame = map of {map} x {map} and picture of {side} x {side}, one camera ray a pixel. Times: \
+         medians in turns, {}",
         clock.method()
     );
     println!("\n| volume | texture | map covered | picture covered | fetches, G/s |");
     println!("|---|---|---|---|---|");
     for row in &rows {
-        let [map, picture] = row.covered.map(|rays| 100.0 * f64::from(rays) / squared);
+        let [map, picture] = [map, side].map(|edge| 100.0 / f64::from(edge * edge));
+        let [map, picture] = [map * f64::from(row.covered[0]), picture * f64::from(row.covered[1])];
         let rate = row.fetch_rate * 1e-6;
         println!("| {} | {} | {map:.0} % | {picture:.0} % | {rate:.3} |", row.name, row.texture);
     }
@@ -137,7 +137,10 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
     Row {
         name: bench.name.clone(),
         texture: format!("{dims} {:?}", brute_force.format),
-        covered: [map_rays(&bench.scene, &bench.beam.view, side), picture_rays(&bench.scene, side)],
+        covered: [
+            map_rays(&bench.scene, &bench.beam.view, side),
+            picture_rays(&bench.scene, size()),
+        ],
         frames: [brute, a, b],
         views: [c, d],
         fetch_rate: f64::from(rays * rays) * f64::from(FETCHES) / fetches,

@@ -2,7 +2,7 @@
 //! one after another (loops), volumes in blocks (blocks), and each pass on the presets in
 //! milliseconds per pass, from many passes in one submission (maps, drawn, views, filters). Prints
 //! the tables named as arguments, or all. Maps and pictures are 512 x 512, unless
-//! `DEEPSHADOW_BENCH_SIZE` makes them smaller.
+//! `DEEPSHADOW_BENCH_SIZE` makes them smaller; `DEEPSHADOW_BENCH_MAP` is the size of maps alone.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench;
