@@ -171,7 +171,7 @@ fn wrong_usage_exits_with_2_and_writes_nothing() {
         "render bucky --size 0x30",
         "render bucky --dims 1,2",
         "render bucky --dims 1,2,x",
-        "render bucky --light 1,2",
+        "render bucky --light 1,2,3,4",
         "render bucky --backend tpu",
         "render bucky --threads 0",
         "map bucky --exposure 2",
@@ -202,7 +202,7 @@ fn wrong_usage_exits_with_2_and_writes_nothing() {
 fn bad_input_exits_with_1_and_one_line_that_names_it() {
     let folder = Folder::new();
     fs::write(folder.path().join("v.raw"), [1_u8; 27]).unwrap();
-    fs::write(folder.path().join("bad.toml"), "[volume]\npreset = \"box\"\n[camera]\nzoom = 3\n")
+    fs::write(folder.path().join("bad.toml"), "[volume]\npreset = \"box\"\n[camera]\nzoomed = 3\n")
         .unwrap();
     fs::write(folder.path().join("no.toml"), "[volume\n").unwrap();
     let before = folder.names();
@@ -220,7 +220,7 @@ fn bad_input_exits_with_1_and_one_line_that_names_it() {
         ("render box --type u16", "type"),
         ("render v.raw --dims 3,3,3 --type u8 --window 5,5", "window"),
         ("render v.raw --dims 3,3,3 --type u8 --spacing 1,0,1", "spacing"),
-        ("render bad.toml", "zoom"),
+        ("render bad.toml", "zoomed"),
         ("render no.toml", "no.toml"),
         ("render box --light 0,0,0", "direction"),
         ("render box --thresholds 0.1,0.5,0.99999999", "thresholds"),

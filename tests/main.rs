@@ -5,6 +5,7 @@ mod accuracy;
 mod analytic;
 mod architecture;
 mod backends;
+mod camera;
 mod casters;
 mod certify;
 mod choices;

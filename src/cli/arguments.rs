@@ -6,6 +6,7 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::backend::BackendChoice;
+use super::stage::StageArguments;
 use crate::io::fog::Class;
 use crate::io::format::Format;
 use crate::io::number::{Endian, ValueType};
@@ -47,8 +48,9 @@ pub(super) struct SourceArguments {
     #[arg(long, value_name = "GRID", help_heading = "Volume")]
     pub emission: Option<String>,
 
-    /// Direction in which the light travels.
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
+    /// Direction in which the light travels, or degrees of where it comes from: around the vertical
+    /// from +z towards +x, and above the horizon.
+    #[arg(long, value_name = "X,Y,Z|AZIMUTH,ELEVATION", value_parser = super::stage::light, allow_hyphen_values = true, help_heading = "Scene")]
     pub light: Option<Numbers<f64, 3>>,
     /// No ground and no background; the file has alpha.
     #[arg(long, help_heading = "Scene")]
@@ -158,6 +160,8 @@ pub(super) struct PictureArguments {
     /// Octaves that imitate multiple scattering, without being physically based [0].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=16), help_heading = "Picture")]
     pub octaves: Option<u32>,
+    #[command(flatten)]
+    pub stage: StageArguments,
 }
 
 /// Where a result goes.
@@ -174,6 +178,7 @@ macro_rules! overlay {
         $(if let Some(given) = $given { $target = Some(given); })*
     };
 }
+pub(super) use overlay;
 
 impl SourceArguments {
     /// Writes the given options into `file`.
@@ -252,6 +257,7 @@ impl PictureArguments {
             file.shadow.light_samples => self.light_samples,
             file.shadow.octaves => self.octaves,
         }
+        self.stage.overlay(file);
     }
 }
 
@@ -325,7 +331,7 @@ pub(super) fn count(most: i64) -> clap::builder::RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=most)
 }
 
-fn number(text: &str, allowed: impl Fn(f64) -> bool, what: &str) -> Result<f64, String> {
+pub(super) fn number(text: &str, allowed: impl Fn(f64) -> bool, what: &str) -> Result<f64, String> {
     text.parse()
         .ok()
         .filter(|&x: &f64| x < 1e30 && allowed(x))

@@ -18,6 +18,7 @@ mod sheet;
 #[cfg(unix)]
 mod signals;
 mod spelling;
+mod stage;
 mod workers;
 
 use std::ffi::OsString;

@@ -1,7 +1,7 @@
 //! Translates names of scene files in the library's messages to the options of the command line.
 
 /// Names in backticks, as the library writes them, and the corresponding options.
-const OPTIONS: [(&str, &str); 10] = [
+const OPTIONS: [(&str, &str); 15] = [
     ("`volume.density_scale`", "--density-scale"),
     ("`volume.window`", "--window"),
     ("`volume.transfer.range`", "--transfer-range"),
@@ -11,6 +11,11 @@ const OPTIONS: [(&str, &str); 10] = [
     ("`volume.type`", "--type"),
     ("`volume.spacing`", "--spacing"),
     ("`light.direction`", "--light"),
+    ("`camera.position`", "--camera"),
+    ("`camera.target`", "--target"),
+    ("`camera.fov_y_degrees`", "--fov"),
+    ("`ground.height`", "--ground"),
+    ("`background.radiance`", "--background"),
     ("`magnitude`", "--magnitude"),
 ];
 

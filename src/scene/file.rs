@@ -159,6 +159,14 @@ tables! {
         /// Angle in degrees between upper and lower edge, for `perspective`, above 0 and below 179;
         /// 32 by default.
         fov_y_degrees: f64,
+        /// Where the camera stands, seen from what it looks at, if no position says so: degrees
+        /// around the vertical from +z towards +x...
+        azimuth_degrees: f64,
+        /// ...and degrees above the horizon, -90 to 90.
+        elevation_degrees: f64,
+        /// Factor by which what is seen appears larger than it does in the framed or given view,
+        /// above 0.
+        zoom: f64,
     }
     /// `[image]`: width and height in pixels, camera rays per pixel, and a factor on radiance
     /// before encoding for screens. [`crate::settings::ImageSettings`] states ranges and defaults.

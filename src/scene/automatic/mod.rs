@@ -3,6 +3,7 @@
 //! between scene files and volumes, are reported ([`Choice`]). Fixed defaults, such as a spot
 //! light's cone, are not: the tables in [`super::file`] state them.
 
+mod camera;
 mod densities;
 mod map_size;
 mod medium;
@@ -10,13 +11,14 @@ mod medium;
 use glam::DVec3;
 
 use super::computed;
-use super::file::{CameraTable, GroundTable, LightTable, SceneFile, VolumeTable};
-use super::framing::{frame, middle_of, shown_points};
-use super::{Body, Camera, Ground, Light, LightKind, Media, Medium, Projection, Scene};
+use super::file::{GroundTable, LightTable, SceneFile, VolumeTable};
+use super::{Body, Ground, Light, LightKind, Media, Medium, Scene};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::settings::Settings;
 use crate::volume::Volume;
+use camera::camera;
+pub use camera::direction_of;
 pub use densities::Densities;
 use map_size::map_size;
 pub use medium::Ingredients;
@@ -24,9 +26,6 @@ use medium::{medium, visible_points};
 
 /// The direction of the light: from the upper left, over the camera's shoulder.
 const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
-/// From the target to the eye: a three-quarter view.
-const EYE_DIRECTION: DVec3 = DVec3::new(0.36, 0.42, 1.0);
-const FOV_Y_DEGREES: f64 = 32.0;
 /// Voxels above this share of the largest density count as visible.
 const VISIBLE_SHARE: f32 = 0.015;
 /// The albedo of a photographer's grey card.
@@ -142,7 +141,7 @@ pub fn complete(
         (None, Surroundings::Void) => DVec3::ZERO,
         (None, Surroundings::Studio) => {
             let lit = lit_ground(&lights, ground, ambient, bounds.center());
-            choices.took("background radiance (background.radiance)", short(lit));
+            choices.took("background radiance (`background.radiance`)", short(lit));
             lit
         }
     };
@@ -274,7 +273,7 @@ fn ground(
         Some(height) => finite("ground.height", [height; 3])?.x,
         None => {
             let height = bounds.min.y - GROUND_GAP * bounds.size().max_element();
-            choices.took("ground height (ground.height)", digits(height));
+            choices.took("ground height (`ground.height`)", digits(height));
             height
         }
     };
@@ -295,78 +294,6 @@ fn ground(
         return Err(Error::value("ground.half_extent", format!("{extent} is not above 0")));
     }
     Ok(Some(Ground { height, albedo, half_extent: table.half_extent }))
-}
-
-fn camera(
-    table: &CameraTable,
-    visible: &[DVec3],
-    light: Option<&Light>,
-    ground: Option<Ground>,
-    aspect: f64,
-    choices: &mut Choices,
-) -> Result<Camera> {
-    let kind = table.kind.as_deref().unwrap_or("perspective");
-    if !matches!(kind, "perspective" | "orthographic") {
-        let why = format!("'{kind}' is not one of perspective, orthographic");
-        return Err(Error::value("camera.kind", why));
-    }
-    let fov_y_degrees = table.fov_y_degrees.unwrap_or(FOV_Y_DEGREES);
-    if !(fov_y_degrees > 0.0 && fov_y_degrees < 179.0) {
-        let why = format!("{fov_y_degrees} is not between 0 and 179");
-        return Err(Error::value("camera.fov_y_degrees", why));
-    }
-    let up = finite("camera.up", table.up.unwrap_or([0.0, 1.0, 0.0]))?;
-    let shown = shown_points(visible, light, ground);
-    let (mut position, mut target) = (table.position, table.target);
-    let mut extent_y = table.height;
-    let direction = match (position, target) {
-        (Some(from), Some(to)) => DVec3::from(to) - DVec3::from(from),
-        _ => -EYE_DIRECTION,
-    };
-    if position.is_none() || (kind == "orthographic" && extent_y.is_none()) {
-        let framed = frame(&shown, direction.normalize_or(-DVec3::Z), up, fov_y_degrees, aspect);
-        if kind == "orthographic" && extent_y.is_none() {
-            extent_y = Some(framed.height);
-            choices.took("camera height (camera.height)", digits(framed.height));
-        }
-        if position.is_none() {
-            choices.took("camera position (camera.position)", short(framed.position));
-            position = Some(framed.position.to_array());
-            if target.is_none() {
-                choices.took("camera target (camera.target)", short(framed.target));
-                target = Some(framed.target.to_array());
-            }
-            if kind == "perspective" && table.fov_y_degrees.is_none() {
-                choices.took("camera field of view (camera.fov_y_degrees)", digits(fov_y_degrees));
-            }
-        }
-    }
-    let position = finite("camera.position", position.unwrap_or_default())?;
-    let target = match target {
-        Some(target) => finite("camera.target", target)?,
-        None => {
-            let target = middle_of(visible);
-            choices.took("camera target (camera.target)", short(target));
-            target
-        }
-    };
-    if (target - position).length_squared() == 0.0 {
-        return Err(Error::value(
-            "camera.target",
-            format!("{target} is the camera's own position"),
-        ));
-    }
-    let projection = match (kind, extent_y) {
-        ("orthographic", Some(height)) if height > 0.0 && height.is_finite() => {
-            Projection::Orthographic { height }
-        }
-        ("orthographic", height) => {
-            let why = format!("{} is not above 0", height.unwrap_or_default());
-            return Err(Error::value("camera.height", why));
-        }
-        _ => Projection::Perspective { fov_y_degrees },
-    };
-    Ok(Camera { projection, position, target, up })
 }
 
 fn finite(what: &str, given: [f64; 3]) -> Result<DVec3> {
