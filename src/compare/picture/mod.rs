@@ -23,16 +23,19 @@ use scouts::Scouts;
 /// Lit pixels that scouts look at.
 const SCOUTED: usize = 40;
 /// Lit pixels that certify a picture.
-const CERTIFIED: usize = 128;
+const CERTIFIED: usize = 160;
 /// Share of the allowed error that a choice aims at: scouts are few, and the certificate is the
 /// upper end of an interval.
-const AIM: f64 = 0.8;
+const AIM: f64 = 0.75;
 /// The same for another attempt, after the certificate of the one before was too large.
-const NEXT_AIM: f64 = 0.6;
+const NEXT_AIM: f64 = 0.8;
+/// Share of the allowed error that the certified bound may have: attempts are repeated until one
+/// succeeds, so that those whose pixels happen to be good ones are preferred.
+const KEPT: f64 = 0.9;
 /// Attempts to keep an error.
 const ATTEMPTS: u64 = 5;
 /// The allowed qualities.
-const QUALITIES: [f64; 2] = [0.125, 16.0];
+const QUALITIES: [f64; 2] = [0.125, 8.0];
 /// Seed of the pixels' random numbers; each purpose and attempt has its own stream.
 const SEED: u64 = 1;
 
@@ -86,28 +89,29 @@ pub fn choose_picture(
     check(settings)?;
     settings.check()?;
     progress.begin("scouting", 1);
-    let scouts = Scouts::look(scene, settings, SCOUTED, SEED)?;
+    let mut scouts = Scouts::look(scene, settings, SCOUTED, SEED)?;
     progress.advance(1);
     let mut stage = backend.stage();
     match goal {
         Goal::Seconds(seconds) => {
             let settings = scouts.within(seconds, given)?;
             let image = stage.render(scene, &settings, progress)?;
-            let sampled = Sampled::draw(scene, &settings, CERTIFIED, [SEED, 2])?;
-            Ok(Chosen { error: sampled.error(&image), image, settings })
+            let error = certified(scene, &settings, &image, 2)?;
+            Ok(Chosen { image, settings, error })
         }
         Goal::Error(most) => {
             let mut aim = AIM * most;
             let mut closest = None;
             for attempt in 0..ATTEMPTS {
-                let settings = scouts.keeping(aim, given);
+                let settings = scouts.keeping(aim, given)?;
                 let image = stage.render(scene, &settings, progress)?;
-                let sampled = Sampled::draw(scene, &settings, CERTIFIED, [SEED, 2 + attempt])?;
-                let error = sampled.error(&image);
-                if error.bound <= most {
+                let error = certified(scene, &settings, &image, 2 + attempt)?;
+                if error.bound <= KEPT * most {
                     return Ok(Chosen { image, settings, error });
                 }
-                aim *= (NEXT_AIM * most / error.bound).min(0.8);
+                // What was not expected may come from steps or from texels.
+                scouts.learn(&settings, error.rms);
+                aim = NEXT_AIM * most * (error.rms / error.bound);
                 closest = Some((settings, error));
             }
             let said = closest.map_or_else(String::new, |(settings, error)| {
@@ -125,7 +129,17 @@ pub fn choose_picture(
 /// # Errors
 /// If a light cannot be fitted to the media.
 pub fn picture_error(scene: &Scene, settings: &Settings, image: &Image) -> Result<PictureError> {
-    Ok(Sampled::draw(scene, settings, CERTIFIED, [SEED, 2])?.error(image))
+    certified(scene, settings, image, 2)
+}
+
+/// The error of a picture, at pixels of their own stream of random numbers.
+fn certified(
+    scene: &Scene,
+    settings: &Settings,
+    image: &Image,
+    stream: u64,
+) -> Result<PictureError> {
+    Ok(Sampled::draw_for(image, scene, settings, CERTIFIED, [SEED, stream])?.error(image))
 }
 
 /// Whether scouts can tell what a picture under `settings` looks like.

@@ -18,6 +18,8 @@ const FINER: f64 = 2.0;
 const PATIENCE: usize = 16;
 /// The standard normal distribution's 95 % quantile.
 const NORMAL_95: f64 = 1.645;
+/// The share of pixels that are drawn evenly, if a picture says where it changes.
+const EVEN: f64 = 0.5;
 /// The share of lit pixels whose radiance is below that to which errors are relative.
 const BRIGHT: f64 = 0.999;
 
@@ -26,6 +28,8 @@ const BRIGHT: f64 = 0.999;
 pub struct Sampled {
     pixels: Vec<[u32; 2]>,
     truths: Vec<[f64; 3]>,
+    /// For each, how many times rarer it is drawn than evenly drawn pixels.
+    weights: Vec<f64>,
     /// How many pixels were drawn, lit or not.
     drawn: usize,
 }
@@ -58,17 +62,66 @@ impl fmt::Display for PictureError {
 }
 
 impl Sampled {
-    /// Draws about `count` lit pixels of the picture of `scene` under `settings`, with random
+    /// Draws about `count` lit pixels of the picture of `scene` under `settings` evenly, with random
     /// numbers of a seed and a stream, and integrates their radiance: exact transmittance from the
     /// light (in f64), camera rays twice as fine as the picture's.
     ///
     /// # Errors
     /// If a light cannot be fitted to the media, or if the scene does not fit f32.
-    pub fn draw(
+    pub fn draw(scene: &Scene, settings: &Settings, count: usize, seed: [u64; 2]) -> Result<Self> {
+        let [width, height] = settings.image.size;
+        Self::drawn(scene, settings, count, seed, &mut |random| {
+            ([width, height].map(|n| random.below(n.into()) as u32), 1.0)
+        })
+    }
+
+    /// As [`Sampled::draw`], for the picture `image`: half of the pixels are drawn evenly, and half
+    /// more often where the picture changes from pixel to pixel. Errors are large at the edges of
+    /// shadows, which few pixels of an even sample hit. Weights make up for it.
+    ///
+    /// # Errors
+    /// As [`Sampled::draw`].
+    pub fn draw_for(
+        image: &Image,
+        scene: &Scene,
+        settings: &Settings,
+        count: usize,
+        seed: [u64; 2],
+    ) -> Result<Self> {
+        let changes = changes(image);
+        let lit = image.pixels.iter().map(|pixel| pixel[..3].iter().any(|&c| c > 0.0));
+        let shares: Vec<f64> =
+            lit.zip(&changes).map(|(lit, c)| if lit { *c } else { 0.0 }).collect();
+        let all = image.pixels.len() as f64;
+        let mut sums = Vec::with_capacity(shares.len());
+        let sum = shares.iter().fold(0.0, |sum, share| {
+            sums.push(sum + share);
+            sum + share
+        });
+        if sum <= 0.0 {
+            return Self::draw(scene, settings, count, seed);
+        }
+        let last = sums.len() - 1;
+        Self::drawn(scene, settings, count, seed, &mut |random| {
+            let index = if random.unit() < EVEN {
+                random.below(sums.len() as u64) as usize
+            } else {
+                let at = random.unit() * sum;
+                sums.partition_point(|&sum| sum <= at).min(last)
+            };
+            let density = EVEN + (1.0 - EVEN) * shares[index] / sum * all;
+            let place = [index as u32 % image.width, index as u32 / image.width];
+            (place, 1.0 / density)
+        })
+    }
+
+    /// Draws with `next`, which returns a pixel and its weight.
+    fn drawn(
         scene: &Scene,
         settings: &Settings,
         count: usize,
         [seed, stream]: [u64; 2],
+        next: &mut dyn FnMut(&mut Random) -> ([u32; 2], f64),
     ) -> Result<Self> {
         let beams = scene.beams()?;
         let fine = settings.with(|s| s.quality = (FINER * s.quality.max(1.0)).min(64.0));
@@ -78,17 +131,17 @@ impl Sampled {
             beams.iter().map(|beam| ExactPoints(ExactTexels::new(beam, 1))).collect();
         let exact: Vec<&dyn Shadow> = exact.iter().map(|map| map as &dyn Shadow).collect();
         let mut random = Random::new(seed, stream);
-        let mut found = Self { pixels: Vec::new(), truths: Vec::new(), drawn: 0 };
-        let size = settings.image.size;
+        let mut found =
+            Self { pixels: Vec::new(), truths: Vec::new(), weights: Vec::new(), drawn: 0 };
         while found.pixels.len() < count && found.drawn < PATIENCE * count {
-            let pixels: Vec<[u32; 2]> = (found.pixels.len()..count)
-                .map(|_| size.map(|n| random.below(n.into()) as u32))
-                .collect();
+            let draws = (found.pixels.len()..count).map(|_| next(&mut random));
+            let (pixels, weights): (Vec<[u32; 2]>, Vec<f64>) = draws.unzip();
             found.drawn += pixels.len();
             let radiance = marched(&beams, &frames, &exact, &pixels);
-            for (pixel, radiance) in pixels.into_iter().zip(radiance) {
+            for ((pixel, weight), radiance) in pixels.into_iter().zip(weights).zip(radiance) {
                 if radiance.iter().any(|&c| c > 0.0) {
                     found.pixels.push(pixel);
+                    found.weights.push(weight);
                     found.truths.push(radiance);
                 }
             }
@@ -132,7 +185,11 @@ impl Sampled {
         let squares = self.squares(&found);
         let unit = bright(image).max(f64::MIN_POSITIVE);
         let largest = squares.iter().copied().fold(0.0, f64::max).sqrt() / unit;
-        let [mean, bound] = mean_and_bound(&squares);
+        // The weights of lit pixels alone have another mean than 1.
+        let mean_weight = self.weights.iter().sum::<f64>() / self.weights.len().max(1) as f64;
+        let pairs = squares.iter().zip(&self.weights);
+        let weighted: Vec<f64> = pairs.map(|(square, w)| square * w / mean_weight).collect();
+        let [mean, bound] = mean_and_bound(&weighted);
         PictureError {
             pixels: squares.len(),
             rms: mean.sqrt() / unit,
@@ -140,6 +197,27 @@ impl Sampled {
             largest,
         }
     }
+}
+
+/// For each pixel, the largest difference of a channel from the neighbours to the right and below,
+/// and from those to the left and above.
+fn changes(image: &Image) -> Vec<f64> {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let mut changes = vec![0.0_f64; image.pixels.len()];
+    let mut pair = |a: usize, b: usize| {
+        let channels = image.pixels[a].iter().zip(&image.pixels[b]).take(3);
+        let change = channels.map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
+        (changes[a], changes[b]) = (changes[a].max(change), changes[b].max(change));
+    };
+    for i in 0..width * height {
+        if i % width + 1 < width {
+            pair(i, i + 1);
+        }
+        if i + width < width * height {
+            pair(i, i + width);
+        }
+    }
+    changes
 }
 
 /// The mean of `squares`, and the upper end of its 95 % interval. The correction for skewness is

@@ -16,6 +16,8 @@ use crate::shadow::Shadow;
 const QUALITY: f64 = 0.5;
 /// Sizes of scouts' maps, as shares of the size that settings have.
 const SHARES: [f64; 2] = [0.375, 0.75];
+/// The smallest and the largest size that is chosen, as such shares.
+const SIZE_SHARES: [f64; 2] = [0.19, 6.0];
 /// Sizes are multiples of this, and lie between these.
 const MULTIPLE: u32 = 16;
 const SIZES: [u32; 2] = [32, 4096];
@@ -96,14 +98,30 @@ impl Scouts {
         })
     }
 
+    /// Takes note of a picture's RMS error. What the scouts did not expect is shared between steps
+    /// and texels.
+    pub(super) fn learn(&mut self, settings: &Settings, error: f64) {
+        let (quality, size) = (settings.quality, settings.map.size);
+        let excess = (error.powi(2) - self.error((quality, size)).powi(2)).max(0.0);
+        self.errors[0] += 0.5 * excess / Self::falls(quality);
+        self.errors[1] += 0.5 * excess * f64::from(size).powi(4);
+    }
+
     /// The settings that are expected to be the fastest with an error of at most `most`.
-    pub(super) fn keeping(&self, most: f64, given: Given) -> Settings {
+    ///
+    /// # Errors
+    /// If none is expected to keep it; the error tells which is the smallest.
+    pub(super) fn keeping(&self, most: f64, given: Given) -> Result<Settings> {
         let candidates = self.candidates(given);
         let within = candidates.iter().filter(|&&choice| self.error(choice) <= most);
         let fastest = within.min_by(|&&a, &&b| self.time(a).total_cmp(&self.time(b)));
-        // If none is, the one that comes closest.
-        let closest = candidates.iter().min_by(|&&a, &&b| self.error(a).total_cmp(&self.error(b)));
-        self.settings_of(fastest.or(closest).copied())
+        if let Some(&fastest) = fastest {
+            return Ok(self.settings_of(fastest));
+        }
+        let errors = candidates.iter().map(|&choice| self.error(choice));
+        let least = errors.fold(f64::INFINITY, f64::min);
+        let why = format!("no picture is expected to be so exact; the best has about {least:.1e}");
+        Err(Error::value("max-picture-error", why))
     }
 
     /// The settings that are expected to be the most exact within `seconds` from now on, less the
@@ -117,7 +135,7 @@ impl Scouts {
         let within = candidates.iter().filter(|&&choice| self.time(choice) <= left);
         let best = within.min_by(|&&a, &&b| self.error(a).total_cmp(&self.error(b)));
         match best {
-            Some(&best) => Ok(self.settings_of(Some(best))),
+            Some(&best) => Ok(self.settings_of(best)),
             None => {
                 let fastest = candidates.iter().map(|&choice| self.time(choice));
                 let least = seconds - left + fastest.fold(f64::INFINITY, f64::min);
@@ -127,12 +145,8 @@ impl Scouts {
         }
     }
 
-    fn settings_of(&self, choice: Option<(f64, u32)>) -> Settings {
-        self.settings.with(|s| {
-            if let Some(choice) = choice {
-                (s.quality, s.map.size) = choice;
-            }
-        })
+    fn settings_of(&self, choice: (f64, u32)) -> Settings {
+        self.settings.with(|s| (s.quality, s.map.size) = choice)
     }
 
     /// Qualities and sizes to choose from.
@@ -149,7 +163,10 @@ impl Scouts {
         let sizes: Vec<u32> = if given.size {
             vec![self.settings.map.size]
         } else {
-            (SIZES[0]..=SIZES[1]).step_by(MULTIPLE as usize).collect()
+            // Far from the scouts' sizes nothing is known.
+            let [least, most] =
+                SIZE_SHARES.map(|share| multiple(share * f64::from(self.settings.map.size)));
+            (least..=most).step_by(MULTIPLE as usize).collect()
         };
         let pairs = |&quality: &f64| sizes.iter().map(move |&size| (quality, size));
         qualities.iter().flat_map(pairs).collect()
@@ -157,9 +174,13 @@ impl Scouts {
 
     fn error(&self, (quality, size): (f64, u32)) -> f64 {
         let [by_steps, by_texels] = self.errors;
+        (by_steps * Self::falls(quality) + by_texels / f64::from(size).powi(4)).sqrt()
+    }
+
+    /// The squared error by steps and tolerances as a share of the scouts'.
+    fn falls(quality: f64) -> f64 {
         let power = if quality > QUALITY { POWERS[1] } else { POWERS[0] };
-        let by_steps = by_steps * (quality / QUALITY).powi(-power);
-        (by_steps + by_texels / f64::from(size).powi(4)).sqrt()
+        (quality / QUALITY).powi(-power)
     }
 
     fn time(&self, (quality, size): (f64, u32)) -> f64 {
