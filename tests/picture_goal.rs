@@ -38,11 +38,11 @@ fn drawn(seed: u64) -> Scene {
     };
     let mut drawn = scene(volume([n; 3], unit_cube(), density), within(5.0, 30.0));
     let around = |distance: f64, within: &mut dyn FnMut(f64, f64) -> f64| {
-        let (turn, height) = (within(0.0, 6.283), within(0.2, 0.9));
+        let (turn, height) = (within(0.0, std::f64::consts::TAU), within(0.2, 0.9));
         distance * DVec3::new(turn.cos(), height, turn.sin())
     };
     let from = around(1.0, &mut within);
-    let kind = if seed % 3 == 0 {
+    let kind = if seed.is_multiple_of(3) {
         LightKind::Point { position: 2.0 * from }
     } else {
         LightKind::Directional { direction: -from }
@@ -50,7 +50,7 @@ fn drawn(seed: u64) -> Scene {
     drawn.lights[0] = Light::new(kind, DVec3::splat(Light::UNIT_IRRADIANCE));
     drawn.camera.position = around(1.6, &mut within);
     drawn.camera.target = DVec3::ZERO;
-    if seed % 2 == 0 {
+    if seed.is_multiple_of(2) {
         drawn.ground = Some(Ground::new(-0.55, 0.3));
     }
     drawn

@@ -97,10 +97,10 @@ pub trait Backend: Send + Sync {
 /// [`crate::ErrorKind::Limit`] with what they take, if it has not, and those of
 /// [`Settings::check`].
 pub fn check_host(settings: &Settings) -> Result<()> {
-    settings.check()?;
     // The sum of all beams, the picture of one beam, and the file.
     const COPIES: u64 = 3;
     const PIXEL: u64 = 16;
+    settings.check()?;
     let [width, height] = settings.image.size;
     let texels = u64::from(settings.map.size) * u64::from(settings.map.size);
     let texel = match settings.map.kind {

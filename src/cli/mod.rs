@@ -52,7 +52,7 @@ struct Program {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Render a picture of a volume, with its shadows.
-    Render(render::Arguments),
+    Render(Box<render::Arguments>),
     /// Build a volume's shadow map and write it as OpenEXR.
     Map(map::Arguments),
     /// Convert a volume file to another format.
@@ -113,7 +113,7 @@ impl Command {
 
 fn dispatch(command: Command) -> Result<()> {
     match command {
-        Command::Render(arguments) => render::run(arguments),
+        Command::Render(arguments) => render::run(*arguments),
         Command::Map(arguments) => map::run(arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

@@ -91,7 +91,7 @@ fn of_map(map: &MapSettings) -> Option<Fault> {
 }
 
 /// A fault if `value` is outside of `range`, or NaN.
-fn outside<T: PartialOrd + Display>(
+fn outside<T: PartialOrd + Display + Copy>(
     field: &'static str,
     value: T,
     range: &RangeInclusive<T>,

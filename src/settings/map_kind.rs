@@ -72,7 +72,7 @@ struct Count {
 
 impl Count {
     fn allows(&self, n: u16) -> bool {
-        (self.least..=self.most).contains(&n) && (n - self.least) % self.step == 0
+        (self.least..=self.most).contains(&n) && (n - self.least).is_multiple_of(self.step)
     }
 
     /// The rest of a message about a number that is not allowed after `name`.
