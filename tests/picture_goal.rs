@@ -146,6 +146,10 @@ fn lit_pixels_are_drawn_and_dark_ones_left_out() {
     let black = CpuBackend.render(&dark, &settings, &Silent).unwrap();
     let error = nothing.error(&black);
     assert_eq!((error.pixels, error.rms, error.bound), (0, 0.0, 0.0));
+    let goal = Goal::Error(0.01);
+    let given = Given::default();
+    let chosen = choose_picture(&CpuBackend, &dark, &settings, goal, given, &Silent).unwrap();
+    assert!(chosen.error == error && chosen.image == black, "{}", chosen.error);
 }
 
 #[test]

@@ -79,12 +79,12 @@ struct PresetScene {
 fn preset_scene(preset: Preset, ground: bool) -> Result<PresetScene> {
     let mut file = descriptor(preset)?;
     file.ground.enabled = Some(ground);
+    file.shadow.map = Some(MapKind::Threshold.to_string());
     file.image.width = Some(CELL);
     file.image.height = Some(CELL);
     let volume = load_volume(&file.volume[0])?;
     let (scene, settings, _) = complete(&file, vec![volume.into()], Surroundings::Void)?;
     let settings = settings.with(|s| {
-        s.map.kind = Some(MapKind::Threshold);
         s.map.threshold.lookup = Lookup::Paper;
         s.map.threshold.crossing = Crossing::Smoothstep;
         s.view.shading = Shading::Paper;
@@ -218,4 +218,18 @@ fn shrunk(texels: &[[f32; 4]], size: u32, colour: impl Fn(&[f32; 4]) -> [f32; 3]
         }
     }
     rgba
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// The figures' pictures are small, but their maps are those of the paper.
+    #[test]
+    fn maps_of_figures_are_as_large_as_the_papers() {
+        let figure = preset_scene(Preset::Box, false).unwrap();
+        assert_eq!(figure.settings.map.size, 512);
+        assert_eq!(figure.settings.map.kind, Some(MapKind::Threshold));
+    }
 }

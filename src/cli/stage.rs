@@ -95,11 +95,10 @@ impl StageArguments {
 
 /// The direction of `--light`: that in which it travels, or degrees of where it comes from.
 pub(super) fn light(text: &str) -> Result<Numbers<f64, 3>, String> {
-    if text.split(',').count() != 2 {
-        let expected =
-            |_| "expected X,Y,Z (where it travels) or AZIMUTH,ELEVATION (degrees)".into();
-        return numbers::<f64, 3>(text)
-            .map_err(|error| if text.split(',').count() == 3 { error } else { expected(error) });
+    match text.split(',').count() {
+        2 => {}
+        3 => return numbers(text),
+        _ => return Err("expected X,Y,Z (where it travels) or AZIMUTH,ELEVATION (degrees)".into()),
     }
     let Numbers([azimuth, elevation]) = numbers::<f64, 2>(text)?;
     if !(azimuth.is_finite() && (-90.0..=90.0).contains(&elevation)) {

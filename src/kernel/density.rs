@@ -103,14 +103,16 @@ pub fn sample_density(density: &Density<'_>, index: Vec3) -> f32 {
 /// [`sample_density`].
 #[inline]
 pub fn four_densities(density: &Density<'_>, ray: &Ray, at: Vec4) -> Vec4 {
+    // Volumes that are one voxel wide along x, or enormous.
+    if density.next[0] == 0 || density.values.len() > u32::MAX as usize {
+        let sample = |i: usize| sample_density(density, ray.at(at[i]));
+        return Vec4::from_array([0, 1, 2, 3].each(sample));
+    }
     #[cfg(test)]
     counted::SAMPLES.set(counted::SAMPLES.get() + 4);
     let (x, fx) = cells_along(ray.origin.x, ray.direction.x, density.last.x, at);
     let (y, fy) = cells_along(ray.origin.y, ray.direction.y, density.last.y, at);
     let (z, fz) = cells_along(ray.origin.z, ray.direction.z, density.last.z, at);
-    if density.next[0] == 0 || density.values.len() > u32::MAX as usize {
-        return apart(density, [x, y, z], [fx, fy, fz]);
-    }
     let rows = density.bases([x, y, z]).and_then(|bases| four_rows(density, bases, fx));
     let Some([low, high, far_low, far_high]) = rows else { return Vec4::ZERO };
     let (plane, far_plane) = (low + (high - low) * fy, far_low + (far_high - far_low) * fy);
@@ -145,25 +147,6 @@ fn pair(values: &[f32], index: u32) -> Option<[f32; 2]> {
     let index = index as usize;
     let &right = values.get(index + 1)?;
     Some([values[index], right])
-}
-
-/// [`four_densities`] of volumes that are one voxel wide along x, or enormous.
-#[cold]
-fn apart(density: &Density<'_>, [x, y, z]: [[u32; 4]; 3], [fx, fy, fz]: [Vec4; 3]) -> Vec4 {
-    let [dx, dy, dz] = density.next;
-    let corner = |offset: usize| {
-        let voxel = |i: usize| [x[i], y[i], z[i]].each(|c| c as usize);
-        let value = |i| density.cell(voxel(i)).map_or(0.0, |cell| cell[offset]);
-        Vec4::from_array([0, 1, 2, 3].each(value))
-    };
-    let row = |offset: usize| {
-        let (left, right) = (corner(offset), corner(offset + dx));
-        left + (right - left) * fx
-    };
-    let (low, high) = (row(0), row(dy));
-    let (far_low, far_high) = (row(dz), row(dz + dy));
-    let (plane, far_plane) = (low + (high - low) * fy, far_low + (far_high - far_low) * fy);
-    plane + (far_plane - plane) * fz
 }
 
 /// For four positions of a ray along one axis: the cell that holds each of them, and the position

@@ -34,14 +34,7 @@ pub fn four_transmitted(taus: Vec4) -> Vec4 {
 /// [`four_transmitted`] of one optical depth.
 #[inline]
 pub fn transmitted(tau: f32) -> f32 {
-    let x = (-tau).max(LEAST);
-    let shifted = x * std::f32::consts::LOG2_E + INTEGERS;
-    let n = shifted - INTEGERS;
-    let r = x - n * LN_2[0] - n * LN_2[1];
-    let [a, b, c, d, e] = SERIES;
-    let series = (((e * r + d) * r + c) * r + b) * r + a;
-    let fraction = series * r * r + r + 1.0;
-    fraction * power_of_two(shifted)
+    four_transmitted(Vec4::splat(tau)).x
 }
 
 /// 2 to the power of the integer that was added to [`INTEGERS`], -126 to 127: it becomes the

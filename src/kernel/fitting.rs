@@ -19,8 +19,9 @@
 
 use glam::{Vec4, Vec4Swizzles};
 
-use super::exponential::{four_transmitted, transmitted};
+use super::exponential::four_transmitted;
 use super::fragments::Node;
+use crate::math::Each;
 
 /// Largest difference of optical depth between the points that a fit must pass.
 pub const POINT_SPACING: f32 = 0.25;
@@ -187,22 +188,16 @@ impl Fitter {
         self.tolerance > 0.0 && self.last.optical_depth > self.dark
     }
 
-    /// The range of optical depth in which a line may pass a point, within the tolerance of
-    /// transmittance. With the tolerance as a share s of transmittance the exact range is -ln(1 +
-    /// s) to -ln(1 - s) around the point. 2 s / (2 + s) and 2 s / (2 - s) are within it, close to
-    /// it where s is small, and need no logarithm.
+    /// [`Fitter::four_ranges`] at one point, for the last fragment.
     #[inline]
     fn range(&self, optical_depth: f32) -> [f32; 2] {
-        let through = transmitted(optical_depth);
-        let room = (self.tolerance - self.bend * through).max(self.tolerance * LEAST_ROOM);
-        let share = room / through;
-        let below = 2.0 * share / (2.0 + share);
-        let above =
-            if share < 1.0 - LOWEST_SHARE { 2.0 * share / (2.0 - share) } else { LOWEST_DEPTH };
-        [(optical_depth - below).max(0.0), optical_depth + above]
+        self.four_ranges(Vec4::splat(optical_depth), Vec4::splat(self.bend)).each(|four| four.x)
     }
 
-    /// [`Fitter::range`] at four points; `bends` are the errors of their fragments.
+    /// The ranges of optical depth in which a line may pass four points, within the tolerance of
+    /// transmittance; `bends` are the errors of their fragments. With the tolerance as a share s of
+    /// transmittance the exact range is -ln(1 + s) to -ln(1 - s) around a point. 2 s / (2 + s) and 2
+    /// s / (2 - s) are within it, close to it where s is small, and need no logarithm.
     #[inline]
     fn four_ranges(&self, optical_depths: Vec4, bends: Vec4) -> [Vec4; 2] {
         let through = four_transmitted(optical_depths);

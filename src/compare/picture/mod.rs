@@ -24,6 +24,8 @@ use scouts::Scouts;
 const SCOUTED: usize = 40;
 /// Lit pixels that certify a picture.
 const CERTIFIED: usize = 160;
+/// With fewer lit pixels, but for none at all, there is no certificate.
+const FEWEST: usize = 30;
 /// Share of the allowed error that a choice aims at: scouts are few, and the certificate is the
 /// upper end of an interval.
 const AIM: f64 = 0.75;
@@ -127,7 +129,7 @@ pub fn choose_picture(
 /// The error of `image`, the picture of `scene` under `settings`, at random lit pixels.
 ///
 /// # Errors
-/// If a light cannot be fitted to the media.
+/// If a light cannot be fitted to the media, or if too few lit pixels are found.
 pub fn picture_error(scene: &Scene, settings: &Settings, image: &Image) -> Result<PictureError> {
     certified(scene, settings, image, 2)
 }
@@ -139,7 +141,13 @@ fn certified(
     image: &Image,
     stream: u64,
 ) -> Result<PictureError> {
-    Ok(Sampled::draw_for(image, scene, settings, CERTIFIED, [SEED, stream])?.error(image))
+    let sampled = Sampled::draw_for(image, scene, settings, CERTIFIED, [SEED, stream])?;
+    let error = sampled.error(image);
+    if (1..FEWEST).contains(&error.pixels) {
+        let why = format!("only {} lit pixels were found, too few to certify", error.pixels);
+        return Err(Error::value("max-picture-error or time", why));
+    }
+    Ok(error)
 }
 
 /// Whether scouts can tell what a picture under `settings` looks like.

@@ -254,16 +254,12 @@ pub(super) fn marched(
     shadows: &[&dyn Shadow],
     pixels: &[[u32; 2]],
 ) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; pixels.len()];
+    let mut sum = Image::filled(pixels.len() as u32, 1, [0.0; 4]);
     for ((beam, frame), &shadow) in beams.iter().zip(frames).zip(shadows) {
         let seen = CpuBackend.march_pixels(&beam.media, frame, shadow, pixels);
-        for (sum, seen) in sums.iter_mut().zip(seen) {
-            for (c, sum) in sum.iter_mut().enumerate() {
-                *sum += f64::from(beam.weights[c]) * f64::from(seen[c]);
-            }
-        }
+        beam.add(&Image { pixels: seen, width: sum.width, height: 1 }, &mut sum);
     }
-    sums
+    sum.pixels.iter().map(|&[r, g, b, _]| [r, g, b].map(f64::from)).collect()
 }
 
 #[cfg(test)]

@@ -75,7 +75,8 @@ impl Scouts {
             let threads = rayon::current_num_threads() as f64;
             let marching = again.elapsed().as_secs_f64();
             let all = truth.squares(&found);
-            squares[i] = all.iter().sum::<f64>() / all.len().max(1) as f64 / (unit * unit);
+            let relative = all.iter().map(|square| square.sqrt() / unit);
+            squares[i] = relative.map(|error| error * error).sum::<f64>() / all.len().max(1) as f64;
             let traced = maps.iter().map(LazyFragments::traced);
             let (texels, tracing) = traced.fold((0, 0.0), |(n, s), (m, t)| (n + m, s + t));
             seconds = [
