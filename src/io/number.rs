@@ -73,6 +73,27 @@ impl ValueType {
         VALUE_TYPES.iter().find(|(_, one, _)| *one == self).map_or(1, |(_, _, size)| *size)
     }
 
+    /// The type of this name, or of another that is in use for it: `uint8`, `uchar`, `float32`.
+    fn named(text: &str) -> Option<Self> {
+        let text = text.to_ascii_lowercase();
+        let text = match text.as_str() {
+            "uchar" => "u8",
+            "char" | "schar" => "i8",
+            "ushort" => "u16",
+            "short" => "i16",
+            "half" => "f16",
+            "float" => "f32",
+            "double" => "f64",
+            other => other,
+        };
+        let short = ["uint", "int", "float"].into_iter().find_map(|long| {
+            let bits = text.strip_prefix(long).filter(|bits| !bits.is_empty())?;
+            Some(format!("{}{bits}", &long[..1]))
+        });
+        let name = short.as_deref().unwrap_or(text);
+        VALUE_TYPES.iter().find(|(one, ..)| *one == name).map(|(_, one, _)| *one)
+    }
+
     /// The type's name, such as `u8` or `f32`.
     pub fn name(self) -> &'static str {
         VALUE_TYPES.iter().find(|(_, one, _)| *one == self).map_or("", |(name, ..)| name)
@@ -118,8 +139,7 @@ impl std::str::FromStr for ValueType {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        let found = VALUE_TYPES.iter().find(|(name, ..)| *name == text).map(|(_, one, _)| *one);
-        found.ok_or_else(|| {
+        Self::named(text).ok_or_else(|| {
             let names = VALUE_TYPES.map(|(name, ..)| name).join(", ");
             Error::value("type", format!("'{text}' is not one of {names}"))
         })

@@ -77,8 +77,10 @@ impl ReadOptions {
     /// The format in which `path` is read.
     ///
     /// # Errors
-    /// If the file cannot be read, or its format is recognised and not supported.
+    /// If the file cannot be read, if it is a pipe or a device, or if its format is recognised and
+    /// not supported.
     pub fn format_of(&self, path: &Path) -> Result<Format> {
+        refuse_stream(path)?;
         match (self.format, self.dims) {
             (Some(format), _) => Ok(format),
             (None, Some(_)) => Ok(Format::Raw),
@@ -102,7 +104,7 @@ impl ReadOptions {
 
     /// Fails if one of `keys` was given, because it means nothing for `what`; the error names the
     /// key.
-    pub(super) fn refuse(&self, what: &str, keys: &[&str]) -> Result<()> {
+    pub(crate) fn refuse(&self, what: &str, keys: &[&str]) -> Result<()> {
         let given = [
             ("dims", self.dims.is_some()),
             ("type", self.value_type.is_some()),
@@ -117,4 +119,23 @@ impl ReadOptions {
             None => Ok(()),
         }
     }
+}
+
+/// Checks that `path` can be read at any place, which formats and limits need.
+fn refuse_stream(path: &Path) -> Result<()> {
+    let found = std::fs::metadata(path).map_err(|error| Error::file(path, error))?;
+    if found.is_dir() {
+        return Err(Error::contents(path, "a folder, not a file"));
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+
+        let kind = found.file_type();
+        if kind.is_fifo() || kind.is_char_device() || kind.is_socket() {
+            let why = "a pipe or a device, which can be read only once; put its contents in a file";
+            return Err(Error::contents(path, why));
+        }
+    }
+    Ok(())
 }

@@ -1,5 +1,7 @@
 //! Raw voxels: numbers without a header, x fastest, described by options or by a sidecar.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;
@@ -8,7 +10,7 @@ use super::dense::DenseHeader;
 pub use super::number::{Endian, ValueType};
 use super::options::ReadOptions;
 pub use super::sidecar::Sidecar;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, Result};
 use crate::volume::MAX_DIM;
 
 /// Describes the raw file `path` of `size` bytes from `options` or else from its sidecar.
@@ -57,15 +59,53 @@ pub fn describe(path: &Path, size: u64, options: &ReadOptions) -> Result<DenseHe
     Ok(header)
 }
 
-/// The error for a raw file without a description; `missing` names what is lacking.
+/// The error for a file of no known format and without a description; `missing` names what raw
+/// voxels lack. What is surely something else is called by its name.
 pub fn undescribed(path: &Path, missing: &str) -> Error {
-    ErrorKind::Contents {
-        path: path.to_owned(),
-        why: format!(
-            "not a format that this program can read; raw voxels need {missing} (or \
-             the sidecar {})",
-            Sidecar::path_beside(path).display()
-        ),
+    let mut start = Vec::new();
+    // A file that cannot be read is not recognised.
+    let _ = File::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
+    if let Some(what) = no_volume(&start) {
+        return Error::contents(path, what);
     }
-    .into()
+    let unread = Sidecar::unread_beside(path).map(|why| format!("; {why}")).unwrap_or_default();
+    let sidecar = Sidecar::path_beside(path);
+    let why = format!(
+        "not a format that this program can read; raw voxels need {missing} (or the sidecar {}){unread}",
+        sidecar.display()
+    );
+    Error::contents(path, why)
+}
+
+/// Bytes from which a file is recognised.
+const START: u64 = 2048;
+
+/// What a file is that begins with `start` and is no volume, if that is known.
+fn no_volume(start: &[u8]) -> Option<&'static str> {
+    const PICTURES: [(&[u8], &str); 6] = [
+        (b"\x89PNG", "a picture (PNG), not a volume"),
+        (b"\xff\xd8\xff", "a picture (JPEG), not a volume"),
+        (b"GIF8", "a picture (GIF), not a volume"),
+        (b"II*\0", "a picture (TIFF), which is not supported as a volume"),
+        (b"MM\0*", "a picture (TIFF), which is not supported as a volume"),
+        (b"#?RADIANCE", "a picture (Radiance), not a volume"),
+    ];
+    const MESHES: [&[u8]; 4] = [b"glTF", b"ply\n", b"ply\r", b"solid "];
+    const OBJ_WORDS: [&str; 8] = ["v", "vn", "vt", "f", "o", "g", "mtllib", "usemtl"];
+    if start.is_empty() {
+        return Some("an empty file");
+    }
+    if let Some((_, what)) = PICTURES.iter().find(|(mark, _)| start.starts_with(mark)) {
+        return Some(what);
+    }
+    // The first line of an .obj that is no comment begins with one of few words.
+    let text = String::from_utf8_lossy(start);
+    let obj = text.lines().find_map(|line| {
+        let word = line.split_whitespace().next().filter(|word| !word.starts_with('#'))?;
+        Some(OBJ_WORDS.contains(&word))
+    });
+    if obj == Some(true) || MESHES.iter().any(|mark| start.starts_with(mark)) {
+        return Some("a mesh, which cannot be rendered yet; volumes can");
+    }
+    None
 }

@@ -120,10 +120,9 @@ impl Sidecar {
         if older == path || !older.is_file() {
             return Ok(None);
         }
-        let text = read(&older)?;
-        if is_scene(&text) {
-            return Ok(None);
-        }
+        // Nobody named this file, so it may be anything.
+        let Ok(text) = read(&older) else { return Ok(None) };
+        let Ok(sidecar) = Self::parse(&text) else { return Ok(None) };
         let own_ending = path.extension().unwrap_or_default();
         let other = PAYLOAD_ENDINGS.iter().filter(|&&ending| own_ending != ending).find(|ending| {
             let other = path.with_extension(ending);
@@ -144,8 +143,19 @@ impl Sidecar {
                 return Err(Error::contents(older, why));
             }
         }
-        let sidecar = Self::parse(&text).map_err(|why| Error::contents(&older, why))?;
         Ok(Some((older, sidecar)))
+    }
+
+    /// Why a file `NAME.toml` that may be meant as the sidecar of `path` is not read as one.
+    pub(super) fn unread_beside(path: &Path) -> Option<String> {
+        let older = path.with_extension("toml");
+        let text = read(&older).ok()?;
+        let why = Self::parse(&text).err()?;
+        let table = text.parse::<toml::Table>();
+        let is_meant = table.map_or(true, |table| {
+            ["dims", "type", "spacing"].iter().any(|key| table.contains_key(*key))
+        });
+        is_meant.then(|| format!("{} is not read as a sidecar: {why}", older.display()))
     }
 
     /// Parses the text of a sidecar; the error says why it is not one.
@@ -230,7 +240,10 @@ impl Sidecar {
     /// Whether it can be a sidecar of voxels with this `header`, as far as its keys tell.
     pub(super) fn fits(&self, header: &DenseHeader) -> bool {
         self.dims.is_none_or(|dims| dims == header.dims)
-            && self.value_type.as_deref().is_none_or(|name| name == header.value_type.name())
+            && self
+                .value_type
+                .as_deref()
+                .is_none_or(|name| name.parse().ok() == Some(header.value_type))
             && self.components.is_none_or(|count| count == header.components)
     }
 

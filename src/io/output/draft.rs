@@ -183,9 +183,16 @@ fn named_beside(path: &Path) -> io::Result<(File, Leftover)> {
     builder.prefix(PREFIX);
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-    let make = || kept(builder.tempfile_in(folder_of(path))?);
+    let make = || kept(builder.tempfile_in(folder_of(path)).map_err(unnamed)?);
     let ((file, _), leftover) = Leftover::new(make, |(_, path)| path.clone())?;
     Ok((file, leftover))
+}
+
+/// The system's own error, without the temporary name that nobody asked for.
+fn unnamed(error: io::Error) -> io::Error {
+    let inner = error.get_ref().and_then(std::error::Error::source);
+    let code = inner.and_then(|inner| inner.downcast_ref::<io::Error>()?.raw_os_error());
+    code.map_or(error, io::Error::from_raw_os_error)
 }
 
 /// A file that is no longer deleted automatically when dropped.
@@ -206,7 +213,7 @@ pub(super) fn folder_beside(path: &Path, is_held: bool) -> io::Result<Leftover> 
     builder.prefix(PREFIX);
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o777));
-    let make = || builder.tempdir_in(folder_of(path)).map(tempfile::TempDir::keep);
+    let make = || builder.tempdir_in(folder_of(path)).map(tempfile::TempDir::keep).map_err(unnamed);
     let (_, leftover) = Leftover::new(make, PathBuf::clone)?;
     Ok(leftover)
 }

@@ -9,7 +9,7 @@ use super::draft::{Draft, folder_beside, sweep};
 use super::inputs::Inputs;
 use super::leftovers::{Leftover, Placing};
 use super::lock::FolderLock;
-use super::place::{Place, folder_of};
+use super::place::{Place, check_folder, folder_of};
 use crate::error::{Error, Result};
 
 /// A folder that is filled once its contents are known. It replaces an older folder that holds only
@@ -36,6 +36,7 @@ impl PendingFolder {
         let target = named.canonicalize().unwrap_or_else(|_| named.to_owned());
         let pending = Self { target, names, inputs: inputs.clone() };
         pending.check(&pending.target)?;
+        check_folder(&pending.target).map_err(|error| Error::file(&pending.target, error))?;
         // Deleted at once, so that an interrupted run leaves nothing behind.
         drop(pending.tried()?);
         Ok(pending)

@@ -28,7 +28,12 @@ impl Place {
         let mut path = target.to_owned();
         for _ in 0..MOST_LINKS {
             let metadata = match fs::symlink_metadata(&path) {
-                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::File(path)),
+                // Whether its folder exists is checked later.
+                Err(error)
+                    if [ErrorKind::NotFound, ErrorKind::NotADirectory].contains(&error.kind()) =>
+                {
+                    return Ok(Self::File(path));
+                }
                 metadata => metadata?,
             };
             if metadata.is_dir() {
@@ -45,13 +50,14 @@ impl Place {
         Err(io::Error::other("too many levels of symbolic links"))
     }
 
-    /// Checks that an existing file may be overwritten.
+    /// Checks that an existing file may be overwritten, or that there is a folder for a new one.
     pub(super) fn check(&self) -> io::Result<()> {
         match self {
             Self::File(path) if path.exists() => {
                 OpenOptions::new().append(true).open(path).map(drop)
             }
-            _ => Ok(()),
+            Self::File(path) => check_folder(path),
+            Self::Stream(_) => Ok(()),
         }
     }
 }
@@ -62,6 +68,20 @@ pub(in crate::io) fn folder_of(path: &Path) -> &Path {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     }
+}
+
+/// Checks that the folder of the file or folder `path` exists.
+pub(super) fn check_folder(path: &Path) -> io::Result<()> {
+    let folder = folder_of(path);
+    let (kind, why) = match fs::metadata(folder) {
+        Ok(found) if found.is_dir() => return Ok(()),
+        Ok(_) => (ErrorKind::NotADirectory, "is not a folder"),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            (ErrorKind::NotFound, "does not exist")
+        }
+        Err(error) => return Err(error),
+    };
+    Err(io::Error::new(kind, format!("the folder '{}' {why}", folder.display())))
 }
 
 /// Whether the path ends as only a folder's can, with a separator.

@@ -142,6 +142,11 @@ impl Descriptor {
         let blocks = if self.parent.is_empty() { blocks } else { grid };
         let order = [descriptor_end as i64, grid, blocks, end, file_end as i64];
         if !order.is_sorted() {
+            if order[..4].is_sorted() && end > file_end as i64 {
+                let why =
+                    format!("the file is cut short: it ends at {file_end}, this grid at {end}");
+                return Err(Fault::bad(descriptor_end, why));
+            }
             let why = format!(
                 "offsets {grid}, {blocks}, {end} are not in order between {descriptor_end} and \
                  the file's end at {file_end}"
