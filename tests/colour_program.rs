@@ -99,7 +99,7 @@ fn a_transfer_function_comes_by_name_or_from_a_file() {
         must_succeed(&folder.run(&format!("render bucky {SMALL} --transfer {name} -o p.png")));
     }
     let output = folder.run(&format!("render bucky {SMALL} --transfer rainbow -o q.png"));
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     let said = stderr(&output);
     assert!(
         said.contains("rainbow") && said.contains("viridis") && said.lines().count() == 1,

@@ -27,6 +27,7 @@ mod lists;
 mod measures;
 #[cfg(unix)]
 mod nothing_lost;
+mod outputs;
 mod picture_goal;
 #[path = "fuzz/readers.rs"]
 mod readers;

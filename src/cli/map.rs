@@ -42,7 +42,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, limits, output, statistics } = arguments;
     let path = output.out.unwrap_or_else(|| default_output(&scene.source.input, "exr"));
     if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("exr")) {
-        return Err(Error::contents(path, "a map's name must end in .exr"));
+        return Err(Error::value("out", format!("'{}' does not end in .exr", path.display())));
     }
     let request = Request::new(&scene, None)?;
     let inputs = request.inputs.clone();

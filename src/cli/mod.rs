@@ -5,6 +5,7 @@ mod arguments;
 mod backend;
 mod compare;
 mod convert;
+mod deep;
 mod fallback;
 mod figures;
 mod goal;
@@ -12,6 +13,7 @@ mod info;
 mod job;
 mod limits;
 mod map;
+mod picture;
 mod progress;
 mod render;
 mod sheet;
@@ -19,12 +21,14 @@ mod sheet;
 mod signals;
 mod spelling;
 mod stage;
+mod usage;
 mod workers;
 
 use std::ffi::OsString;
 use std::io::Write;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use usage::Given;
 
 use crate::error::quote::{self, LONGEST_LINE};
 use crate::error::{Error, Result};
@@ -71,8 +75,12 @@ enum Command {
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
     #[cfg(unix)]
     signals::clean_up_after();
-    let program = match Program::try_parse_from(arguments) {
-        Ok(program) => program,
+    let parsed = Program::command().try_get_matches_from(arguments).and_then(|matches| {
+        let program = Program::from_arg_matches(&matches)?;
+        Ok((program, Given::of(&matches)))
+    });
+    let (program, given) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => {
             let misused = error.use_stderr();
             let asks_for_help =
@@ -82,11 +90,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
                 let _ = error.print();
                 return if misused { Outcome::Misused } else { Outcome::Done };
             }
-            let text = error.to_string();
-            let why: Vec<&str> =
-                text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
-            let why = why.join(" ");
-            say(&format!("{} (see --help)", why.strip_prefix("error: ").unwrap_or(&why)));
+            say(&format!("{} (see --help)", reason(&error.to_string())));
             return Outcome::Misused;
         }
     };
@@ -94,9 +98,19 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Outcome {
         Ok(()) => Outcome::Done,
         Err(error) => {
             say(&error.to_string());
-            Outcome::Failed
+            if given.is_to_blame(&error) { Outcome::Misused } else { Outcome::Failed }
         }
     }
+}
+
+/// The reason in the text of an error of clap, and the similar words that it knows, in one line.
+fn reason(text: &str) -> String {
+    let first = text.lines().take_while(|line| !line.is_empty());
+    let why = first.map(str::trim).collect::<Vec<_>>().join(" ");
+    let tips = text.lines().filter_map(|line| line.trim().strip_prefix("tip: "));
+    let similar: Vec<&str> = tips.filter(|tip| tip.contains("similar")).collect();
+    let why = why.strip_prefix("error: ").unwrap_or(&why);
+    [&[why], &similar[..]].concat().join("; ")
 }
 
 impl Command {

@@ -6,7 +6,7 @@ use std::io::Cursor;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage,
-    ImageAttributes, IntegerBounds, Layer, LayerAttributes, Text, Vec2, WritableImage,
+    ImageAttributes, IntegerBounds, Layer, LayerAttributes, Text, Vec2, WritableImage, f16,
 };
 
 use glam::{DMat4, DVec3};
@@ -16,19 +16,52 @@ use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::math::Aabb;
-use crate::scene::LightView;
+use crate::scene::{Camera, LightView};
 use crate::settings::Lookup;
 use crate::shadow::{TexelMap, ThresholdMap};
 
-/// Encodes a picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, f32.
-/// `certificate`, a text on the measured errors of its shadows, becomes an attribute (string) of
-/// that name.
+/// What is known of a picture besides its pixels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PictureFacts<'a> {
+    /// A text on the measured errors of its shadows, which becomes the attribute `certificate`
+    /// (string).
+    pub certificate: Option<&'a str>,
+    /// What it was seen by, which becomes the format's standard attributes `worldToCamera` and
+    /// `worldToNDC` (m44f). As the format wants, they are for row vectors; camera space is
+    /// left-handed with z forward; NDC is 0..1 from the upper left to the lower right corner.
+    pub camera: Option<&'a Camera>,
+}
+
+/// Encodes a picture as OpenEXR: channels R, G, B (linear radiance, premultiplied) and A, as f32,
+/// or as f16 if `half`, which cuts radiance at 65504.
 ///
 /// # Errors
 /// If the encoder fails.
-pub fn encode_image(image: &Image, certificate: Option<&str>) -> Result<Vec<u8>> {
-    let attributes = certified(certificate).collect();
-    encode_layers(vec![rgba_layer([image.width, image.height], &image.pixels, attributes)])
+pub fn encode_image(image: &Image, facts: &PictureFacts<'_>, half: bool) -> Result<Vec<u8>> {
+    let size = [image.width, image.height];
+    let mut layer = rgba_layer(size, &image.pixels, certified(facts.certificate).collect());
+    if let Some(camera) = facts.camera {
+        let [camera, picture] = standard_matrices(camera, size);
+        layer.attributes.world_to_camera = Some(camera);
+        layer.attributes.world_to_normalized_device = Some(picture);
+    }
+    if half {
+        for channel in &mut layer.channel_data.list {
+            let values = channel.sample_data.values_as_f32();
+            let largest = f16::MAX.to_f32();
+            let values = values.map(|v| f16::from_f32(v.clamp(-largest, largest))).collect();
+            channel.sample_data = FlatSamples::F16(values);
+        }
+    }
+    encode_layers(vec![layer])
+}
+
+/// The values of `worldToCamera` and `worldToNDC` of a picture of this size.
+pub(crate) fn standard_matrices(camera: &Camera, [width, height]: [u32; 2]) -> [[f32; 16]; 2] {
+    let aspect = f64::from(width) / f64::from(height);
+    // Columns for column vectors are rows for row vectors.
+    [camera.camera_from_world(), camera.picture_from_world(aspect)]
+        .map(|matrix| matrix.to_cols_array().map(|x| x as f32))
 }
 
 /// The attribute of a certificate, if there is one.

@@ -10,12 +10,26 @@ use crate::image::Image;
 /// If the encoder fails.
 pub fn encode(image: &Image, exposure: f32) -> Result<Vec<u8>> {
     let rgba = image.to_srgb8(exposure);
-    if rgba.chunks_exact(4).all(|pixel| pixel[3] == 255) {
+    let size = [image.width, image.height];
+    if image.is_opaque(8) {
         let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-        encode_rgb(image.width, image.height, &rgb)
+        encoded(size, png::ColorType::Rgb, png::BitDepth::Eight, &rgb)
     } else {
-        encoded(image.width, image.height, png::ColorType::Rgba, &rgba)
+        encoded(size, png::ColorType::Rgba, png::BitDepth::Eight, &rgba)
     }
+}
+
+/// The same with 16 bits per channel.
+///
+/// # Errors
+/// If the encoder fails.
+pub fn encode16(image: &Image, exposure: f32) -> Result<Vec<u8>> {
+    let rgba = image.to_srgb16(exposure);
+    let (colour, channels) =
+        if image.is_opaque(16) { (png::ColorType::Rgb, 3) } else { (png::ColorType::Rgba, 4) };
+    let kept = rgba.chunks_exact(4).flat_map(|pixel| &pixel[..channels]);
+    let bytes: Vec<u8> = kept.flat_map(|value| value.to_be_bytes()).collect();
+    encoded([image.width, image.height], colour, png::BitDepth::Sixteen, &bytes)
 }
 
 /// Encodes 8-bit sRGB pixels, row by row, as PNG.
@@ -23,15 +37,20 @@ pub fn encode(image: &Image, exposure: f32) -> Result<Vec<u8>> {
 /// # Errors
 /// If `rgb` does not hold `3 * width * height` values or the encoder fails.
 pub fn encode_rgb(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>> {
-    encoded(width, height, png::ColorType::Rgb, rgb)
+    encoded([width, height], png::ColorType::Rgb, png::BitDepth::Eight, rgb)
 }
 
-fn encoded(width: u32, height: u32, colour: png::ColorType, pixels: &[u8]) -> Result<Vec<u8>> {
+fn encoded(
+    [width, height]: [u32; 2],
+    colour: png::ColorType,
+    depth: png::BitDepth,
+    pixels: &[u8],
+) -> Result<Vec<u8>> {
     let failed = |error: png::EncodingError| Error::value("png", error.to_string());
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(colour);
-    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_depth(depth);
     // Files get a quarter to two fifths larger than with the default level, which would take some
     // percent of the time of a small volume's picture.
     encoder.set_compression(png::Compression::Fast);

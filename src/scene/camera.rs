@@ -1,6 +1,6 @@
 //! The camera, which maps picture positions to rays.
 
-use glam::DVec3;
+use glam::{DMat4, DVec3, DVec4};
 
 use crate::math::frame_of;
 
@@ -70,6 +70,41 @@ impl Camera {
         [forward, right, up]
     }
 
+    /// The transform from the world to the camera's space: x to the right, y up and z forward, in
+    /// world lengths from the camera's position. It is left-handed, as in OpenEXR and RenderMan.
+    pub fn camera_from_world(&self) -> DMat4 {
+        let [forward, right, up] = self.axes();
+        let row = |axis: DVec3| axis.extend(-axis.dot(self.position));
+        DMat4::from_cols(row(right), row(up), row(forward), DVec4::W).transpose()
+    }
+
+    /// The transform from the world to a picture whose width is `aspect` times its height. After
+    /// division by w, x and y are 0..1 from the picture's upper left to its lower right corner. z
+    /// grows with the distance along the camera's axis: it is that distance if rays are parallel,
+    /// else 1 - 1 / distance.
+    pub fn picture_from_world(&self, aspect: f64) -> DMat4 {
+        let (half, is_perspective) = match self.projection {
+            Projection::Perspective { fov_y_degrees } => {
+                ((fov_y_degrees.to_radians() * 0.5).tan(), true)
+            }
+            Projection::Orthographic { height } => (height * 0.5, false),
+        };
+        let [x, y] = [0.5 / (half * aspect), -0.5 / half];
+        // The middle of the picture is at (0.5, 0.5) times w.
+        let rows = if is_perspective {
+            [
+                DVec4::new(x, 0.0, 0.5, 0.0),
+                DVec4::new(0.0, y, 0.5, 0.0),
+                DVec4::new(0.0, 0.0, 1.0, -1.0),
+                DVec4::Z,
+            ]
+        } else {
+            [DVec4::new(x, 0.0, 0.0, 0.5), DVec4::new(0.0, y, 0.0, 0.5), DVec4::Z, DVec4::W]
+        };
+        let [a, b, c, d] = rows;
+        DMat4::from_cols(a, b, c, d).transpose() * self.camera_from_world()
+    }
+
     /// The rays of a picture whose width is `aspect` times its height.
     pub fn rays(&self, aspect: f64) -> ViewRays {
         let [forward, right, up] = self.axes();
@@ -106,5 +141,51 @@ impl ViewRays {
     pub fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
         let direction = self.direction + x * self.direction_x + y * self.direction_y;
         (self.origin + x * self.origin_x + y * self.origin_y, direction.normalize())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cameras() -> [Camera; 2] {
+        let (position, target) = (DVec3::new(3.0, -2.0, 7.5), DVec3::new(-1.0, 0.25, 0.5));
+        let tilted = |camera| Camera { up: DVec3::new(0.3, 1.0, -0.2), ..camera };
+        [
+            tilted(Camera::perspective(position, target, 41.0)),
+            tilted(Camera::orthographic(position, target, 3.5)),
+        ]
+    }
+
+    /// Every point of a pixel's ray is projected to that pixel, farther ones to a greater z.
+    #[test]
+    fn points_of_a_ray_are_projected_to_its_pixel() {
+        for camera in cameras() {
+            let aspect = 1.75;
+            let (rays, matrix) = (camera.rays(aspect), camera.picture_from_world(aspect));
+            for (x, y) in [(0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.2, 0.9), (0.75, 0.125)] {
+                let (origin, direction) = rays.ray(x, y);
+                let mut last = f64::NEG_INFINITY;
+                for t in [0.3, 1.0, 8.0, 200.0] {
+                    let seen = matrix.project_point3(origin + t * direction);
+                    let off = DVec3::new(seen.x - x, seen.y - y, 0.0).length();
+                    assert!(off < 1e-12 && seen.z > last, "{camera:?}: {seen} for {x}, {y}");
+                    last = seen.z;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_cameras_space_is_left_handed_with_the_target_on_its_z_axis() {
+        for camera in cameras() {
+            let matrix = camera.camera_from_world();
+            assert!((matrix.determinant() + 1.0).abs() < 1e-12);
+            let target = matrix.transform_point3(camera.target);
+            let distance = camera.target.distance(camera.position);
+            assert!(target.distance(DVec3::Z * distance) < 1e-12, "{target}");
+            assert!(matrix.transform_point3(camera.position).length() < 1e-12);
+            assert!(matrix.transform_vector3(camera.up).y > 0.0);
+        }
     }
 }

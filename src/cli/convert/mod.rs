@@ -134,7 +134,7 @@ impl Job<'_> {
         let to = half.or(self.wanted.to_type).unwrap_or(grid.value_type);
         if to == ValueType::F16 && grid.value_type != to && !format.has_half() {
             let why = format!("{} cannot hold half floats", self.output.display());
-            return Err(Error::value("type", why));
+            return Err(Error::value(if half.is_some() { "half" } else { "type" }, why));
         }
         let remap = self.remap(|| grid.span(), grid.value_type, to);
         grid = grid.retyped(to, remap)?;

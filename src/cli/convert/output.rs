@@ -35,7 +35,8 @@ impl Target {
             }));
         }
         let Some(format) = DenseTarget::of_path(path) else {
-            return Err(Error::contents(path, format!("its ending is not one of {ENDINGS}")));
+            let why = format!("the ending of '{}' is not one of {ENDINGS}", path.display());
+            return Err(Error::value("output", why));
         };
         match (compression, format.compression()) {
             (None | Some("none"), _) => Ok(Self::Dense { format, packed: false }),

@@ -19,7 +19,7 @@ mod mitsuba;
 mod nanovdb;
 mod nanovdb_chunks;
 mod nifti;
-mod npy;
+pub(super) mod npy;
 mod nrrd;
 mod payload;
 mod pvm;

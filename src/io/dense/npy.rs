@@ -46,6 +46,9 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let mut header = DenseHeader::new(input.dims([x, y, z])?, value_type);
     header.components = usize::try_from(components).unwrap_or(0);
     header.notes.extend(note);
+    if sidecar.is_none() {
+        header.notes.extend(Sidecar::unread_beside(input.path));
+    }
     header.endian = endian;
     if item("fortran_order")?.starts_with("True") {
         if header.components != 1 {
@@ -155,11 +158,18 @@ pub(super) fn head(grid: &DenseGrid) -> Vec<u8> {
     let (kind, size) = (&name[..1], grid.value_type.size());
     let order = if size == 1 { '|' } else { '<' };
     let [x, y, z] = grid.dims;
-    let vector = if grid.components > 1 { format!(", {}", grid.components) } else { String::new() };
-    let mut text = format!(
-        "{{'descr': '{order}{kind}{size}', 'fortran_order': False, 'shape': ({z}, {y}, {x}{vector}), }}"
-    );
-    // The voxels start at a multiple of 64.
+    let shape = [z, y, x, grid.components];
+    let axes = if grid.components > 1 { 4 } else { 3 };
+    head_of(&format!("{order}{kind}{size}"), &shape[..axes])
+}
+
+/// The header of an array in C order, with a type such as `<f4` and a shape of several axes.
+pub(in crate::io) fn head_of(value_type: &str, shape: &[usize]) -> Vec<u8> {
+    let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
+    let shape = shape.join(", ");
+    let mut text =
+        format!("{{'descr': '{value_type}', 'fortran_order': False, 'shape': ({shape}), }}");
+    // The values start at a multiple of 64.
     while (10 + text.len() + 1) % 64 != 0 {
         text.push(' ');
     }

@@ -51,6 +51,17 @@ impl PendingFile {
         Ok(Self { place, inputs: inputs.clone(), draft: None, stream, target })
     }
 
+    /// The program's standard output as a file, which receives all bytes on commit.
+    ///
+    /// # Errors
+    /// If it is closed.
+    pub fn stdout() -> Result<Self> {
+        let target = PathBuf::from("standard output");
+        let stream = Some(stream::stdout().map_err(|error| Error::file(&target, error))?);
+        let place = Place::Stream(target.clone());
+        Ok(Self { target, place, inputs: Inputs::default(), draft: None, stream })
+    }
+
     /// The path that was given to [`PendingFile::create`].
     pub fn target(&self) -> &Path {
         &self.target

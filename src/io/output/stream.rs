@@ -40,6 +40,15 @@ pub(super) fn open_now(path: &Path) -> io::Result<Option<File>> {
     options.open(path).map(Some)
 }
 
+/// The program's own standard output, wherever it leads.
+pub(super) fn stdout() -> io::Result<File> {
+    #[cfg(unix)]
+    let handle = std::os::fd::AsFd::as_fd(&io::stdout()).try_clone_to_owned()?;
+    #[cfg(windows)]
+    let handle = std::os::windows::io::AsHandle::as_handle(&io::stdout()).try_clone_to_owned()?;
+    Ok(File::from(handle))
+}
+
 /// Opens the pipe or device `path`, waiting for a reader.
 pub(super) fn open(path: &Path) -> io::Result<File> {
     let begun = Instant::now();

@@ -29,14 +29,39 @@ impl Image {
     /// The image for a screen: colour times `exposure`, sRGB-encoded, 8 bits per channel, RGBA row
     /// by row, with alpha no longer premultiplied.
     pub fn to_srgb8(&self, exposure: f32) -> Vec<u8> {
-        self.pixels
-            .iter()
-            .flat_map(|&[r, g, b, a]| {
-                let straight = if a > 0.0 { exposure / a.min(1.0) } else { 0.0 };
-                let [r, g, b] = [r, g, b].map(|c| quantised(srgb_from_linear(c * straight)));
-                [r, g, b, quantised(a)]
-            })
-            .collect()
+        let byte = |value: f32| (value * 255.0).round() as u8;
+        self.screen(exposure).flat_map(|pixel| pixel.map(byte)).collect()
+    }
+
+    /// The same with 16 bits per channel.
+    pub fn to_srgb16(&self, exposure: f32) -> Vec<u16> {
+        let word = |value: f32| (value * 65535.0).round() as u16;
+        self.screen(exposure).flat_map(|pixel| pixel.map(word)).collect()
+    }
+
+    /// The pixels for a screen, encoded and straight, all in 0..1.
+    fn screen(&self, exposure: f32) -> impl Iterator<Item = [f32; 4]> {
+        self.pixels.iter().map(move |&[r, g, b, a]| {
+            let straight = if a > 0.0 { exposure / a.min(1.0) } else { 0.0 };
+            let [r, g, b] = [r, g, b].map(|c| srgb_from_linear(c * straight));
+            // NaN counts as 0.
+            [r, g, b, a.max(0.0).min(1.0)]
+        })
+    }
+
+    /// The image in front of black, opaque everywhere.
+    #[must_use]
+    pub fn over_black(&self) -> Self {
+        let pixels = self.pixels.iter().map(|&[r, g, b, _]| [r, g, b, 1.0]).collect();
+        Self { pixels, ..*self }
+    }
+
+    /// Whether no pixel lets anything through, as far as an alpha of `bits` bits can tell (32 for
+    /// floats).
+    pub fn is_opaque(&self, bits: u32) -> bool {
+        let steps = if bits < 32 { f64::exp2(f64::from(bits)) - 1.0 } else { f64::INFINITY };
+        let least = (1.0 - 0.5 / steps) as f32;
+        self.pixels.iter().all(|pixel| pixel[3] >= least)
     }
 }
 
@@ -56,8 +81,4 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
 /// The inverse of the sRGB transfer curve, for encoded values in 0..1.
 pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
-fn quantised(value: f32) -> u8 {
-    (value.clamp(0.0, 1.0) * 255.0).round() as u8
 }
