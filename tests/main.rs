@@ -39,3 +39,4 @@ mod stage;
 mod stored_values;
 mod support;
 mod twins;
+mod usage;

@@ -21,7 +21,7 @@ pub(super) struct SourceArguments {
     /// Preset (box, bucky, rods, clouds), volume file or scene file (.toml).
     pub input: String,
     /// Threads for the CPU backend; all cores by default.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", env = "DEEPSHADOW_THREADS", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// Print nothing but errors.
     #[arg(long)]
@@ -118,11 +118,12 @@ pub(super) struct FileArguments {
     /// Bytes that a volume's voxels may take [4 GiB].
     #[arg(long, value_name = "N", help_heading = "Volume")]
     pub max_bytes: Option<u64>,
-    /// Voxels of raw data along x, y, z.
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<usize, 3>, help_heading = "Volume")]
+    /// Voxels of raw data along x, y, z; also XxYxZ.
+    #[arg(long, value_name = "X,Y,Z", value_parser = dims, help_heading = "Volume")]
     pub dims: Option<Numbers<usize, 3>>,
-    /// Number type of raw data: u8, i8, u16, i16, u32, i32, f16, f32, f64.
-    #[arg(long = "type", value_name = "TYPE", value_parser = valid::<ValueType>, help_heading = "Volume")]
+    /// Number type of raw data: u8, i8, u16, i16, u32, i32, f16, f32, f64; also uint8, float32 and
+    /// the like.
+    #[arg(long = "type", value_name = "TYPE", value_parser = value_type, help_heading = "Volume")]
     pub value_type: Option<String>,
     /// Byte order of raw data: little or big [little].
     #[arg(long, value_name = "ORDER", value_parser = valid::<Endian>, help_heading = "Volume")]
@@ -303,6 +304,20 @@ pub(super) fn numbers<T: FromStr + Copy + Default, const N: usize>(
         *value = part.parse().map_err(|_| format!("'{part}' is not a valid number"))?;
     }
     Ok(Numbers(values))
+}
+
+/// Voxel counts, separated by commas or by crosses.
+fn dims(text: &str) -> Result<Numbers<usize, 3>, String> {
+    if text.contains(',') {
+        numbers(text)
+    } else {
+        numbers(&text.replace(['x', 'X', '\u{d7}'], ","))
+    }
+}
+
+/// The usual name of a number type that is spelled in one of several ways.
+pub(super) fn value_type(text: &str) -> Result<String, String> {
+    parse::<ValueType>(text).map(|value_type| value_type.name().to_owned())
 }
 
 /// Checks that the text is a name of `T`; it is interpreted when the whole scene is assembled.

@@ -177,13 +177,17 @@ fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
         return Ok((SceneFile::parse(&text, path)?, Surroundings::Void));
     }
     if !path.exists() {
-        let presets = Preset::ALL.map(Preset::name).join(", ");
-        let why = format!("no such file, and not one of the presets ({presets})");
-        return Err(Error::contents(path, why));
+        return Err(not_there(path));
     }
     let mut file = SceneFile::default();
     file.volume.one_mut().path = Some(path.to_owned());
     Ok((file, Surroundings::Studio))
+}
+
+/// The error for an input that is neither a file nor a preset.
+pub(super) fn not_there(path: &Path) -> Error {
+    let presets = Preset::ALL.map(Preset::name).join(", ");
+    Error::contents(path, format!("no such file, and not one of the presets ({presets})"))
 }
 
 /// The input's name with another ending, in the current folder.

@@ -4,6 +4,7 @@ mod adapters;
 mod arguments;
 mod backend;
 mod compare;
+mod completions;
 mod convert;
 mod deep;
 mod fallback;
@@ -69,6 +70,8 @@ enum Command {
     Figures(figures::Arguments),
     /// List the graphics adapters.
     Adapters,
+    /// Print a script that completes commands and options in a shell.
+    Completions(completions::Arguments),
 }
 
 /// Runs the program with `arguments`, the first of which is the program's name.
@@ -120,7 +123,11 @@ impl Command {
             Self::Render(arguments) => arguments.threads(),
             Self::Map(arguments) => arguments.threads(),
             Self::Compare(arguments) => arguments.threads(),
-            Self::Convert(_) | Self::Info(_) | Self::Figures(_) | Self::Adapters => None,
+            Self::Convert(_)
+            | Self::Info(_)
+            | Self::Figures(_)
+            | Self::Adapters
+            | Self::Completions(_) => None,
         }
     }
 }
@@ -134,6 +141,7 @@ fn dispatch(command: Command) -> Result<()> {
         Command::Info(arguments) => info::run(&arguments),
         Command::Figures(arguments) => figures::run(&arguments),
         Command::Adapters => adapters::run(),
+        Command::Completions(arguments) => completions::run(&arguments),
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::IVec3;
 
-use crate::cli::arguments::{FileArguments, Numbers, above_0, numbers, valid};
+use crate::cli::arguments::{FileArguments, Numbers, above_0, numbers, value_type};
 use crate::error::{Error, Result};
 use crate::io::ReadOptions;
 use crate::io::number::ValueType;
@@ -32,7 +32,7 @@ pub(in crate::cli) struct Arguments {
     pub(super) quiet: bool,
 
     /// Number type of the output, regardless of the input.
-    #[arg(long, value_name = "TYPE", value_parser = valid::<ValueType>, help_heading = HEADING)]
+    #[arg(long, value_name = "TYPE", value_parser = value_type, help_heading = HEADING)]
     to_type: Option<String>,
     /// Values to map onto all numbers of an integer type, or onto 0..1; by default, values that fit
     /// an integer type are kept, and otherwise their whole range is mapped.

@@ -9,7 +9,7 @@ use crate::io::vdb::{AnyValue, MetaValue, Metadata, Statistics};
 pub(super) fn write(report: &Report) -> String {
     let grids: Vec<Json> = report.grids.iter().map(grid).collect();
     let mut object = json!({
-        "format": report.format.name(),
+        "format": report.format,
         "metadata": object(&report.metadata),
         "grids": grids,
     });

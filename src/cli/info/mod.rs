@@ -10,16 +10,18 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments::FileArguments;
+use super::job::not_there;
 use super::{print, print_json};
 use crate::error::Result;
 use crate::io::ReadOptions;
 use crate::scene::file::VolumeTable;
+use crate::volume::presets::Preset;
 pub(super) use json::number;
 use report::Report;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Volume file or deep OpenEXR image.
+    /// Volume file, preset (box, bucky, rods, clouds) or deep OpenEXR image.
     file: PathBuf,
     /// Print one JSON object on stdout, for programs.
     #[arg(long)]
@@ -34,11 +36,13 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut table = VolumeTable::default();
     arguments.how.overlay(&mut table);
-    let report = Report::of(
-        &arguments.file,
-        &ReadOptions::of(&table)?,
-        !arguments.no_stats,
-        !arguments.json,
-    )?;
+    let options = ReadOptions::of(&table)?;
+    let (values, histograms) = (!arguments.no_stats, !arguments.json);
+    let preset = arguments.file.to_str().and_then(|name| name.parse::<Preset>().ok());
+    let report = match preset.filter(|_| !arguments.file.exists()) {
+        Some(preset) => Report::of_preset(preset, &options, values, histograms)?,
+        None if !arguments.file.exists() => return Err(not_there(&arguments.file)),
+        None => Report::of(&arguments.file, &options, values, histograms)?,
+    };
     if arguments.json { print_json(&json::write(&report)) } else { print(&text::write(&report)) }
 }

@@ -11,13 +11,17 @@ use crate::cli::say;
 use crate::error::{Error, Result};
 use crate::io::dense::DenseFile;
 use crate::io::format::Format;
+use crate::io::number::ValueType;
 use crate::io::vdb::{GridHeader, Statistics, SurveyDepth, Transform, VdbFile};
 use crate::io::{FiniteRange, Histogram, ReadOptions};
+use crate::volume::presets::Preset;
+use crate::volume::{Axis, Volume};
 
 /// A file and its grids.
 pub(super) struct Report {
     pub path: PathBuf,
-    pub format: Format,
+    /// The format's name, or `preset`.
+    pub format: &'static str,
     pub metadata: Vec<(String, Json)>,
     /// Why the list of grids may be incomplete.
     pub unreachable: Option<String>,
@@ -61,7 +65,7 @@ impl Report {
         let format = options.format_of(path)?;
         let mut report = Self {
             path: path.to_owned(),
-            format,
+            format: format.name(),
             metadata: Vec::new(),
             unreachable: None,
             grids: Vec::new(),
@@ -86,6 +90,26 @@ impl Report {
             }
         }
         Ok(report)
+    }
+
+    /// Examines a volume that the program makes.
+    pub(super) fn of_preset(
+        preset: Preset,
+        options: &ReadOptions,
+        values: bool,
+        histograms: bool,
+    ) -> Result<Self> {
+        let keys = ["dims", "type", "endian", "spacing", "grid", "from", "class"];
+        options.refuse("a preset", &keys)?;
+        let volume = preset.volume(Axis::default())?;
+        Ok(Self {
+            path: preset.name().into(),
+            format: "preset",
+            metadata: Vec::new(),
+            unreachable: None,
+            grids: vec![GridReport::of_volume(&volume, values, values && histograms)],
+            deep: None,
+        })
     }
 
     fn fill_from_vdb(
@@ -152,6 +176,49 @@ impl GridReport {
         report.statistics = survey.statistics;
         report.histogram = survey.histogram;
         Ok(report)
+    }
+
+    /// A dense volume in memory.
+    fn of_volume(volume: &Volume, values: bool, with_histogram: bool) -> Self {
+        let count = volume.dims().into_iter().map(|n| n as u64).product();
+        let mut tally = Tally::default();
+        let mut range = FiniteRange::default();
+        let visit = |add: &mut dyn FnMut(f32, u64)| {
+            let mut held = 0;
+            volume.voxels().for_each_held(|part, value| {
+                held += part.voxels() as u64;
+                add(value, part.voxels() as u64);
+            });
+            add(0.0, count - held);
+        };
+        visit(&mut |value, count| {
+            if count > 0 {
+                tally.add_several(value.into(), count);
+                range.add(value);
+            }
+        });
+        let histogram = range.0.filter(|_| with_histogram).map(|range| {
+            let mut histogram = Histogram::new(range, BINS);
+            visit(&mut |value, count| histogram.add(value, count));
+            histogram
+        });
+        let bytes = volume.voxels().bytes() as u64;
+        Self {
+            name: volume.name.clone(),
+            value_type: ValueType::F32.name().to_owned(),
+            class: "dense".to_owned(),
+            refused: None,
+            active_voxels: Some(count),
+            active_bounds: Some([[0; 3], volume.dims().map(|n| n as i64 - 1)]),
+            background: Json::Null,
+            world_from_index: Some(*volume.world_from_index()),
+            statistics: if values { vec![tally.statistics()] } else { Vec::new() },
+            histogram,
+            metadata: Vec::new(),
+            compression: "none".to_owned(),
+            file_bytes: 0,
+            memory_bytes: Some(bytes),
+        }
     }
 
     fn of_dense(file: &DenseFile, values: bool, with_histogram: bool) -> Result<Self> {
@@ -237,13 +304,17 @@ impl Default for Tally {
 
 impl Tally {
     fn add(&mut self, value: f64) {
+        self.add_several(value, 1);
+    }
+
+    fn add_several(&mut self, value: f64, count: u64) {
         if value.is_nan() {
-            self.nan_count += 1;
+            self.nan_count += count;
         } else {
             self.min = self.min.min(value);
             self.max = self.max.max(value);
-            self.sum += value;
-            self.count += 1;
+            self.sum += value * count as f64;
+            self.count += count;
         }
     }
 

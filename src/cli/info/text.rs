@@ -21,7 +21,7 @@ impl Lines {
 
 pub(super) fn write(report: &Report) -> String {
     let mut text = Lines(String::new());
-    let (name, format) = (report.path.display(), report.format.name());
+    let (name, format) = (report.path.display(), report.format);
     match (&report.deep, report.grids.len()) {
         (Some(_), _) => text.add(format_args!("{name}: {format}")),
         (None, 1) => text.add(format_args!("{name}: {format}, 1 grid")),
