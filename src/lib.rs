@@ -40,6 +40,8 @@
 //! - [`Scene::beams`] takes a scene apart into what one map can answer for; [`Backend::map`] builds
 //!   it, [`shadow::Shadow::lookup`] asks it, [`accuracy`] and [`compare`] say how wrong it is.
 //! - [`Backend::stage`] makes pictures one after another.
+//! - [`Image::save`] writes a picture in the format of its name; [`io::PictureOptions`] encodes one
+//!   with other bits, and [`image::Tone`] is exposure and tone curve for screens.
 //! - [`gpu::Renderer`] records the passes into another wgpu program's encoders;
 //!   [`gpu::shadow_wgsl`] is the lookup for its shaders.
 //! - [`reference`](mod@reference) holds the truth in f64.

@@ -38,5 +38,7 @@ mod sparse;
 mod stage;
 mod stored_values;
 mod support;
+mod tone;
 mod twins;
 mod usage;
+mod viewpoint;

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::backend::BackendChoice;
 use super::stage::StageArguments;
+use super::tone::ToneArguments;
 use crate::io::fog::Class;
 use crate::io::format::Format;
 use crate::io::number::{Endian, ValueType};
@@ -149,9 +150,8 @@ pub(super) struct PictureArguments {
     /// Maximum number of steps along a camera ray; by default it depends on the voxels crossed.
     #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Picture")]
     pub view_steps: Option<u32>,
-    /// Factor by which radiance is multiplied before encoding for screens [1].
-    #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Picture")]
-    pub exposure: Option<f64>,
+    #[command(flatten)]
+    pub tone: ToneArguments,
     /// How shadow becomes colour: physical or paper [physical].
     #[arg(long, value_name = "HOW", value_parser = valid::<Shading>, help_heading = "Picture")]
     pub shading: Option<String>,
@@ -252,12 +252,12 @@ impl PictureArguments {
             file.image.width => self.size.map(|[width, _]| width),
             file.image.height => self.size.map(|[_, height]| height),
             file.image.samples => self.samples,
-            file.image.exposure => self.exposure,
             file.shadow.view_steps => self.view_steps,
             file.shadow.shading => self.shading.clone(),
             file.shadow.light_samples => self.light_samples,
             file.shadow.octaves => self.octaves,
         }
+        self.tone.overlay(&mut file.image);
         self.stage.overlay(file);
     }
 }

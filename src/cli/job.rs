@@ -10,6 +10,7 @@ use super::progress::Bars;
 use super::say;
 use crate::backend::{Backend, Expected};
 use crate::error::{Error, ErrorKind, Result};
+use crate::image::{Exposure, ToneMap};
 use crate::io::dense::DEFAULT_MAX_BYTES;
 use crate::io::{Inputs, load_ingredients, source_files};
 use crate::progress::{Progress, Silent};
@@ -38,6 +39,9 @@ pub(super) struct Request<'a> {
 pub(super) struct Job {
     pub scene: Scene,
     pub settings: Settings,
+    pub exposure: Exposure,
+    /// `None` if it is to be chosen.
+    pub tone_map: Option<ToneMap>,
     pub backend: &'static dyn Backend,
     pub progress: Box<dyn Progress>,
     quiet: bool,
@@ -106,7 +110,9 @@ impl<'a> Request<'a> {
         let backend = opening.finish(settings.map.kind, tell)?;
         let progress: Box<dyn Progress> =
             if source.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
-        let job = Job { scene, settings, backend, progress, quiet: source.quiet };
+        let (exposure, tone_map) = (file.image.exposure()?, file.image.tone_map()?);
+        let quiet = source.quiet;
+        let job = Job { scene, settings, exposure, tone_map, backend, progress, quiet };
         for note in &notes {
             job.note(note);
         }

@@ -22,6 +22,7 @@ mod sheet;
 mod signals;
 mod spelling;
 mod stage;
+mod tone;
 mod usage;
 mod workers;
 

@@ -160,6 +160,16 @@ impl Target {
         self.format == FileFormat::Deep
     }
 
+    /// Whether the file holds linear radiance.
+    pub(super) fn is_linear(&self) -> bool {
+        match self.format {
+            FileFormat::Flat(format) => {
+                format.is_linear(self.bits.unwrap_or_else(|| format.bits()[0]))
+            }
+            FileFormat::Deep => true,
+        }
+    }
+
     /// What depths in a deep image are.
     pub(super) fn deep_z(&self) -> DeepZ {
         self.deep_z

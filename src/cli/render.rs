@@ -9,6 +9,7 @@ use super::job::{Job, Request};
 use super::limits::LimitArguments;
 use super::picture::{FileOptions, Target};
 use super::progress::Stopwatch;
+use super::tone::tone;
 use crate::compare::{Certified, Chosen};
 use crate::cpu::DeepView;
 use crate::error::{Error, Result};
@@ -76,12 +77,15 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         Lit { image, deep: None, map_size: job.settings.map.size, certificates: Vec::new() }
     };
     let [map_time, view_time] = ["shadow map", "picture"].map(|work| watch.time(work));
-    let exposure = job.settings.image.exposure as f32;
     let certificate = (!lit.certificates.is_empty()).then(|| lit.certificates.join("\n"));
     let contents = match lit.deep {
         Some(contents) => contents,
         None => target.encode(&lit.image, |options| {
-            options.exposure = exposure;
+            if target.is_linear() && picture.tone.any() {
+                job.note("this format holds linear radiance, without exposure and tone curve");
+            } else if !target.is_linear() {
+                options.tone = tone(&job, &lit.image);
+            }
             options.certificate = certificate;
             options.camera = Some(job.scene.camera);
         })?,

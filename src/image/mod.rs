@@ -1,5 +1,11 @@
 //! Linear RGBA images, and their conversion for screens. Knows no file format.
 
+mod tone;
+
+use glam::Vec3;
+
+pub use tone::{Exposure, Tone, ToneMap};
+
 /// An image in linear light, f32, row 0 on top. RGB is premultiplied by alpha where alpha is below
 /// 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,26 +32,27 @@ impl Image {
         self.pixels[y as usize * self.width as usize + x as usize]
     }
 
-    /// The image for a screen: colour times `exposure`, sRGB-encoded, 8 bits per channel, RGBA row
-    /// by row, with alpha no longer premultiplied.
-    pub fn to_srgb8(&self, exposure: f32) -> Vec<u8> {
+    /// The image for a screen: colours through `tone` (a number is an exposure), sRGB-encoded, 8 bits
+    /// per channel, RGBA row by row, with alpha no longer premultiplied.
+    pub fn to_srgb8(&self, tone: impl Into<Tone>) -> Vec<u8> {
         let byte = |value: f32| (value * 255.0).round() as u8;
-        self.screen(exposure).flat_map(|pixel| pixel.map(byte)).collect()
+        self.screen(tone.into()).flat_map(|pixel| pixel.map(byte)).collect()
     }
 
     /// The same with 16 bits per channel.
-    pub fn to_srgb16(&self, exposure: f32) -> Vec<u16> {
+    pub fn to_srgb16(&self, tone: impl Into<Tone>) -> Vec<u16> {
         let word = |value: f32| (value * 65535.0).round() as u16;
-        self.screen(exposure).flat_map(|pixel| pixel.map(word)).collect()
+        self.screen(tone.into()).flat_map(|pixel| pixel.map(word)).collect()
     }
 
     /// The pixels for a screen, encoded and straight, all in 0..1.
-    fn screen(&self, exposure: f32) -> impl Iterator<Item = [f32; 4]> {
+    fn screen(&self, tone: Tone) -> impl Iterator<Item = [f32; 4]> {
         self.pixels.iter().map(move |&[r, g, b, a]| {
-            let straight = if a > 0.0 { exposure / a.min(1.0) } else { 0.0 };
-            let [r, g, b] = [r, g, b].map(|c| srgb_from_linear(c * straight));
+            let straight = if a > 0.0 { 1.0 / a.min(1.0) } else { 0.0 };
+            let shown = tone.shown(Vec3::new(r, g, b) * straight);
+            let [r, g, b] = shown.to_array().map(srgb_from_linear);
             // NaN counts as 0.
-            [r, g, b, a.max(0.0).min(1.0)]
+            [r, g, b, if a > 0.0 { a.min(1.0) } else { 0.0 }]
         })
     }
 

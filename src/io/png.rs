@@ -1,15 +1,15 @@
 //! Writes pictures for screens as PNG. Knows nothing of how they were made.
 
 use crate::error::{Error, Result};
-use crate::image::Image;
+use crate::image::{Image, Tone};
 
-/// Encodes `image` as PNG: sRGB, 8 bits per channel, after multiplication by `exposure`; with an
-/// alpha channel only if some pixel is not opaque.
+/// Encodes `image` as PNG: sRGB, 8 bits per channel, through `tone` (a number is an exposure); with
+/// an alpha channel only if some pixel is not opaque.
 ///
 /// # Errors
 /// If the encoder fails.
-pub fn encode(image: &Image, exposure: f32) -> Result<Vec<u8>> {
-    let rgba = image.to_srgb8(exposure);
+pub fn encode(image: &Image, tone: impl Into<Tone>) -> Result<Vec<u8>> {
+    let rgba = image.to_srgb8(tone);
     let size = [image.width, image.height];
     if image.is_opaque(8) {
         let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
@@ -23,8 +23,8 @@ pub fn encode(image: &Image, exposure: f32) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// If the encoder fails.
-pub fn encode16(image: &Image, exposure: f32) -> Result<Vec<u8>> {
-    let rgba = image.to_srgb16(exposure);
+pub fn encode16(image: &Image, tone: impl Into<Tone>) -> Result<Vec<u8>> {
+    let rgba = image.to_srgb16(tone);
     let (colour, channels) =
         if image.is_opaque(16) { (png::ColorType::Rgb, 3) } else { (png::ColorType::Rgba, 4) };
     let kept = rgba.chunks_exact(4).flat_map(|pixel| &pixel[..channels]);

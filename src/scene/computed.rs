@@ -2,6 +2,7 @@
 
 use super::file::{SceneFile, ShadowTable};
 use crate::error::{Error, Result};
+use crate::image::Exposure;
 use crate::settings::{
     FragmentSettings, ImageSettings, MapKind, MapSettings, Settings, ThresholdSettings,
     ViewSettings,
@@ -31,11 +32,15 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
     let (image, shadow) = (&file.image, &file.shadow);
     let (threshold, fragments) = (default.map.threshold, default.map.fragments);
     let [width, height] = default.image.size;
+    image.tone_map()?;
     let settings = Settings {
         image: ImageSettings {
             size: [image.width.unwrap_or(width), image.height.unwrap_or(height)],
             samples: image.samples.unwrap_or(default.image.samples),
-            exposure: image.exposure.unwrap_or(default.image.exposure),
+            exposure: match image.exposure()? {
+                Exposure::Factor(factor) => factor,
+                Exposure::Auto => default.image.exposure,
+            },
         },
         view: ViewSettings {
             steps: shadow.view_steps.or(default.view.steps),

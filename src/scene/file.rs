@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::Tables;
 use crate::error::{Error, Result};
+use crate::image::{Exposure, ToneMap};
 
 /// Declares tables in which all keys are optional and unknown keys are errors.
 macro_rules! tables {
@@ -168,9 +169,18 @@ tables! {
         /// above 0.
         zoom: f64,
     }
-    /// `[image]`: width and height in pixels, camera rays per pixel, and a factor on radiance
-    /// before encoding for screens. [`crate::settings::ImageSettings`] states ranges and defaults.
-    ImageTable { width: u32, height: u32, samples: u32, exposure: f64, }
+    /// `[image]`: width and height in pixels, camera rays per pixel, and how radiance is encoded for
+    /// screens. [`crate::settings::ImageSettings`] states ranges and defaults.
+    ImageTable {
+        width: u32,
+        height: u32,
+        samples: u32,
+        /// Factor on radiance, or stops such as `"+1.5ev"`, or `"auto"`.
+        exposure: ExposureValue,
+        /// Name of a tone curve ([`ToneMap`]); by default `none`, or `agx` for a picture of which
+        /// a screen would lose detail.
+        tonemap: String,
+    }
     /// `[shadow]`: how shadow maps are built and read, and how the picture is shaded.
     /// [`crate::settings`] explains the values, and states ranges and defaults.
     ShadowTable {
@@ -215,6 +225,37 @@ tables! {
     /// volume by default), its albedo (0..1; in scene files 0.18 by default), and half of its edge
     /// length in world lengths (endless if absent).
     GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
+}
+
+/// An exposure: a factor, or a text that [`Exposure`] parses.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "exposure: expected a number, stops as \"+1.5ev\", or \"auto\"")]
+#[allow(missing_docs)]
+pub enum ExposureValue {
+    Factor(f64),
+    Text(String),
+}
+
+impl ImageTable {
+    /// The exposure; 1 by default.
+    ///
+    /// # Errors
+    /// If it is a text with no meaning.
+    pub fn exposure(&self) -> Result<Exposure> {
+        match &self.exposure {
+            None => Ok(Exposure::default()),
+            Some(ExposureValue::Factor(factor)) => Ok(Exposure::Factor(*factor)),
+            Some(ExposureValue::Text(text)) => text.parse(),
+        }
+    }
+
+    /// The tone curve; `None` if it is to be chosen.
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn tone_map(&self) -> Result<Option<ToneMap>> {
+        self.tonemap.as_deref().map(str::parse).transpose()
+    }
 }
 
 /// The range of values over which a transfer function is spread.

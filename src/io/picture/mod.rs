@@ -15,7 +15,7 @@ pub use format::PictureFormat;
 use super::output::{Inputs, PendingFile};
 use super::{exr, png};
 use crate::error::{Error, Result};
-use crate::image::Image;
+use crate::image::{Image, Tone};
 use crate::scene::Camera;
 
 /// How a picture is written.
@@ -26,8 +26,9 @@ pub struct PictureOptions {
     pub format: PictureFormat,
     /// Bits per channel, one of [`PictureFormat::bits`]; `None` for the first of them.
     pub bits: Option<u32>,
-    /// Factor on radiance before it is encoded for screens, above 0; 1 by default.
-    pub exposure: f32,
+    /// How radiance is shown where it is encoded for screens; by default as it is, and 1 where it
+    /// is above 1.
+    pub tone: Tone,
     /// A text on the measured errors of the picture's shadows, for OpenEXR files.
     pub certificate: Option<String>,
     /// What the picture was seen by, for OpenEXR files.
@@ -37,7 +38,7 @@ pub struct PictureOptions {
 impl PictureOptions {
     /// A picture in `format` with defaults for everything else.
     pub fn new(format: PictureFormat) -> Self {
-        Self { format, bits: None, exposure: 1.0, certificate: None, camera: None }
+        Self { format, bits: None, tone: 1.0.into(), certificate: None, camera: None }
     }
 
     /// A copy with a change.
@@ -65,20 +66,20 @@ impl PictureOptions {
     }
 
     /// The bytes of a file with this picture. Linear formats hold radiance as it is, premultiplied
-    /// by alpha; the others are encoded for screens after multiplication by the exposure, with
-    /// straight alpha. A format without alpha shows the picture in front of black.
+    /// by alpha; the others are encoded for screens after exposure and tone curve, with straight
+    /// alpha. A format without alpha shows the picture in front of black.
     ///
     /// # Errors
     /// If the format cannot have that many bits or pixels, or if its encoder fails.
     pub fn encode(&self, image: &Image) -> Result<Vec<u8>> {
         let bits = self.checked_bits()?;
-        let exposure = self.exposure;
+        let tone = self.tone;
         match self.format {
-            PictureFormat::Png if bits == 16 => png::encode16(image, exposure),
-            PictureFormat::Png => png::encode(image, exposure),
-            PictureFormat::Jpeg => jpeg::encode(image, exposure),
-            PictureFormat::Tiff => tiff::encode(image, exposure, bits),
-            PictureFormat::WebP => webp::encode(image, exposure),
+            PictureFormat::Png if bits == 16 => png::encode16(image, tone),
+            PictureFormat::Png => png::encode(image, tone),
+            PictureFormat::Jpeg => jpeg::encode(image, tone),
+            PictureFormat::Tiff => tiff::encode(image, tone, bits),
+            PictureFormat::WebP => webp::encode(image, tone),
             PictureFormat::Exr => {
                 let (certificate, camera) = (self.certificate.as_deref(), self.camera.as_ref());
                 exr::encode_image(image, &exr::PictureFacts { certificate, camera }, bits == 16)
@@ -97,19 +98,19 @@ fn failed(format: PictureFormat) -> impl Fn(&dyn std::fmt::Display) -> Error {
 impl Image {
     /// Writes the picture to `path`, in the format that the ending of its name tells
     /// ([`PictureFormat`]) and with that format's default number of bits: `.png`, `.jpg`, `.tiff`
-    /// and `.webp` for screens, after multiplication by `exposure`, which is above 0; `.exr`,
-    /// `.hdr` and `.npy` with linear radiance, without exposure. The file appears completely or not
+    /// and `.webp` for screens, through `tone`, which may be an exposure; `.exr`, `.hdr` and
+    /// `.npy` with linear radiance, without that. The file appears completely or not
     /// at all. [`PictureOptions`] can do more.
     ///
     /// # Errors
     /// If the name has another ending, or the file cannot be written.
-    pub fn save(&self, path: impl AsRef<Path>, exposure: f32) -> Result<()> {
+    pub fn save(&self, path: impl AsRef<Path>, tone: impl Into<Tone>) -> Result<()> {
         let path = path.as_ref();
         let format = PictureFormat::of_path(path).ok_or_else(|| {
             let why = format!("a picture's name must end in one of {}", PictureFormat::names());
             Error::contents(path, why)
         })?;
-        let options = PictureOptions { exposure, ..PictureOptions::new(format) };
+        let options = PictureOptions { tone: tone.into(), ..PictureOptions::new(format) };
         let contents = options.encode(self)?;
         PendingFile::create(path, &Inputs::default())?.finish_with(&contents)
     }

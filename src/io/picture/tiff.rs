@@ -9,14 +9,14 @@ use ::tiff::tags::{ExtraSamples, Tag};
 
 use super::{PictureFormat, failed};
 use crate::error::Result;
-use crate::image::Image;
+use crate::image::{Image, Tone};
 
 /// Encodes the picture with `bits` per channel, with alpha only if some pixel is not opaque.
-pub(super) fn encode(image: &Image, exposure: f32, bits: u32) -> Result<Vec<u8>> {
+pub(super) fn encode(image: &Image, tone: Tone, bits: u32) -> Result<Vec<u8>> {
     let mut bytes = Cursor::new(Vec::new());
     let written = match bits {
-        8 => write::<RGB8>(&mut bytes, image, &image.to_srgb8(exposure)),
-        16 => write::<RGB16>(&mut bytes, image, &image.to_srgb16(exposure)),
+        8 => write::<RGB8>(&mut bytes, image, &image.to_srgb8(tone)),
+        16 => write::<RGB16>(&mut bytes, image, &image.to_srgb16(tone)),
         _ => write::<RGB32Float>(&mut bytes, image, image.pixels.as_flattened()),
     };
     written.map_err(|error| failed(PictureFormat::Tiff)(&error))?;
