@@ -30,6 +30,7 @@ mod nothing_lost;
 mod picture_goal;
 #[path = "fuzz/readers.rs"]
 mod readers;
+mod refined_pictures;
 mod representations;
 mod scene_files;
 mod shaders;

@@ -48,8 +48,11 @@ impl GoalArguments {
             let name = if self.time.is_some() { "time" } else { "max-picture-error" };
             return Err(Error::value(name, format!("chooses what {what} would fix")));
         }
-        let given =
-            Given { size: arguments.map_size.is_some(), quality: arguments.quality.is_some() };
+        let given = Given {
+            size: arguments.map_size.is_some(),
+            quality: arguments.quality.is_some(),
+            tolerance: picture.picture_tolerance.is_some(),
+        };
         choose_picture(job.backend, &job.scene, &job.settings, goal, given, progress).map(Some)
     }
 }

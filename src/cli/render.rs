@@ -87,8 +87,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let lit = if let Some(chosen) = goal.picture(&job, (&scene, &limits, &picture), &watch)? {
         let Chosen { image, settings, error, .. } = chosen;
         let (size, quality) = (settings.map.size, settings.quality);
-        let certificates =
-            vec![format!("error {error}; repeated by --map-size {size} --quality {quality}")];
+        let tolerance = settings.image.tolerance;
+        let certificates = vec![format!(
+            "error {error}; repeated by --map-size {size} --quality {quality} --picture-tolerance {tolerance}"
+        )];
         Lit { image, deep: None, map_size: size, certificates }
     } else if format == Format::Deep || limits.any() {
         beam_by_beam((&job, &beams), &scene, &limits, format, &watch)?

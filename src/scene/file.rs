@@ -168,9 +168,10 @@ tables! {
         /// above 0.
         zoom: f64,
     }
-    /// `[image]`: width and height in pixels, camera rays per pixel, and a factor on radiance
-    /// before encoding for screens. [`crate::settings::ImageSettings`] states ranges and defaults.
-    ImageTable { width: u32, height: u32, samples: u32, exposure: f64, }
+    /// `[image]`: width and height in pixels, camera rays per pixel, the error that pixels may have
+    /// that are not marched, and a factor on radiance before encoding for screens.
+    /// [`crate::settings::ImageSettings`] states ranges and defaults.
+    ImageTable { width: u32, height: u32, samples: u32, tolerance: f64, exposure: f64, }
     /// `[shadow]`: how shadow maps are built and read, and how the picture is shaded.
     /// [`crate::settings`] explains the values, and states ranges and defaults.
     ShadowTable {
