@@ -7,7 +7,7 @@ use glam::DVec3;
 use ndarray::Array3;
 
 use crate::cli::{Folder, must_succeed, stderr};
-use crate::support::Picture;
+use crate::support::{Picture, Random};
 
 fn made(camera: &str) -> deepshadow::Result<Scene> {
     let file = SceneFile::parse(&format!("[camera]\n{camera}\n"), "x.toml".as_ref()).unwrap();
@@ -168,4 +168,83 @@ fn wrong_places_are_refused() {
         assert!(!output.status.success(), "{options}");
         assert!(stderr(&output).contains(expected), "{options}: {}", stderr(&output));
     }
+}
+
+/// The range of places in the picture, horizontally and vertically.
+fn span(places: impl IntoIterator<Item = [f64; 2]>) -> [f64; 2] {
+    let ranges = places.into_iter().fold([[f64::MAX, f64::MIN]; 2], |ranges, place| {
+        [0, 1].map(|i| [ranges[i][0].min(place[i]), ranges[i][1].max(place[i])])
+    });
+    ranges.map(|[low, high]| high - low)
+}
+
+#[test]
+fn a_picture_of_any_shape_contains_a_volume_and_its_shadow_under_any_light() {
+    let mut random = Random(7);
+    for case in 0..1000 {
+        let mut between = |low: f64, high: f64| low + (high - low) * random.unit();
+        let spacing = [0; 3].map(|_| 10_f64.powf(between(-1.0, 1.0)));
+        let aspect = 3_f64.powf(between(-1.0, 1.0));
+        let turn = [between(-180.0, 180.0), between(-80.0, 80.0)];
+        let light = [0; 3].map(|_| between(-1.0, 1.0));
+        // A third of all lights graze the ground.
+        let light = if case % 3 == 0 { [light[0], 0.1 * light[1], light[2]] } else { light };
+        let width = (600.0 * aspect.sqrt()).round();
+        let text = format!(
+            "[image]\nwidth = {width}\nheight = {}\n[light]\ndirection = {light:?}\n{}",
+            (width / aspect).round(),
+            if case % 2 == 0 {
+                format!(
+                    "[camera]\nazimuth_degrees = {}\nelevation_degrees = {}\n",
+                    turn[0], turn[1]
+                )
+            } else {
+                String::new()
+            }
+        );
+        let file = SceneFile::parse(&text, "x.toml".as_ref()).unwrap();
+        let volume = Volume::from_array("box", Array3::from_elem((3, 4, 5), 1.0), spacing).unwrap();
+        let (scene, settings, _) =
+            complete(&file, vec![volume.into()], Surroundings::Studio).unwrap();
+        let [width, height] = settings.image.size.map(f64::from);
+        let place = |point: DVec3| {
+            let [x, y] = seen(&scene, point);
+            [0.5 + (x - 0.5) * height / width, y]
+        };
+        let corners = scene.media.world_corners();
+        for corner in corners {
+            let place = place(corner);
+            let inside = place.iter().all(|c| (0.02..=0.98).contains(c));
+            assert!(inside, "{case}: {corner} at {place:?}\n{text}");
+        }
+        // The shadows of points all over the edges, as far as they count.
+        let ground = scene.ground.unwrap().height;
+        let size = corners[7] - corners[0];
+        let light = DVec3::from(light);
+        let farthest = 3.0 * size.y;
+        let upright = corners.into_iter().map(|corner| {
+            let away = DVec3::new(light.x, 0.0, light.z).length() * (corner.y - ground) / -light.y;
+            let share = (farthest * (1.0 - 1e-9) / away.max(farthest)).min(1.0);
+            DVec3::new(corner.x, ground + share * (corner.y - ground), corner.z)
+        });
+        let edges = corners.iter().flat_map(|&a| corners.iter().map(move |&b| [a, b]));
+        let points = edges.flat_map(|[a, b]| (0..=40).map(move |i| a.lerp(b, f64::from(i) / 40.0)));
+        let shadows = points.chain(upright).filter_map(|point| {
+            let distance = (ground - point.y) / light.y;
+            let away = light * distance;
+            let counts = light.y < 0.0 && DVec3::new(away.x, 0.0, away.z).length() <= farthest;
+            counts.then_some(point + away)
+        });
+        let alone = span(corners.map(place));
+        let all = span(corners.into_iter().chain(shadows).map(place));
+        let largest = alone.into_iter().chain(all).fold(0.0, f64::max);
+        assert!(largest >= 0.7, "{case}: {alone:?}, {all:?}\n{text}");
+    }
+}
+
+#[test]
+fn the_ground_touches_what_stands_on_it() {
+    let scene = made("").unwrap();
+    let lowest = scene.media.world_corners().map(|corner| corner.y).into_iter().fold(0.0, f64::min);
+    assert!((scene.ground.unwrap().height - lowest).abs() < 1e-9);
 }

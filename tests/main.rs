@@ -31,6 +31,7 @@ mod outputs;
 mod picture_goal;
 #[path = "fuzz/readers.rs"]
 mod readers;
+mod refined_pictures;
 mod representations;
 mod scene_files;
 mod shaders;

@@ -125,7 +125,8 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
     same!(FrameGround: height, albedo, half_extent, exists);
     same!(FrameView: origin, origin_x, origin_y, direction, direction_x, direction_y, world_origin,
         per_world, ambient, octaves, background, ground, width, height, samples, shading,
-        light_samples, opaque, shared_weight, shared_length, march);
+        light_samples, opaque, shared_weight, shared_length, tolerance, spacing,
+        first_row, unused, march);
     same!(FrameMap: rays, slabs, thresholds, sharpness, threshold_depths, surface_reach, size,
         crossing, lookup, window, near, far, tolerance, truncation, planes, follows_links, bias, unused);
 }

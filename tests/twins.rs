@@ -10,7 +10,7 @@ use crate::support::project;
 
 /// Functions of shaders whose twin has another name or file: `file::function` and `file::function`;
 /// methods have their own name.
-const OTHERWISE: [(&str, &str); 40] = [
+const OTHERWISE: [(&str, &str); 48] = [
     ("kernel/blocks::sample_density", "kernel/density::sample_density"),
     ("kernel/fitting::fitter_start", "kernel/fitting::new"),
     ("kernel/fitting::fitter_add", "kernel/fitting::add"),
@@ -20,6 +20,14 @@ const OTHERWISE: [(&str, &str); 40] = [
     ("kernel/fitting::fitter_range", "kernel/fitting::range"),
     ("kernel/fitting::fitter_close", "kernel/fitting::close"),
     ("kernel/lists::push_fragment", "shadow/fragments/lists::push"),
+    ("kernel/march::emitted", "cpu/march_view::emitted"),
+    ("kernel/march::lit_pair", "cpu/march_view::batch"),
+    ("kernel/march::march", "cpu/march_view::march"),
+    ("kernel/march::paper_shading", "cpu/march_view::paper_shading"),
+    ("kernel/march::pixel", "cpu/march_view::pixel"),
+    ("kernel/march::sample_distance", "cpu/march_view::sample"),
+    ("kernel/march::single_scattering", "cpu/march_view::single_scattering"),
+    ("kernel/march::steps_of", "cpu/march_view::steps"),
     ("kernel/medium::left_behind", "kernel/medium::taken"),
     ("kernel/occupancy::walk_of", "kernel/occupancy::new"),
     ("kernel/ray::ray_at", "kernel/ray::at"),
@@ -54,11 +62,15 @@ const OTHERWISE: [(&str, &str); 40] = [
 ];
 
 /// Functions of shaders that Rust does not need, with the reason.
-const ALONE: [(&str, &str); 23] = [
+const ALONE: [(&str, &str); 27] = [
     ("kernel/curves::keep_curve", "curves are arrays there"),
     ("kernel/fitting::fitter_slopes", "a part of `point` there"),
     ("kernel/fragments::list_of_run", "runs have one layout there"),
     ("kernel/fragments::packed_link", "links are pairs there"),
+    ("kernel/march::arriving_at", "parallel light is computed once there"),
+    ("kernel/march::four_samples", "a part of `cut` there"),
+    ("kernel/march::light_coordinates_of", "coordinates are computed point by point there"),
+    ("kernel/march::light_place", "the same"),
     ("kernel/shadow::shadow_at", "for other programs' shaders"),
     ("kernel/threshold::piece_of", "a curve is a value there"),
     ("map/fragments::four_searches", "four lists at once hide what memory takes"),

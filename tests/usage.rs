@@ -93,7 +93,6 @@ fn options_that_contradict_each_other_are_refused_before_the_work() {
     // The file does not exist, which would be found first otherwise.
     for goal in ["--max-picture-error 0.01", "--time 1"] {
         for other in [
-            "--samples 4",
             "--steps 9",
             "--view-steps 9",
             "--tolerance 0.1",

@@ -1,5 +1,6 @@
 //! Benchmarks of the GPU backend: the shipped frame against brute force (table frame), frames drawn
-//! one after another (loops), volumes in blocks (blocks), and each pass on the presets in
+//! one after another (loops), volumes in blocks (blocks), the race of the paper (paper), and each
+//! pass on the presets in
 //! milliseconds per pass, from many passes in one submission (maps, drawn, views, filters). Prints
 //! the tables named as arguments, or all. Maps and pictures are 512 x 512, unless
 //! `DEEPSHADOW_BENCH_SIZE` makes them smaller; `DEEPSHADOW_BENCH_MAP` is the size of maps alone.
@@ -13,6 +14,7 @@ mod cloud;
 mod device;
 mod frame;
 mod loops;
+mod paper;
 mod scenes;
 mod tables;
 
@@ -32,7 +34,9 @@ fn main() {
     if asked("frame") {
         frame::table(&gpu);
     }
-    for (name, table) in [("loops", loops::table as fn(&Gpu)), ("blocks", blocks::table)] {
+    for (name, table) in
+        [("loops", loops::table as fn(&Gpu)), ("blocks", blocks::table), ("paper", paper::table)]
+    {
         if asked(name) {
             table(&gpu);
         }

@@ -72,6 +72,10 @@ struct FrameView {
     opaque: f32,
     shared_weight: f32,
     shared_length: f32,
+    tolerance: f32,
+    spacing: u32,
+    first_row: u32,
+    unused: u32,
     march: Marching,
 }
 

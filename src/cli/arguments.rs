@@ -147,6 +147,10 @@ pub(super) struct PictureArguments {
     /// Camera rays per pixel; a single one goes through its centre [1].
     #[arg(long, value_name = "N", value_parser = count(4096), help_heading = "Picture")]
     pub samples: Option<u32>,
+    /// Allowed error of pixels that are interpolated, or get one ray instead of all, as a share of
+    /// the 99.9th percentile of radiance; 0 marches every pixel [0.002].
+    #[arg(long, value_name = "E", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Picture")]
+    pub picture_tolerance: Option<f64>,
     /// Maximum number of steps along a camera ray; by default it depends on the voxels crossed.
     #[arg(long, value_name = "N", value_parser = count(1 << 20), help_heading = "Picture")]
     pub view_steps: Option<u32>,
@@ -252,6 +256,7 @@ impl PictureArguments {
             file.image.width => self.size.map(|[width, _]| width),
             file.image.height => self.size.map(|[_, height]| height),
             file.image.samples => self.samples,
+            file.image.tolerance => self.picture_tolerance,
             file.shadow.view_steps => self.view_steps,
             file.shadow.shading => self.shading.clone(),
             file.shadow.light_samples => self.light_samples,

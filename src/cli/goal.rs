@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::arguments::{SceneArguments, above_0};
+use super::arguments::{PictureArguments, SceneArguments, above_0};
 use super::job::Job;
 use crate::compare::{Chosen, Given, Goal, choose_picture};
 use crate::error::{Error, Result};
@@ -10,8 +10,7 @@ use crate::progress::Progress;
 use crate::settings::{MapKind, Settings, Shading};
 
 /// Options that fix what a goal chooses.
-const CHOSEN: [&str; 6] =
-    ["samples", "steps", "view_steps", "tolerance", "max_error", "max_map_bytes"];
+const CHOSEN: [&str; 5] = ["steps", "view_steps", "tolerance", "max_error", "max_map_bytes"];
 
 /// What a picture is chosen for.
 #[derive(Debug, Args)]
@@ -39,13 +38,16 @@ impl GoalArguments {
     pub(super) fn picture(
         &self,
         job: &Job,
-        arguments: &SceneArguments,
+        (arguments, picture): (&SceneArguments, &PictureArguments),
         progress: &dyn Progress,
     ) -> Result<Option<Chosen>> {
         let Some(goal) = self.goal() else { return Ok(None) };
         self.check(&job.settings)?;
-        let given =
-            Given { size: arguments.map_size.is_some(), quality: arguments.quality.is_some() };
+        let given = Given {
+            size: arguments.map_size.is_some(),
+            quality: arguments.quality.is_some(),
+            tolerance: picture.picture_tolerance.is_some(),
+        };
         choose_picture(job.backend, &job.scene, &job.settings, goal, given, progress).map(Some)
     }
 

@@ -64,11 +64,13 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     if target.is_deep() && goal.goal().is_some() {
         return Err(Error::value("format", "a deep image is not chosen for an error or a time"));
     }
-    let lit = if let Some(chosen) = goal.picture(&job, &scene, &watch)? {
+    let lit = if let Some(chosen) = goal.picture(&job, (&scene, &picture), &watch)? {
         let Chosen { image, settings, error, .. } = chosen;
         let (size, quality) = (settings.map.size, settings.quality);
-        let certificates =
-            vec![format!("error {error}; repeated by --map-size {size} --quality {quality}")];
+        let tolerance = settings.image.tolerance;
+        let certificates = vec![format!(
+            "error {error}; repeated by --map-size {size} --quality {quality} --picture-tolerance {tolerance}"
+        )];
         Lit { image, deep: None, map_size: size, certificates }
     } else if target.is_deep() || limits.any() {
         beam_by_beam((&job, &beams), &scene, &limits, &target, &watch)?

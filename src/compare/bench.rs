@@ -25,7 +25,7 @@ pub struct Bench<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Sizes, filter and everything else that all methods share.
-    pub settings: &'a Settings,
+    pub settings: Settings,
     /// One part per beam.
     parts: Vec<Part>,
     picture: TruePicture,
@@ -107,11 +107,13 @@ impl<'a> Bench<'a> {
     /// media, or if the scene does not fit f32.
     pub fn new(
         scene: &'a Scene,
-        settings: &'a Settings,
+        settings: &Settings,
         [count, seed]: [u64; 2],
         progress: &dyn Progress,
     ) -> Result<Self> {
         settings.check()?;
+        // Pictures differ by their maps alone.
+        let settings = &settings.with(|s| s.image.tolerance = 0.0);
         let (beams, size) = (scene.beams()?, settings.map.size);
         let [width, height] = settings.image.size;
         let mut true_image = Image::filled(width, height, [0.0; 4]);
@@ -127,6 +129,7 @@ impl<'a> Bench<'a> {
         }
         let picture = TruePicture::new(&true_image, settings.image.exposure as f32);
         let (window, _) = settings.map.filter.window();
+        let settings = settings.clone();
         Ok(Self { scene, settings, parts, picture, true_image, window })
     }
 
@@ -141,7 +144,7 @@ impl<'a> Bench<'a> {
     /// # Errors
     /// If such a map cannot be built.
     pub fn measure(&self, method: &Method) -> Result<Row> {
-        let settings = method.settings(self.settings);
+        let settings = method.settings(&self.settings);
         let (mut maps, mut build_seconds, mut lookup_nanoseconds) = (Vec::new(), 0.0, 0.0);
         for part in &self.parts {
             let begun = Instant::now();

@@ -5,6 +5,7 @@ use std::cell::Cell;
 
 use glam::{Vec3, Vec4};
 
+use super::refine_view::{Refinement, refine_view};
 use super::tiles;
 use crate::frame::{Frame, FrameView};
 use crate::image::Image;
@@ -32,12 +33,23 @@ pub(super) fn march_view(
     map: &dyn Shadow,
     progress: &dyn Progress,
 ) -> Image {
-    let (width, height) = (frame.view.width, frame.view.height);
-    progress.begin("picture", u64::from(height));
+    let FrameView { width, height, samples, spacing, tolerance, .. } = frame.view;
     map.prepare();
     let view = View { sampler: Sampler::of(media), frame, map };
+    if spacing > 1 || (samples > 1 && tolerance > 0.0) {
+        let size = [width, height].each(|n| n as usize);
+        let refinement = Refinement { size, spacing: spacing as usize, samples, tolerance };
+        return refine_view(refinement, progress, |place, rays| view.pixel(place, rays));
+    }
+    progress.begin("picture", u64::from(height));
     let mut image = Image::filled(width, height, [0.0; 4]);
-    tiles::fill(&mut image.pixels, width as usize, progress, || (), |(), place| view.pixel(place));
+    tiles::fill(
+        &mut image.pixels,
+        width as usize,
+        progress,
+        || (),
+        |(), place| view.pixel(place, samples).to_array(),
+    );
     image
 }
 
@@ -50,7 +62,8 @@ pub(super) fn march_pixels(
 ) -> Vec<[f32; 4]> {
     map.prepare();
     let view = View { sampler: Sampler::of(media), frame, map };
-    parallel::map(pixels, |pixel| view.pixel(pixel.each(|c| c as usize)))
+    let samples = frame.view.samples;
+    parallel::map(pixels, |pixel| view.pixel(pixel.each(|c| c as usize), samples).to_array())
 }
 
 /// The surroundings of a camera ray.
@@ -97,9 +110,9 @@ pub(super) struct Added {
 }
 
 impl View<'_> {
-    /// The pixel (x, y).
-    fn pixel(&self, [x, y]: [usize; 2]) -> [f32; 4] {
-        let FrameView { width, height, samples, .. } = self.frame.view;
+    /// The pixel (x, y), with a number of rays.
+    fn pixel(&self, [x, y]: [usize; 2], samples: u32) -> Vec4 {
+        let FrameView { width, height, .. } = self.frame.view;
         let mut sum = Vec4::ZERO;
         for i in 0..samples {
             let offset = pixel_offset(i, samples);
@@ -107,7 +120,7 @@ impl View<'_> {
             let ray = camera_ray(self.frame, at(x, offset.x, width), at(y, offset.y, height));
             sum += self.march(&ray);
         }
-        (sum / samples as f32).to_array()
+        sum / samples as f32
     }
 
     fn march(&self, ray: &Ray) -> Vec4 {

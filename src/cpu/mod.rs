@@ -10,6 +10,7 @@ mod lazy_fragments;
 mod link_neighbors;
 mod march_view;
 mod raster_slices;
+mod refine_view;
 mod sort_fragments;
 mod tiles;
 mod trace_coded;

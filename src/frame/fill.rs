@@ -2,6 +2,7 @@
 
 use glam::{DMat4, DVec3, DVec4, Vec3, Vec4};
 
+use super::lattice::spacing;
 use super::steps::{bricks, planes, reach, shared_length, shared_weight};
 use super::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching};
 use crate::scene::{Beam, Light, LightKind, LightView, Media, Medium};
@@ -120,6 +121,10 @@ impl Space {
             opaque: settings.finer(OPAQUE_TRANSMITTANCE) as f32,
             shared_weight: shared_weight(settings),
             shared_length: shared_length(&scene.media, settings),
+            tolerance: pixel_tolerance(settings) as f32,
+            spacing: spacing(&scene.media, &scene.camera, settings),
+            first_row: 0,
+            unused: 0,
             march,
         }
     }
@@ -187,6 +192,14 @@ fn along(direction: DVec3) -> Vec4 {
 pub(super) fn tolerance(settings: &Settings) -> f64 {
     let (_, exponential) = settings.map.filter.window();
     if exponential { 0.0 } else { settings.finer(settings.map.fragments.tolerance) }
+}
+
+/// The tolerance of pixels. The paper's method has a ray for each.
+fn pixel_tolerance(settings: &Settings) -> f64 {
+    match settings.view.shading {
+        Shading::Physical => settings.finer(settings.image.tolerance),
+        Shading::Paper => 0.0,
+    }
 }
 
 /// The transform from frame space, whose unit is `unit` world lengths, to the light's space, with

@@ -8,6 +8,7 @@
 //! and depths in this module have that unit.
 
 mod fill;
+mod lattice;
 mod mixture;
 mod parts;
 mod steps;

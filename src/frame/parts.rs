@@ -158,6 +158,15 @@ pub struct FrameView {
     pub shared_weight: f32,
     /// Four steps may share one lookup if together they are at most this long.
     pub shared_length: f32,
+    /// Largest error of a pixel that is not marched, or not with all of its rays, as a share of the
+    /// picture's 99.9th percentile of radiance; 0 if all are.
+    pub tolerance: f32,
+    /// Distance in pixels of those that are marched first, a power of two.
+    pub spacing: u32,
+    /// The first row of pixels that a pass works on; on a GPU, large pictures are made in parts.
+    pub first_row: u32,
+    /// Padding.
+    pub unused: u32,
     /// How camera rays are cut into steps.
     pub march: Marching,
 }

@@ -143,7 +143,7 @@ pub(super) fn marching(media: &Media, settings: &Settings, tolerance: f64) -> [M
 }
 
 /// World length of a voxel's shortest edge.
-fn smallest_voxel(media: &Media) -> f64 {
+pub(super) fn smallest_voxel(media: &Media) -> f64 {
     [DVec3::X, DVec3::Y, DVec3::Z]
         .map(|axis| media.world_from_index().transform_vector3(axis).length())
         .into_iter()

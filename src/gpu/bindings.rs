@@ -37,6 +37,8 @@ pub(super) mod at {
     pub(crate) const SUM: u32 = 26;
     pub(crate) const BEAM: u32 = 27;
     pub(crate) const WEIGHTS: u32 = 28;
+    pub(crate) const SINGLE: u32 = 29;
+    pub(crate) const BRIGHT: u32 = 30;
 }
 
 /// The result of `make`; an error if the device finds its commands invalid. Error scopes belong to
@@ -127,6 +129,11 @@ pub(super) fn sum() -> BindGroupLayoutEntry {
 /// The picture of one more beam.
 pub(super) fn beam() -> BindGroupLayoutEntry {
     texture(at::BEAM, wgpu::TextureViewDimension::D2, false)
+}
+
+/// The picture of one ray per pixel.
+pub(super) fn single() -> BindGroupLayoutEntry {
+    texture(at::SINGLE, wgpu::TextureViewDimension::D2, false)
 }
 
 /// The beam's weight in each channel.

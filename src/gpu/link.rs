@@ -13,7 +13,7 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 25] = files![
+const FILES: [(&str, &str); 26] = files![
     "kernel/blocks",
     "kernel/curves",
     "kernel/density",
@@ -22,6 +22,7 @@ const FILES: [(&str, &str); 25] = files![
     "kernel/frame",
     "kernel/light",
     "kernel/lists",
+    "kernel/march",
     "kernel/media",
     "kernel/medium",
     "kernel/occupancy",

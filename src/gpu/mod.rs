@@ -35,6 +35,7 @@ mod lists;
 mod lookup;
 mod media;
 mod passes;
+mod picture;
 mod prepared;
 mod programs;
 mod readback;
@@ -119,19 +120,13 @@ impl GpuBackend {
         // Allocated first: a picture that is too large should fail before anything slow happens.
         let image = gpu.image(width, height)?;
         let gpu_media = self.upload(media)?;
-        let frame_buffer = gpu.frame(&frame, &gpu_media)?;
-        let march = |shadow: GpuShadow<'_>| {
-            gpu.submit(|encoder| {
-                if let GpuShadow::Threshold(map) = shadow {
-                    gpu.fit_curves(encoder, &frame_buffer, map)?;
-                }
-                gpu.march_view(encoder, &gpu_media, &frame_buffer, shadow, &image)
-            })
-        };
+        let march = |shadow: GpuShadow<'_>| gpu.picture(&gpu_media, &frame, shadow, &image);
         match map {
             Map::Threshold(map) => {
                 let gpu_map = gpu.map(map.size())?;
                 gpu.write(&gpu_map, map.texels());
+                let frame_buffer = gpu.frame(&frame, &gpu_media)?;
+                gpu.submit(|encoder| gpu.fit_curves(encoder, &frame_buffer, &gpu_map))?;
                 march(GpuShadow::Threshold(&gpu_map))?;
             }
             Map::Fragments(map) => march(GpuShadow::Fragments(&uploaded(gpu, map)?))?,

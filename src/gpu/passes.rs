@@ -18,6 +18,11 @@ pub(super) enum Pass {
     MarchThreshold,
     /// `march_view` through fragment maps.
     MarchFragments,
+    RankRadiance,
+    /// `refine_view` through threshold maps.
+    RefineThreshold,
+    /// `refine_view` through fragment maps.
+    RefineFragments,
     AddBeam,
 }
 
@@ -47,7 +52,7 @@ macro_rules! source {
 
 impl Pass {
     /// All passes.
-    pub(super) const ALL: [Self; 9] = [
+    pub(super) const ALL: [Self; 12] = [
         Self::TraceThreshold,
         Self::FitCurves,
         Self::TraceSlices,
@@ -56,6 +61,9 @@ impl Pass {
         Self::LinkNeighbors,
         Self::MarchThreshold,
         Self::MarchFragments,
+        Self::RankRadiance,
+        Self::RefineThreshold,
+        Self::RefineFragments,
         Self::AddBeam,
     ];
 
@@ -66,6 +74,8 @@ impl Pass {
         let kept_curves = [at::PIECE_ENDS, at::CUBICS].map(read_write);
         let [ends, cubics] = [at::PIECE_ENDS, at::CUBICS].map(read);
         let threshold_map = bindings::threshold_map();
+        let lists = [at::RUNS, at::NODES, at::LINKS].map(read);
+        let single = [bindings::single(), read(at::BRIGHT)];
         let (map, media, bindings, (name, source)) = match self {
             Self::TraceThreshold => (
                 MapKind::Threshold,
@@ -112,8 +122,26 @@ impl Pass {
             Self::MarchFragments => (
                 MapKind::Fragments,
                 true,
-                vec![frame, output, read(at::RUNS), read(at::NODES), read(at::LINKS)],
+                [&[frame, output], &lists[..]].concat(),
                 source!("march_view"),
+            ),
+            Self::RankRadiance => (
+                MapKind::Fragments,
+                false,
+                vec![bindings::single(), read_write(at::BRIGHT)],
+                source!("rank_radiance"),
+            ),
+            Self::RefineThreshold => (
+                MapKind::Threshold,
+                true,
+                [&[frame, threshold_map, output, ends, cubics], &single[..]].concat(),
+                source!("refine_view"),
+            ),
+            Self::RefineFragments => (
+                MapKind::Fragments,
+                true,
+                [&[frame, output], &lists[..], &single[..]].concat(),
+                source!("refine_view"),
             ),
             Self::AddBeam => (
                 MapKind::Fragments,
@@ -123,8 +151,12 @@ impl Pass {
             ),
         };
         // In `trace_slices` the threads' run times differ most.
-        let workgroup = if self == Self::TraceSlices { [8, 4] } else { [8, 8] };
-        let usual = name == "march_view";
+        let workgroup = match self {
+            Self::TraceSlices => [8, 4],
+            Self::RankRadiance => [16, 16],
+            _ => [8, 8],
+        };
+        let usual = matches!(name, "march_view" | "refine_view");
         Declaration { name, source, map, media, bindings, workgroup, usual }
     }
 }

@@ -82,7 +82,21 @@ impl Renderer {
         shadow: GpuShadow<'_>,
         image: &GpuImage,
     ) -> Prepared {
+        self.prepare_rows(shadow.march(), (media, frame), shadow, (&[], image), image.size())
+    }
+
+    /// Prepares `march_view` or `refine_view`, with what the latter binds as well, for the first
+    /// `size` pixels behind the frame's first row.
+    pub(super) fn prepare_rows(
+        &self,
+        pass: Pass,
+        (media, frame): (&GpuMedia, &GpuFrame),
+        shadow: GpuShadow<'_>,
+        (more, image): (&[BindGroupEntry<'_>], &GpuImage),
+        size: [u32; 2],
+    ) -> Prepared {
         let mut entries = self.media_entries(media);
+        entries.extend_from_slice(more);
         entries.push(entry(at::OUTPUT, BindingResource::TextureView(image.view())));
         match shadow {
             GpuShadow::Threshold(map) => {
@@ -91,7 +105,7 @@ impl Renderer {
             }
             GpuShadow::Fragments(map) => entries.extend(map.lookup_entries()),
         }
-        self.prepare(shadow.march(), media.kind(), Some(frame), entries, image.size())
+        self.prepare(pass, media.kind(), Some(frame), entries, size)
     }
 
     /// Prepares pass `add_beam`, which writes the sum of `sum` and the weighted `beam` to `output`.

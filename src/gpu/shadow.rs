@@ -22,4 +22,12 @@ impl GpuShadow<'_> {
             Self::Fragments(_) => Pass::MarchFragments,
         }
     }
+
+    /// The pass that gives more rays to some of their pixels.
+    pub(super) fn refine(self) -> Pass {
+        match self {
+            Self::Threshold(_) => Pass::RefineThreshold,
+            Self::Fragments(_) => Pass::RefineFragments,
+        }
+    }
 }

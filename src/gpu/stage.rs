@@ -212,14 +212,13 @@ impl<'a> GpuStage<'a> {
         progress.begin("picture", 1);
         let mut frame = Frame::new(beam, settings)?;
         frame.map.follows_links = u32::from(shadow.linked());
-        let frame = gpu.frame(&frame, media)?;
         let [width, height] = settings.image.size;
         let image = match &self.image {
             // Only for the first beam: others are added to it.
             Some(image) if index == 0 && image.size() == [width, height] => image.clone(),
             _ => gpu.image(width, height)?,
         };
-        gpu.submit(|encoder| gpu.march_view(encoder, media, &frame, shadow.bound(), &image))?;
+        gpu.picture(media, &frame, shadow.bound(), &image)?;
         progress.advance(1);
         let kept: u64 = self.lit.iter().flatten().map(|lit| lit.shadow.bytes()).sum();
         if kept > settings.map.fragments.memory {

@@ -37,6 +37,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
         image: ImageSettings {
             size: [image.width.unwrap_or(width), image.height.unwrap_or(height)],
             samples: image.samples.unwrap_or(default.image.samples),
+            tolerance: image.tolerance.unwrap_or(default.image.tolerance),
             exposure: match image.exposure()? {
                 Exposure::Factor(factor) => factor,
                 Exposure::Auto => default.image.exposure,

@@ -169,12 +169,14 @@ tables! {
         /// above 0.
         zoom: f64,
     }
-    /// `[image]`: width and height in pixels, camera rays per pixel, and how radiance is encoded for
-    /// screens. [`crate::settings::ImageSettings`] states ranges and defaults.
+    /// `[image]`: width and height in pixels, camera rays per pixel, the error that pixels may have
+    /// that are not marched, and how radiance is encoded for screens.
+    /// [`crate::settings::ImageSettings`] states ranges and defaults.
     ImageTable {
         width: u32,
         height: u32,
         samples: u32,
+        tolerance: f64,
         /// Factor on radiance, or stops such as `"+1.5ev"`, or `"auto"`.
         exposure: ExposureValue,
         /// Name of a tone curve ([`ToneMap`]); by default `none`, or `agx` for a picture of which

@@ -8,21 +8,37 @@ use crate::math::{Aabb, frame_of};
 /// Share of the picture's height and width that stays free at each edge.
 const MARGIN: f64 = 0.08;
 
-/// The points that a first picture must contain: the volume's outline and its shadows on the
-/// ground.
+/// Shadows count up to this far from what casts them, in heights of the volume.
+const FARTHEST_SHADOW: f64 = 3.0;
+
+/// The points that a first picture must contain: the volume's outline and its shadow on the ground.
+/// Shadows under a low light are long, so what is further away than three heights of the volume
+/// does not count.
 pub(super) fn shown_points(
     visible: &[DVec3],
     light: Option<&Light>,
     ground: Option<Ground>,
 ) -> Vec<DVec3> {
-    // Under a low light shadows are long; beyond this length they may leave the picture.
-    let size = Aabb::around(visible.iter().copied()).map_or(0.0, |bounds| bounds.size().length());
-    let longest = 1.2 * size;
-    let shadows = visible.iter().filter_map(|&corner| {
-        let direction = light?.direction_at(corner);
-        let distance = (ground?.height - corner.y) / direction.y;
-        (distance > 0.0).then(|| corner + direction * distance.min(longest))
-    });
+    let height = Aabb::around(visible.iter().copied()).map_or(0.0, |bounds| bounds.size().y);
+    let farthest = FARTHEST_SHADOW * height;
+    let (mut shadows, mut all_far) = (Vec::new(), true);
+    for &point in visible {
+        let (Some(light), Some(ground)) = (light, ground) else { break };
+        let direction = light.direction_at(point);
+        let distance = (ground.height - point.y) / direction.y;
+        // Zero on the ground itself.
+        if !(distance >= 0.0 && direction.y < 0.0) {
+            continue;
+        }
+        let along = DVec3::new(direction.x, 0.0, direction.z);
+        let away = along.length() * distance;
+        all_far &= away > farthest;
+        let foot = DVec3::new(point.x, ground.height, point.z);
+        shadows.push(foot + along.normalize_or_zero() * away.min(farthest));
+    }
+    if all_far {
+        shadows.clear();
+    }
     visible.iter().copied().chain(shadows).collect()
 }
 

@@ -20,7 +20,7 @@ const LIGHT_SAMPLES: RangeInclusive<u32> = 1..=1 << 16;
 const OCTAVES: RangeInclusive<u32> = 0..=16;
 /// f32 cannot resolve the steps of higher qualities.
 const QUALITIES: RangeInclusive<f64> = 0.125..=64.0;
-/// Errors of transmittance that may be allowed.
+/// Errors that may be allowed of transmittance, or of radiance as a share.
 const ERRORS: RangeInclusive<f64> = 0.0..=0.5;
 /// The smallest memory for lists, in bytes; nothing can be built with less.
 const LEAST_MEMORY: u64 = 1 << 20;
@@ -52,6 +52,7 @@ impl Settings {
         outside("image.size[0]", width, &PIXELS)
             .or_else(|| outside("image.size[1]", height, &PIXELS))
             .or_else(|| outside("image.samples", image.samples, &SAMPLES))
+            .or_else(|| outside("image.tolerance", image.tolerance, &ERRORS))
             .or_else(|| unless(exposes, "image.exposure", || format!("{exposure} is not above 0")))
             .or_else(|| view.steps.and_then(|steps| outside("view.steps", steps, &STEPS)))
             .or_else(|| outside("view.light_samples", view.light_samples, &LIGHT_SAMPLES))

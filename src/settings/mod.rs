@@ -37,6 +37,13 @@ pub struct ImageSettings {
     /// Camera rays per pixel, 1 to 4096; 1 by default. A single ray goes through the pixel's
     /// centre.
     pub samples: u32,
+    /// Largest error that is expected of pixels that are interpolated instead of marched, and of
+    /// those that get one ray instead of [`samples`](Self::samples), 0 to 0.5: of radiance as a
+    /// share of the picture's 99.9th percentile, of opacity as such. The CPU marches pixels of a
+    /// lattice, and the others where second differences say that these do not suffice (Levoy 1990,
+    /// "Volume rendering by adaptive refinement"). 0 marches every pixel with all rays; 0.002 by
+    /// default.
+    pub tolerance: f64,
     /// Factor on radiance before a picture is encoded for screens, above 0; 1 by default. `render`
     /// does not apply it; pass it to `Image::save`.
     pub exposure: f64,
@@ -96,7 +103,7 @@ impl Default for Settings {
 
 impl Default for ImageSettings {
     fn default() -> Self {
-        Self { size: [512, 512], samples: 1, exposure: 1.0 }
+        Self { size: [512, 512], samples: 1, tolerance: 0.002, exposure: 1.0 }
     }
 }
 

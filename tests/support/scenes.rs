@@ -56,5 +56,7 @@ pub fn settings(map_size: u32, image_size: [u32; 2]) -> Settings {
     Settings::default().with(|s| {
         s.map.size = map_size;
         s.image.size = image_size;
+        // Pixels are compared one by one.
+        s.image.tolerance = 0.0;
     })
 }

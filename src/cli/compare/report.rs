@@ -92,7 +92,7 @@ pub(super) fn escaped(text: &str) -> String {
 
 fn about(findings: &Findings<'_>) -> String {
     let Findings { bench, about, .. } = findings;
-    let (scene, settings) = (bench.scene, bench.settings);
+    let (scene, settings) = (bench.scene, &bench.settings);
     let [nx, ny, nz] = scene.media.dims();
     let [width, height] = settings.image.size;
     let counts = Place::ALL.map(|p| format!("{} {}", bench.points(p), p.name()));
@@ -197,7 +197,7 @@ fn worst(findings: &Findings<'_>) -> String {
 }
 
 fn pictures(findings: &Findings<'_>) -> Result<String> {
-    let settings = findings.bench.settings;
+    let settings = &findings.bench.settings;
     let exposure = settings.image.exposure as f32;
     let [width, height] = settings.image.size;
     let image = |uri: &str, alt: &str| {

@@ -16,7 +16,7 @@ const LAYOUT: u32 = 1;
 /// "inf".
 pub(super) fn json(findings: &Findings<'_>) -> String {
     let Findings { bench, about, .. } = findings;
-    let settings = bench.settings;
+    let settings = &bench.settings;
     let methods: Vec<Json> = findings.rows.iter().map(row).collect();
     let points = Place::ALL.map(|place| (place.name(), bench.points(place)));
     let points: serde_json::Map<String, Json> =

@@ -1,7 +1,8 @@
 //! Chooses how a picture is computed, for an error that it must keep or for a time that it may
 //! take, and certifies its error.
 //!
-//! Two numbers are chosen: the size of the maps and [`Settings::quality`]. Few pixels tell what
+//! Two numbers are chosen: the size of the maps and [`Settings::quality`]; the tolerance of pixels
+//! follows from the error. Few pixels tell what
 //! they do ([`Scouts`]): they are marched with the truth, and through maps of two sizes of which
 //! only the needed texels are traced. That gives the error by steps and tolerances, which falls
 //! with the square of the quality, that by texels, which falls with the square of the size, and the
@@ -36,6 +37,9 @@ const NEXT_AIM: f64 = 0.8;
 const KEPT: f64 = 0.9;
 /// Attempts to keep an error.
 const ATTEMPTS: u64 = 5;
+/// The tolerance of pixels, as a share of the allowed error. The RMS error that they add is about a
+/// fifth of it.
+const PIXELS: f64 = 0.8;
 /// The allowed qualities.
 const QUALITIES: [f64; 2] = [0.125, 8.0];
 /// Seed of the pixels' random numbers; each purpose and attempt has its own stream.
@@ -60,6 +64,8 @@ pub struct Given {
     pub size: bool,
     /// The quality is that of the settings.
     pub quality: bool,
+    /// The tolerance of pixels is that of the settings.
+    pub tolerance: bool,
 }
 
 /// A picture, and how it was chosen.
@@ -105,7 +111,10 @@ pub fn choose_picture(
             let mut aim = AIM * most;
             let mut closest = None;
             for attempt in 0..ATTEMPTS {
-                let settings = scouts.keeping(aim, given)?;
+                let mut settings = scouts.keeping(aim, given)?;
+                if !given.tolerance {
+                    settings.image.tolerance = pixel_tolerance(most, settings.quality);
+                }
                 let image = stage.render(scene, &settings, progress)?;
                 let error = certified(scene, &settings, &image, 2 + attempt)?;
                 if error.bound <= KEPT * most {
@@ -124,6 +133,13 @@ pub fn choose_picture(
             Err(Error::value("max-picture-error", why))
         }
     }
+}
+
+/// The tolerance of pixels with which a picture of this quality keeps an error, of three digits, as
+/// people are told it.
+fn pixel_tolerance(most: f64, quality: f64) -> f64 {
+    let tolerance = PIXELS * most * quality * quality;
+    format!("{tolerance:.2e}").parse().unwrap_or(tolerance).min(0.5)
 }
 
 /// The error of `image`, the picture of `scene` under `settings`, at random lit pixels.

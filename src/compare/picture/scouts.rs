@@ -30,6 +30,8 @@ const POWERS: [i32; 2] = [4, 5];
 /// The power of quality by which texels and pixels take longer, as measured: steps are limited by
 /// voxels as well.
 const POWER: f64 = 0.8;
+/// The share of pixels that are marched, if not all are.
+const MARCHED: f64 = 0.5;
 /// The share of the time that a choice leaves for what it does not know (files, the certificate).
 const RESERVE: f64 = 0.1;
 
@@ -89,10 +91,12 @@ impl Scouts {
             ((squares[0] - squares[1]) / (fourth(sizes[0]) - fourth(sizes[1]))).max(0.0);
         let by_steps = (squares[1] - by_texels * fourth(sizes[1])).max(0.05 * squares[1]);
         let [width, height] = settings.image.size.map(f64::from);
+        let frame = beams.first().map(|beam| Frame::new(beam, settings)).transpose()?;
+        let sparse = frame.is_some_and(|frame| frame.view.spacing > 1);
         Ok(Self {
             settings: settings.clone(),
             beams: beams.len() as f64,
-            pixels: width * height,
+            pixels: width * height * if sparse { MARCHED } else { 1.0 },
             errors: [by_steps, by_texels],
             seconds,
             begun,

@@ -27,13 +27,11 @@ use medium::{medium, visible_points};
 /// The direction of the light: from the upper left, over the camera's shoulder.
 const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
 /// Voxels above this share of the largest density count as visible.
-const VISIBLE_SHARE: f32 = 0.015;
+const VISIBLE_SHARE: f32 = 0.003;
 /// The albedo of a photographer's grey card.
 const GROUND_ALBEDO: f64 = 0.18;
 /// A darker ground, on which a white medium stands out.
 const STUDIO_GROUND_ALBEDO: f64 = 0.07;
-/// Distance between volume and ground, in largest edge lengths of the volume.
-const GROUND_GAP: f64 = 0.04;
 /// Ambient radiance under a bright sky, for scenes that do not specify it.
 const AMBIENT: DVec3 = DVec3::new(0.055, 0.07, 0.095);
 
@@ -272,7 +270,7 @@ fn ground(
     let height = match table.height {
         Some(height) => finite("ground.height", [height; 3])?.x,
         None => {
-            let height = bounds.min.y - GROUND_GAP * bounds.size().max_element();
+            let height = bounds.min.y;
             choices.took("ground height (`ground.height`)", digits(height));
             height
         }

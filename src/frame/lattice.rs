@@ -1,0 +1,27 @@
+//! How far apart the pixels may be that are marched first.
+
+use super::steps::smallest_voxel;
+use crate::scene::{Camera, Media};
+use crate::settings::{Settings, Shading};
+
+/// The largest distance, in pixels.
+const MOST: u32 = 8;
+/// The same as a multiple of a voxel's edge as it appears in the picture. What a single voxel adds
+/// to a picture is two voxels wide, so some of these pixels see it.
+const VOXELS: f64 = 1.5;
+
+/// The distance of those pixels, a power of two; 1 marches all.
+pub(super) fn spacing(media: &Media, camera: &Camera, settings: &Settings) -> u32 {
+    if settings.image.tolerance <= 0.0 || settings.view.shading == Shading::Paper {
+        return 1;
+    }
+    let [width, height] = settings.image.size.map(f64::from);
+    let rays = camera.rays(width / height);
+    let [forward, ..] = camera.axes();
+    let depths = media.world_bounds().corners().map(|corner| (corner - rays.origin).dot(forward));
+    let farthest = depths.into_iter().fold(0.0, f64::max);
+    let pixel = (rays.origin_y.length() + rays.direction_y.length() * farthest) / height;
+    let widest = VOXELS * smallest_voxel(media) / pixel;
+    let powers = (0..=MOST.ilog2()).rev().map(|power| 1_u32 << power);
+    powers.into_iter().find(|&power| f64::from(power) <= widest).unwrap_or(1)
+}
