@@ -33,6 +33,7 @@ mod picture_goal;
 mod readers;
 mod refined_pictures;
 mod representations;
+mod saved_scenes;
 mod scene_files;
 mod shaders;
 mod sparse;

@@ -10,7 +10,7 @@ use super::support::Picture;
 const SMALL: &str = "--backend cpu --size 8x8 --map-size 8";
 
 /// Runs the program; it must fail with this code and one line that names everything in `named`.
-fn must_fail(folder: &Folder, arguments: &str, code: i32, named: &[&str]) -> String {
+pub fn must_fail(folder: &Folder, arguments: &str, code: i32, named: &[&str]) -> String {
     let output = folder.run(arguments);
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(code), "'{arguments}': {said}");

@@ -39,6 +39,9 @@ pub(super) struct Request<'a> {
 pub(super) struct Job {
     pub scene: Scene,
     pub settings: Settings,
+    /// What was given, and the windows that were chosen for its volumes.
+    file: SceneFile,
+    windows: Vec<Option<[f32; 2]>>,
     pub exposure: Exposure,
     /// `None` if it is to be chosen.
     pub tone_map: Option<ToneMap>,
@@ -102,6 +105,7 @@ impl<'a> Request<'a> {
             ingredients.push(own);
             notes.extend(said);
         }
+        let windows = ingredients.iter().map(|own| own.window).collect();
         let (mut scene, settings, choices) = complete(&file, ingredients, surroundings)?;
         if source.transparent {
             scene.background = None;
@@ -112,7 +116,8 @@ impl<'a> Request<'a> {
             if source.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
         let (exposure, tone_map) = (file.image.exposure()?, file.image.tone_map()?);
         let quiet = source.quiet;
-        let job = Job { scene, settings, exposure, tone_map, backend, progress, quiet };
+        let job =
+            Job { scene, settings, file, windows, exposure, tone_map, backend, progress, quiet };
         for note in &notes {
             job.note(note);
         }
@@ -126,6 +131,14 @@ impl<'a> Request<'a> {
 }
 
 impl Job {
+    /// The scene file that repeats a picture under `settings`.
+    ///
+    /// # Errors
+    /// If it cannot be written as text.
+    pub(super) fn scene_file(&self, settings: &Settings) -> Result<String> {
+        self.file.saved(&self.windows, &self.scene, settings)?.to_text()
+    }
+
     /// Prints a line for people on stderr, unless `--quiet` was given.
     pub(super) fn note(&self, line: &str) {
         if !self.quiet {

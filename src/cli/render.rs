@@ -1,5 +1,7 @@
 //! Command `render`: writes a picture of a volume with its shadows.
 
+use std::path::{Path, PathBuf};
+
 use clap::Args;
 
 use super::arguments::{PictureArguments, SceneArguments};
@@ -15,9 +17,10 @@ use crate::cpu::DeepView;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
+use crate::io::{Inputs, PendingFile};
 use crate::progress::Progress;
 use crate::scene::Beam;
-use crate::settings::Shading;
+use crate::settings::{Settings, Shading};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -31,6 +34,9 @@ pub(super) struct Arguments {
     goal: GoalArguments,
     #[command(flatten)]
     file: FileOptions,
+    /// Also write a scene file (.toml) that repeats the picture, with everything that was chosen.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["max_error", "max_map_bytes"], help_heading = "Scene")]
+    save_scene: Option<PathBuf>,
 }
 
 impl Arguments {
@@ -41,10 +47,11 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<()> {
-    let Arguments { scene, limits, picture, goal, file } = arguments;
+    let Arguments { scene, limits, picture, goal, file, save_scene } = arguments;
     let target = file.target(&scene.source.input, scene.source.transparent)?;
     let request = Request::new(&scene, Some(&picture))?;
     let file = target.open(&request.inputs)?;
+    let saved = save_scene.map(|path| scene_output(&path, &request.inputs)).transpose()?;
     let job = request.load()?;
     if target.is_deep() {
         if job.settings.image.samples != ONE_RAY.0 {
@@ -71,12 +78,12 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         let certificates = vec![format!(
             "error {error}; repeated by --map-size {size} --quality {quality} --picture-tolerance {tolerance}"
         )];
-        Lit { image, deep: None, map_size: size, certificates }
+        Lit { image, deep: None, settings, certificates }
     } else if target.is_deep() || limits.any() {
         beam_by_beam((&job, &beams), &scene, &limits, &target, &watch)?
     } else {
         let image = job.backend.render(&job.scene, &job.settings, &watch)?;
-        Lit { image, deep: None, map_size: job.settings.map.size, certificates: Vec::new() }
+        Lit { image, deep: None, settings: job.settings.clone(), certificates: Vec::new() }
     };
     let [map_time, view_time] = ["shadow map", "picture"].map(|work| watch.time(work));
     let certificate = (!lit.certificates.is_empty()).then(|| lit.certificates.join("\n"));
@@ -92,13 +99,17 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
             options.camera = Some(job.scene.camera);
         })?,
     };
+    let text = saved.is_some().then(|| job.scene_file(&lit.settings)).transpose()?;
     file.finish_with(&contents)?;
+    if let (Some(saved), Some(text)) = (saved, text) {
+        saved.finish_with(text.as_bytes())?;
+    }
     let [width, height] = job.settings.image.size;
     let maps = if beams.len() > 1 { format!("{} maps", beams.len()) } else { "map".to_owned() };
     job.note(&format!(
         "wrote {}: {width}x{height}, {maps} {1}x{1} in {2:.2} s, view in {3:.2} s, {4}",
         target.name(),
-        lit.map_size,
+        lit.settings.map.size,
         map_time.as_secs_f64(),
         view_time.as_secs_f64(),
         job.backend.description(),
@@ -109,13 +120,22 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     Ok(())
 }
 
+/// The scene file to be written to `path`.
+fn scene_output(path: &Path, inputs: &Inputs) -> Result<PendingFile> {
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+        return PendingFile::create(path, inputs);
+    }
+    let path = path.display();
+    Err(Error::value("save-scene", format!("'{path}' does not end in .toml, as scene files do")))
+}
+
 /// The result of rendering.
 struct Lit {
     image: Image,
     /// The bytes of a deep image.
     deep: Option<Vec<u8>>,
-    /// Size of the last map.
-    map_size: u32,
+    /// The settings of the last map, and of the picture.
+    settings: Settings,
     /// Certificates of all maps that keep a limit.
     certificates: Vec<String>,
 }
@@ -131,7 +151,8 @@ fn beam_by_beam(
 ) -> Result<Lit> {
     let [width, height] = job.settings.image.size;
     let image = Image::filled(width, height, [0.0; 4]);
-    let mut lit = Lit { image, deep: None, map_size: 0, certificates: Vec::new() };
+    let mut lit =
+        Lit { image, deep: None, settings: job.settings.clone(), certificates: Vec::new() };
     for beam in beams {
         watch.begin("shadow map", 1);
         let (map, settings) = match limits.choose(job, beam, arguments, |_| true)? {
@@ -155,7 +176,7 @@ fn beam_by_beam(
             let picture = job.backend.view(beam, &settings, &map, watch)?;
             beam.add(&picture, &mut lit.image);
         }
-        lit.map_size = settings.map.size;
+        lit.settings = settings;
     }
     job.scene.check_radiance(&lit.image)?;
     Ok(lit)

@@ -7,7 +7,8 @@ use crate::error::{Error, ErrorKind};
 
 /// Options by the names that the library has for their values, where the names differ by more than
 /// the table in front of them and underscores.
-const NAMES: [(&str, &str); 18] = [
+const NAMES: [(&str, &str); 19] = [
+    ("image.tolerance", "picture-tolerance"),
     ("transfer function", "transfer"),
     ("light.direction", "light"),
     ("light.irradiance", "light-color"),

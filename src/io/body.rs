@@ -40,6 +40,7 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
     if volume.largest() == 0.0 && densities.offset == 0.0 {
         notes.push(format!("'{}' is empty: no density is above 0", volume.name));
     }
+    let mut chosen = None;
     let automatic = scan || table.density_scale.is_none();
     if automatic
         && densities == Densities::default()
@@ -48,6 +49,7 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
         && let Some([low, high]) = window(&volume)
     {
         densities = Densities::of_window([low, high], 0.0);
+        chosen = Some([low, high]);
         notes.push(format!("window {low},{high} (chosen; `volume.window` sets it)"));
     }
     if function.is_none() {
@@ -101,6 +103,7 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
         color,
         modulation: modulation.map(Arc::new),
         emission_field,
+        window: chosen,
     };
     Ok((ingredients, notes))
 }

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::Tables;
 use crate::error::{Error, Result};
@@ -13,10 +13,20 @@ use crate::image::{Exposure, ToneMap};
 macro_rules! tables {
     ($($(#[$doc:meta])* $name:ident { $($(#[$attribute:meta])* $key:ident: $type:ty,)* })*) => {
         $($(#[$doc])*
-        #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+        #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
         #[serde(default, deny_unknown_fields)]
         #[allow(missing_docs)]
-        pub struct $name { $($(#[$attribute])* pub $key: Option<$type>,)* })*
+        pub struct $name {
+            $(#[serde(skip_serializing_if = "Option::is_none")]
+            $(#[$attribute])* pub $key: Option<$type>,)*
+        }
+
+        impl $name {
+            #[allow(dead_code)] // Some tables are only parts of others.
+            fn is_empty(&self) -> bool {
+                *self == Self::default()
+            }
+        })*
     };
 }
 
@@ -24,25 +34,33 @@ macro_rules! tables {
 /// "Scene files" shows the common keys; the tables here hold all of them. A key that is left out
 /// has the default that its field states, else it is chosen for the volume at hand
 /// ([`super::automatic`]).
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct SceneFile {
     /// `[volume]`, or `[[volume]]` for several; empty for a scene without volumes.
+    #[serde(skip_serializing_if = "Tables::is_empty")]
     pub volume: Tables<VolumeTable>,
     /// `[light]`, or `[[light]]` for several; if empty, one light is chosen.
+    #[serde(skip_serializing_if = "Tables::is_empty")]
     pub light: Tables<LightTable>,
     /// `[ambient]`: radiance from all directions, without shadow. None in scene files by default.
+    #[serde(skip_serializing_if = "RadianceTable::is_empty")]
     pub ambient: RadianceTable,
     /// `[camera]`
+    #[serde(skip_serializing_if = "CameraTable::is_empty")]
     pub camera: CameraTable,
     /// `[image]`
+    #[serde(skip_serializing_if = "ImageTable::is_empty")]
     pub image: ImageTable,
     /// `[shadow]`
+    #[serde(skip_serializing_if = "ShadowTable::is_empty")]
     pub shadow: ShadowTable,
     /// `[ground]`
+    #[serde(skip_serializing_if = "GroundTable::is_empty")]
     pub ground: GroundTable,
     /// `[background]`: radiance behind everything. Opaque black in scene files by default.
+    #[serde(skip_serializing_if = "RadianceTable::is_empty")]
     pub background: RadianceTable,
 }
 
@@ -230,7 +248,7 @@ tables! {
 }
 
 /// An exposure: a factor, or a text that [`Exposure`] parses.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged, expecting = "exposure: expected a number, stops as \"+1.5ev\", or \"auto\"")]
 #[allow(missing_docs)]
 pub enum ExposureValue {
@@ -261,7 +279,7 @@ impl ImageTable {
 }
 
 /// The range of values over which a transfer function is spread.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged, expecting = "range: expected two numbers or \"data\"")]
 pub enum TransferRange {
     /// A range from low to high.
@@ -271,7 +289,7 @@ pub enum TransferRange {
 }
 
 /// Names of ranges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RangeWord {
     /// `"data"`: all values that the volume holds, without a few outliers.

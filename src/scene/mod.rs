@@ -14,6 +14,7 @@ mod light_view;
 mod media;
 mod medium;
 mod occupancy;
+mod saved;
 mod tables;
 pub mod transfer;
 

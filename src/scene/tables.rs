@@ -7,6 +7,7 @@ use std::ops::{Deref, DerefMut};
 
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::ser::{Serialize, Serializer};
 
 /// All tables of one name, in order.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +40,23 @@ impl<T> Deref for Tables<T> {
 impl<T> DerefMut for Tables<T> {
     fn deref_mut(&mut self) -> &mut [T] {
         &mut self.0
+    }
+}
+
+impl<T> Tables<T> {
+    /// Whether there is none; for serde, which wants a function and not a slice's method.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+/// One table is written as such, several as an array.
+impl<T: Serialize> Serialize for Tables<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.0[..] {
+            [one] => one.serialize(serializer),
+            several => several.serialize(serializer),
+        }
     }
 }
 

@@ -38,6 +38,8 @@ pub struct Ingredients {
     pub modulation: Option<Arc<Volume>>,
     /// The grid that `[volume.emission]` names.
     pub emission_field: Option<Arc<Volume>>,
+    /// The window of stored values that was chosen.
+    pub window: Option<[f32; 2]>,
 }
 
 impl Ingredients {
@@ -58,6 +60,7 @@ impl From<Volume> for Ingredients {
             color: None,
             modulation: None,
             emission_field: None,
+            window: None,
         }
     }
 }

@@ -1,0 +1,88 @@
+//! Tests that saved scene files repeat pictures to the bit.
+
+use std::fs;
+
+use crate::cli::{Folder, must_succeed};
+use crate::usage::must_fail;
+
+const SMALL: &str = "--backend cpu --size 48x32 --map-size 40";
+
+#[test]
+fn a_saved_scene_repeats_its_picture_to_the_bit() {
+    let folder = Folder::new();
+    write_ball(&folder, "ball.npy", [0.0, 0.0, 3.0]);
+    // For a ball in noisy surroundings a window is chosen.
+    write_ball(&folder, "scan.npy", [100.0, 16.0, 900.0]);
+    for (input, options) in [
+        ("bucky", ""),
+        ("clouds", "--light 200,35 --azimuth 10 --elevation 80 --zoom 1.3 --phase 0.4"),
+        ("ball.npy", "--transfer auto --ground none --background 0,0.2,1 --samples 3"),
+        ("ball.npy", "--emission density --albedo 0.5,0.9,1 --exposure +1ev --tonemap aces"),
+        ("scan.npy", "--light 0.1,-1,0.3 --light-color 2,1,1 --camera 3,4,60 --map threshold"),
+        ("bucky", "--map nested --filter pcf3 --quality 0.5 --picture-tolerance 0.01"),
+    ] {
+        for name in ["a.png", "a.exr"] {
+            let render = format!("render {input} {options} {SMALL} --save-scene s.toml -o {name}");
+            must_succeed(&folder.run(&render));
+            must_succeed(&folder.run(&format!("render s.toml --backend cpu -o b-{name}")));
+            let [a, b] = [name, &format!("b-{name}")].map(|name| folder.path().join(name));
+            assert!(fs::read(a).unwrap() == fs::read(b).unwrap(), "{input} {options} {name}");
+        }
+        let text = fs::read_to_string(folder.path().join("s.toml")).unwrap();
+        for key in ["density_scale", "position", "irradiance", "tolerance", "quality"] {
+            assert!(text.contains(key), "{key}: {text}");
+        }
+    }
+}
+
+/// Writes a ball of some density more than its surroundings, which are noisy.
+fn write_ball(folder: &Folder, name: &str, [around, noise, more]: [f32; 3]) {
+    let mut state = 1_u32;
+    let values = ndarray::Array3::from_shape_fn((14, 15, 16), |(z, y, x)| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let away = [x as f32 - 7.5, y as f32 - 7.0, z as f32 - 6.5].map(|c| c * c);
+        let inside = away.iter().sum::<f32>() < 25.0;
+        around + noise * (state >> 28) as f32 / 16.0 + if inside { more } else { 0.0 }
+    });
+    let shape = values.shape().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");
+    while (header.len() + 11) % 64 != 0 {
+        header.push(' ');
+    }
+    header.push('\n');
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    fs::write(folder.path().join(name), bytes).unwrap();
+}
+
+#[test]
+fn a_chosen_quality_is_saved_too() {
+    let folder = Folder::new();
+    let goal = "--max-picture-error 0.02 --save-scene s.toml";
+    must_succeed(&folder.run(&format!("render bucky --backend cpu --size 64x64 {goal} -o a.png")));
+    must_succeed(&folder.run("render s.toml --backend cpu -o b.png"));
+    let [a, b] = ["a.png", "b.png"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(a == b);
+}
+
+#[test]
+fn nothing_is_overwritten_or_left_behind() {
+    let folder = Folder::new();
+    must_succeed(&folder.run(&format!("render bucky {SMALL} --save-scene s.toml -o a.png")));
+    let before = fs::read(folder.path().join("s.toml")).unwrap();
+    // The scene that is being read.
+    must_fail(
+        &folder,
+        &format!("render s.toml {SMALL} --save-scene s.toml -o b.png"),
+        1,
+        &["s.toml"],
+    );
+    assert!(fs::read(folder.path().join("s.toml")).unwrap() == before);
+    must_fail(&folder, &format!("render bucky {SMALL} --save-scene s.txt -o b.png"), 2, &[".toml"]);
+    must_fail(&folder, "render bucky --save-scene s.toml --max-error 0.1", 2, &["--max-error"]);
+    let mut names = folder.names();
+    names.sort();
+    assert_eq!(names, ["a.png", "s.toml"]);
+}
