@@ -118,11 +118,22 @@ impl Fitter {
         optical_depths: Vec4,
         keep: &mut impl FnMut(Node),
     ) {
-        let ordinary = self.tolerance > 0.0
-            && fronts.x >= self.last.depth
+        let joined = fronts.x >= self.last.depth
             && fronts.yzw() == backs.xyz()
             && fronts.cmplt(backs).all()
-            && optical_depths.cmpgt(Vec4::ZERO).all()
+            && optical_depths.cmpgt(Vec4::ZERO).all();
+        if joined && self.tolerance == 0.0 {
+            self.approach(fronts.x, keep);
+            for k in 0..4 {
+                let optical_depth = self.last.optical_depth + optical_depths[k];
+                self.last = Node { depth: backs[k], optical_depth };
+                keep(self.last);
+            }
+            self.anchor = self.last;
+            return;
+        }
+        let ordinary = joined
+            && self.tolerance > 0.0
             && optical_depths.cmple(Vec4::splat(POINT_SPACING)).all();
         if !ordinary {
             for k in 0..4 {
