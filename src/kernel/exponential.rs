@@ -7,7 +7,7 @@ use crate::math::Each;
 
 /// 1.5 times 2^23: a number added to it is rounded to the nearest integer, which then stands in its
 /// lowest bits.
-const INTEGERS: f32 = 12_582_912.0;
+pub const INTEGERS: f32 = 12_582_912.0;
 /// The smallest argument; its exponential is close to the smallest normal f32.
 const LEAST: f32 = -87.0;
 /// The logarithm of 2 in two parts, the first of which has so few bits that products with small

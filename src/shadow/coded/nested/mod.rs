@@ -41,7 +41,8 @@
 //!
 //! RMS errors of transmittance on texel-centre rays of 512 x 512 maps, at largest optical depths 4
 //! and 16: .0010 and .0013 on average over the four presets, .0015 and .0017 over six real volumes
-//! that had no part in the design.
+//! that had no part in the design. (Measured with an encoder of five times the instructions; on
+//! the presets and four real volumes its errors are the same within 1 %.)
 //! Rejected alternatives follow, with the same two errors. They were fitted by a slower search,
 //! with which this layout has .0011 and .0014 on a twentieth of the texels:
 //! - Monotone cubics through the same knots: .0010 and .0013, with larger maxima on thin surfaces;
@@ -61,6 +62,7 @@
 
 mod fit;
 mod samples;
+mod sums;
 
 use fit::{Fit, Knot};
 use samples::{Samples, largest_opacity, unit};
@@ -89,8 +91,9 @@ impl Codec for Nested {
         Self::BYTES
     }
 
-    /// Encodes a ray. Optical depth along its nodes should rise; where it does not, it is read as
-    /// if it stayed. A ray without nodes, or with an opacity below 1 / 8190, gives an empty texel.
+    /// Encodes a ray. Optical depth along its nodes should rise; where it does not, transmittance
+    /// still falls, but need not follow the nodes. A ray without nodes, or with an opacity below
+    /// 1 / 8190, gives an empty texel.
     ///
     /// Writes the first [`Self::BYTES`] bytes of `texel`; nothing if there are fewer.
     fn encode(&self, ray: &TexelRay<'_>, texel: &mut [u8]) {
