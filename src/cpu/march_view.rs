@@ -39,7 +39,8 @@ pub(super) fn march_view(
     if spacing > 1 || (samples > 1 && tolerance > 0.0) {
         let size = [width, height].each(|n| n as usize);
         let refinement = Refinement { size, spacing: spacing as usize, samples, tolerance };
-        return refine_view(refinement, progress, |place, rays| view.pixel(place, rays));
+        let pixel = |place: [usize; 2], rays: u32| view.pixel(place, rays);
+        return refine_view(refinement, progress, |place| view.is_empty(place), pixel);
     }
     progress.begin("picture", u64::from(height));
     let mut image = Image::filled(width, height, [0.0; 4]);
@@ -111,16 +112,24 @@ pub(super) struct Added {
 
 impl View<'_> {
     /// The pixel (x, y), with a number of rays.
-    fn pixel(&self, [x, y]: [usize; 2], samples: u32) -> Vec4 {
+    fn pixel(&self, place: [usize; 2], samples: u32) -> Vec4 {
+        let marched = (0..samples).map(|i| self.march(&self.ray(place, [i, samples])));
+        marched.sum::<Vec4>() / samples as f32
+    }
+
+    /// The ray of one of the samples of pixel (x, y).
+    fn ray(&self, [x, y]: [usize; 2], [sample, samples]: [u32; 2]) -> Ray {
         let FrameView { width, height, .. } = self.frame.view;
-        let mut sum = Vec4::ZERO;
-        for i in 0..samples {
-            let offset = pixel_offset(i, samples);
-            let at = |c: usize, offset: f32, n: u32| (c as f32 + offset) / n as f32;
-            let ray = camera_ray(self.frame, at(x, offset.x, width), at(y, offset.y, height));
-            sum += self.march(&ray);
-        }
-        sum / samples as f32
+        let offset = pixel_offset(sample, samples);
+        let at = |c: usize, offset: f32, n: u32| (c as f32 + offset) / n as f32;
+        camera_ray(self.frame, at(x, offset.x, width), at(y, offset.y, height))
+    }
+
+    /// Whether the central ray of pixel (x, y) meets neither medium nor ground.
+    fn is_empty(&self, place: [usize; 2]) -> bool {
+        let ray = self.ray(place, [0, 1]);
+        let steps = self.steps(&ray, f32::INFINITY);
+        steps.exit <= steps.enter && ground_distance(self.frame, &ray) <= 0.0
     }
 
     fn march(&self, ray: &Ray) -> Vec4 {

@@ -51,10 +51,12 @@ struct Canvas {
 }
 
 /// The picture whose pixels are what `pixel` says at (x, y) for a number of rays, as far as that
-/// is needed.
+/// is needed, and wherever the pixel is `empty`: nothing is seen there but the background, which
+/// stays what it is.
 pub(super) fn refine_view(
     refinement: Refinement,
     progress: &dyn Progress,
+    empty: impl Fn([usize; 2]) -> bool + Sync,
     pixel: impl Fn([usize; 2], u32) -> Vec4 + Sync,
 ) -> Image {
     let Refinement { size, samples, tolerance, .. } = refinement;
@@ -69,7 +71,7 @@ pub(super) fn refine_view(
     let bright = canvas.bright(spacing);
     canvas.allowed = tolerance * Vec4::new(bright, bright, bright, 1.0);
     while spacing > 1 {
-        canvas.halve(spacing, progress, &single);
+        canvas.halve(spacing, progress, &empty, &single);
         spacing /= 2;
     }
     if samples > 1 {
@@ -177,6 +179,7 @@ impl Canvas {
         &mut self,
         spacing: usize,
         progress: &dyn Progress,
+        empty: &(impl Fn([usize; 2]) -> bool + Sync),
         pixel: &(impl Fn([usize; 2]) -> Vec4 + Sync),
     ) {
         let half = spacing / 2;
@@ -191,7 +194,7 @@ impl Canvas {
                 .into_iter()
                 .any(|[x, y]| bends[y * columns + x])
         };
-        let wanted = self.lattice(half, |point| new(point) && bent(point));
+        let wanted = self.lattice(half, |point| new(point) && (bent(point) || empty(point)));
         self.interpolate(spacing);
         let mut known = vec![false; self.pixels.len()];
         for &[x, y] in wanted.iter().flatten() {
@@ -298,10 +301,15 @@ mod tests {
         let computed = AtomicUsize::new(0);
         let samples = samples as u32;
         let refinement = Refinement { size, spacing, samples, tolerance: TOLERANCE };
-        let image = refine_view(refinement, &Silent, |place, rays| {
-            computed.fetch_add(1, Ordering::Relaxed);
-            Vec4::splat(colour(place, rays)).truncate().extend(1.0)
-        });
+        let image = refine_view(
+            refinement,
+            &Silent,
+            |_| false,
+            |place, rays| {
+                computed.fetch_add(1, Ordering::Relaxed);
+                Vec4::splat(colour(place, rays)).truncate().extend(1.0)
+            },
+        );
         (image, computed.into_inner())
     }
 
