@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::cli::{Folder, must_succeed};
+use crate::cli::{Folder, must_succeed, stderr};
 use crate::usage::must_fail;
 
 const SMALL: &str = "--backend cpu --size 48x32 --map-size 40";
@@ -58,6 +58,18 @@ fn write_ball(folder: &Folder, name: &str, [around, noise, more]: [f32; 3]) {
 }
 
 #[test]
+fn what_a_scene_file_cannot_say_is_told() {
+    let folder = Folder::new();
+    let output =
+        folder.run(&format!("render bucky {SMALL} --transparent --save-scene s.toml -o a.png"));
+    must_succeed(&output);
+    assert!(stderr(&output).contains("--transparent as well"), "{}", stderr(&output));
+    must_succeed(&folder.run("render s.toml --backend cpu --transparent -o b.png"));
+    let [a, b] = ["a.png", "b.png"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(a == b);
+}
+
+#[test]
 fn a_chosen_quality_is_saved_too() {
     let folder = Folder::new();
     let goal = "--max-picture-error 0.02 --save-scene s.toml";
@@ -82,6 +94,8 @@ fn nothing_is_overwritten_or_left_behind() {
     assert!(fs::read(folder.path().join("s.toml")).unwrap() == before);
     must_fail(&folder, &format!("render bucky {SMALL} --save-scene s.txt -o b.png"), 2, &[".toml"]);
     must_fail(&folder, "render bucky --save-scene s.toml --max-error 0.1", 2, &["--max-error"]);
+    let same = "render bucky --format png -o t.toml --save-scene ./t.toml";
+    must_fail(&folder, same, 2, &["t.toml"]);
     let mut names = folder.names();
     names.sort();
     assert_eq!(names, ["a.png", "s.toml"]);

@@ -134,9 +134,11 @@ impl FileOptions {
                 target.options(flat).checked_bits()?;
                 if transparent && !flat.has_alpha() {
                     let name = flat.name();
+                    let able = PictureFormat::ALL.into_iter().filter(|other| other.has_alpha());
+                    let able = able.map(PictureFormat::name).collect::<Vec<_>>().join(", ");
                     let why = format!(
-                        "{name} has no alpha; png, tiff, webp, exr and npy have, and without this \
-                         option there is a background"
+                        "{name} has no alpha; {able} have, and without this option there is a \
+                         background"
                     );
                     return Err(Error::value("transparent", why));
                 }
@@ -154,6 +156,12 @@ impl FileOptions {
 impl Target {
     fn is_stdout(&self) -> bool {
         self.path == Path::new(STDOUT)
+    }
+
+    /// Whether this is the file `path`, as far as names tell.
+    pub(super) fn is(&self, path: &Path) -> bool {
+        let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        !self.is_stdout() && whole(&self.path) == whole(path)
     }
 
     pub(super) fn is_deep(&self) -> bool {

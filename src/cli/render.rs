@@ -49,6 +49,13 @@ impl Arguments {
 pub(super) fn run(arguments: Arguments) -> Result<()> {
     let Arguments { scene, limits, picture, goal, file, save_scene } = arguments;
     let target = file.target(&scene.source.input, scene.source.transparent)?;
+    if target.is_deep() && goal.goal().is_some() {
+        return Err(Error::value("format", "a deep image is not chosen for an error or a time"));
+    }
+    if let Some(path) = save_scene.as_ref().filter(|path| target.is(path)) {
+        let why = format!("'{}' is the picture's own name", path.display());
+        return Err(Error::value("save-scene", why));
+    }
     let request = Request::new(&scene, Some(&picture))?;
     let file = target.open(&request.inputs)?;
     let saved = save_scene.map(|path| scene_output(&path, &request.inputs)).transpose()?;
@@ -68,15 +75,13 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     }
     job.backend.check_room(&job.settings)?;
     let watch = Stopwatch::new(&*job.progress);
-    if target.is_deep() && goal.goal().is_some() {
-        return Err(Error::value("format", "a deep image is not chosen for an error or a time"));
-    }
     let lit = if let Some(chosen) = goal.picture(&job, (&scene, &picture), &watch)? {
         let Chosen { image, settings, error, .. } = chosen;
         let (size, quality) = (settings.map.size, settings.quality);
         let tolerance = settings.image.tolerance;
         let certificates = vec![format!(
-            "error {error}; repeated by --map-size {size} --quality {quality} --picture-tolerance {tolerance}"
+            "error {error}; repeated by --map-size {size} --quality {quality} \
+             --picture-tolerance {tolerance}"
         )];
         Lit { image, deep: None, settings, certificates }
     } else if target.is_deep() || limits.any() {
@@ -103,6 +108,9 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     file.finish_with(&contents)?;
     if let (Some(saved), Some(text)) = (saved, text) {
         saved.finish_with(text.as_bytes())?;
+        if job.scene.background.is_none() {
+            job.note("the saved scene needs --transparent as well, which is no key of scene files");
+        }
     }
     let [width, height] = job.settings.image.size;
     let maps = if beams.len() > 1 { format!("{} maps", beams.len()) } else { "map".to_owned() };
