@@ -115,3 +115,8 @@ macro_rules! each {
 each!(2: a, b);
 each!(3: a, b, c);
 each!(4: a, b, c, d);
+
+/// A number to three digits, as people are told it.
+pub(crate) fn three_digits(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
+}

@@ -10,7 +10,7 @@
 
 use glam::Vec4;
 
-use crate::image::Image;
+use crate::image::{BRIGHT, Image, lit_percentile};
 use crate::math::Each;
 use crate::parallel;
 use crate::progress::Progress;
@@ -23,8 +23,6 @@ const FOLLOWED: usize = 16;
 /// A computed point that differs from its cubic by this many tolerances makes its neighbours
 /// computed as well.
 const WRONG: f32 = 2.0;
-/// The share of lit pixels whose radiance is below that to which the tolerance is relative.
-const BRIGHT: f64 = 0.999;
 
 /// How a picture is refined.
 #[derive(Clone, Copy, Debug)]
@@ -107,6 +105,11 @@ impl Canvas {
         points
     }
 
+    /// The number of points of a lattice.
+    fn points(&self, spacing: usize) -> usize {
+        [self.width, self.height].map(|n| (n - 1) / spacing + 1).into_iter().product()
+    }
+
     fn at(&self, [x, y]: [usize; 2]) -> Vec4 {
         self.pixels[y * self.width + x]
     }
@@ -140,13 +143,7 @@ impl Canvas {
     fn bright(&self, spacing: usize) -> f32 {
         let rows = self.pixels.chunks_exact(self.width).step_by(spacing);
         let points = rows.flat_map(|row| row.iter().step_by(spacing));
-        let mut lit: Vec<f32> =
-            points.map(|pixel| pixel.truncate().max_element()).filter(|&c| c > 0.0).collect();
-        if lit.is_empty() {
-            return 0.0;
-        }
-        let rank = (BRIGHT * (lit.len() - 1) as f64) as usize;
-        *lit.select_nth_unstable_by(rank, f32::total_cmp).1
+        lit_percentile(points.map(|pixel| pixel.truncate().max_element()), BRIGHT)
     }
 
     /// Where the points of a lattice bend: a line through the two next to one, in any of four
@@ -200,9 +197,9 @@ impl Canvas {
         for &[x, y] in wanted.iter().flatten() {
             known[y * self.width + x] = true;
         }
-        let mut left = self.pixels.len() / (half * half) - self.pixels.len() / (spacing * spacing);
-        left = left.saturating_sub(wanted.iter().map(Vec::len).sum());
-        progress.advance(left as u64);
+        let count: usize = wanted.iter().map(Vec::len).sum();
+        let interpolated = self.points(half) - self.points(spacing) - count;
+        progress.advance(interpolated as u64);
         let wrong = self.compute(wanted, progress, pixel);
         self.follow(wrong, half, known, new, pixel);
     }
@@ -211,6 +208,7 @@ impl Canvas {
     fn sample(&mut self, progress: &dyn Progress, pixel: &(impl Fn([usize; 2]) -> Vec4 + Sync)) {
         let known = self.bends(1);
         let wanted = self.lattice(1, |[x, y]| known[y * self.width + x]);
+        progress.begin("picture", wanted.iter().map(Vec::len).sum::<usize>() as u64);
         let wrong = self.compute(wanted, progress, pixel);
         self.follow(wrong, 1, known, |_| true, pixel);
     }

@@ -58,12 +58,12 @@ impl Renderer {
     ) -> Result<()> {
         let [width, height] = image.size();
         let rays = u64::from(width) * u64::from(frame.view.samples);
-        let rows = u32::try_from(RAYS / rays).unwrap_or(height).next_multiple_of(ROWS);
+        let rows = u32::try_from(RAYS / rays).unwrap_or(height).max(1).next_multiple_of(ROWS);
         let mut part = *frame;
-        for first in (0..height).step_by(rows.max(ROWS) as usize) {
+        for first in (0..height).step_by(rows as usize) {
             part.view.first_row = first;
             let part = self.frame(&part, media)?;
-            let size = [width, rows.max(ROWS).min(height - first)];
+            let size = [width, rows.min(height - first)];
             let prepared = self.prepare_rows(pass, (media, &part), shadow, (more, image), size);
             self.submit(|encoder| prepared.record(encoder))?;
         }

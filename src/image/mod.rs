@@ -72,6 +72,20 @@ impl Image {
     }
 }
 
+/// The share of lit pixels whose radiance is below that to which errors and tolerances of a picture
+/// are relative.
+pub(crate) const BRIGHT: f64 = 0.999;
+
+/// The value below which a share of all those above 0 lie; 0 if there are none.
+pub(crate) fn lit_percentile(values: impl Iterator<Item = f32>, share: f64) -> f32 {
+    let mut lit: Vec<f32> = values.filter(|&value| value > 0.0).collect();
+    if lit.is_empty() {
+        return 0.0;
+    }
+    let rank = ((lit.len() - 1) as f64 * share).round() as usize;
+    *lit.select_nth_unstable_by(rank, f32::total_cmp).1
+}
+
 /// The sRGB transfer curve (IEC 61966-2-1), which encodes a linear value to 0..1. Values outside
 /// 0..1 are clamped; NaN becomes 0.
 pub fn srgb_from_linear(linear: f32) -> f32 {

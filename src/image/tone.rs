@@ -6,8 +6,9 @@ use std::str::FromStr;
 
 use glam::{Mat3, Vec3};
 
-use super::Image;
+use super::{Image, lit_percentile};
 use crate::error::{Error, Result};
+use crate::math::three_digits;
 
 /// Published curves that bring radiance above 1 into what a screen can show. Colours are linear,
 /// with the primaries of sRGB, before and after.
@@ -219,8 +220,8 @@ impl Tone {
             Exposure::Factor(factor) => factor,
             Exposure::Auto => image.auto_exposure(),
         };
-        let chosen = if image.is_cut_off(factor) { ToneMap::Agx } else { ToneMap::None };
-        Self::new(factor as f32, map.unwrap_or(chosen))
+        let chosen = || if image.is_cut_off(factor) { ToneMap::Agx } else { ToneMap::None };
+        Self::new(factor as f32, map.unwrap_or_else(chosen))
     }
 
     /// The colour on a screen, linear, of a colour that is not premultiplied.
@@ -255,17 +256,11 @@ impl Image {
     /// is 0.9, among pixels that have any light. Alpha counts as what it covers. 1 for a black
     /// picture. The same picture always has the same exposure.
     pub fn auto_exposure(&self) -> f64 {
-        let mut lit: Vec<f32> = self.largest().filter(|&c| c > 0.0 && c.is_finite()).collect();
-        if lit.is_empty() {
+        let bright = lit_percentile(self.largest().filter(|c| c.is_finite()), SHARE);
+        if bright == 0.0 {
             return 1.0;
         }
-        let at = ((lit.len() - 1) as f64 * SHARE).round() as usize;
-        let (_, bright, _) = lit.select_nth_unstable_by(at, f32::total_cmp);
-        let exposure = WHITE / f64::from(*bright);
-        let digit = f64::powf(10.0, exposure.log10().floor() - 2.0);
-        let rounded = (exposure / digit).round() * digit;
-        // Without the noise of that multiplication.
-        format!("{rounded:.3e}").parse().unwrap_or(rounded).clamp(1e-30, 1e30)
+        three_digits(WHITE / f64::from(bright)).clamp(1e-30, 1e30)
     }
 
     /// Whether a screen would visibly lose detail of the picture at this exposure without a tone

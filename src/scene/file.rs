@@ -19,15 +19,13 @@ macro_rules! tables {
         pub struct $name {
             $(#[serde(skip_serializing_if = "Option::is_none")]
             $(#[$attribute])* pub $key: Option<$type>,)*
-        }
-
-        impl $name {
-            #[allow(dead_code)] // Some tables are only parts of others.
-            fn is_empty(&self) -> bool {
-                *self == Self::default()
-            }
         })*
     };
+}
+
+/// Whether a table says nothing, so that it need not be written.
+fn is_default<T: Default + PartialEq>(table: &T) -> bool {
+    *table == T::default()
 }
 
 /// A whole scene file (TOML), or what the command line specifies of a scene. The README's section
@@ -39,28 +37,28 @@ macro_rules! tables {
 #[allow(missing_docs)]
 pub struct SceneFile {
     /// `[volume]`, or `[[volume]]` for several; empty for a scene without volumes.
-    #[serde(skip_serializing_if = "Tables::is_empty")]
+    #[serde(skip_serializing_if = "is_default")]
     pub volume: Tables<VolumeTable>,
     /// `[light]`, or `[[light]]` for several; if empty, one light is chosen.
-    #[serde(skip_serializing_if = "Tables::is_empty")]
+    #[serde(skip_serializing_if = "is_default")]
     pub light: Tables<LightTable>,
     /// `[ambient]`: radiance from all directions, without shadow. None in scene files by default.
-    #[serde(skip_serializing_if = "RadianceTable::is_empty")]
+    #[serde(skip_serializing_if = "is_default")]
     pub ambient: RadianceTable,
     /// `[camera]`
-    #[serde(skip_serializing_if = "CameraTable::is_empty")]
+    #[serde(skip_serializing_if = "is_default")]
     pub camera: CameraTable,
     /// `[image]`
-    #[serde(skip_serializing_if = "ImageTable::is_empty")]
+    #[serde(skip_serializing_if = "is_default")]
     pub image: ImageTable,
     /// `[shadow]`
-    #[serde(skip_serializing_if = "ShadowTable::is_empty")]
+    #[serde(skip_serializing_if = "is_default")]
     pub shadow: ShadowTable,
     /// `[ground]`
-    #[serde(skip_serializing_if = "GroundTable::is_empty")]
+    #[serde(skip_serializing_if = "is_default")]
     pub ground: GroundTable,
     /// `[background]`: radiance behind everything. Opaque black in scene files by default.
-    #[serde(skip_serializing_if = "RadianceTable::is_empty")]
+    #[serde(skip_serializing_if = "is_default")]
     pub background: RadianceTable,
 }
 
@@ -241,8 +239,8 @@ tables! {
         /// Octaves that imitate multiple scattering.
         octaves: u32,
     }
-    /// `[ground]`: whether there is one (yes by default), its height (world y; a little below the
-    /// volume by default), its albedo (0..1; in scene files 0.18 by default), and half of its edge
+    /// `[ground]`: whether there is one (yes by default), its height (world y; that of the volume's
+    /// lowest visible point by default), its albedo (0..1; in scene files 0.18 by default), and half of its edge
     /// length in world lengths (endless if absent).
     GroundTable { enabled: bool, height: f64, albedo: f64, half_extent: f64, }
 }

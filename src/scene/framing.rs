@@ -19,11 +19,11 @@ pub(super) fn shown_points(
     light: Option<&Light>,
     ground: Option<Ground>,
 ) -> Vec<DVec3> {
+    let (Some(light), Some(ground)) = (light, ground) else { return visible.to_vec() };
     let height = Aabb::around(visible.iter().copied()).map_or(0.0, |bounds| bounds.size().y);
     let farthest = FARTHEST_SHADOW * height;
-    let (mut shadows, mut all_far) = (Vec::new(), true);
+    let (mut shadows, mut near) = (Vec::new(), false);
     for &point in visible {
-        let (Some(light), Some(ground)) = (light, ground) else { break };
         let direction = light.direction_at(point);
         let distance = (ground.height - point.y) / direction.y;
         // Zero on the ground itself.
@@ -32,11 +32,11 @@ pub(super) fn shown_points(
         }
         let along = DVec3::new(direction.x, 0.0, direction.z);
         let away = along.length() * distance;
-        all_far &= away > farthest;
+        near |= away <= farthest;
         let foot = DVec3::new(point.x, ground.height, point.z);
         shadows.push(foot + along.normalize_or_zero() * away.min(farthest));
     }
-    if all_far {
+    if !near {
         shadows.clear();
     }
     visible.iter().copied().chain(shadows).collect()

@@ -43,13 +43,6 @@ impl<T> DerefMut for Tables<T> {
     }
 }
 
-impl<T> Tables<T> {
-    /// Whether there is none; for serde, which wants a function and not a slice's method.
-    pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
 /// One table is written as such, several as an array.
 impl<T: Serialize> Serialize for Tables<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

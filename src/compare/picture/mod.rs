@@ -15,6 +15,7 @@ mod scouts;
 use crate::backend::Backend;
 use crate::error::{Error, Result};
 use crate::image::Image;
+use crate::math::three_digits;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::settings::{MapKind, Settings, Shading};
@@ -135,11 +136,9 @@ pub fn choose_picture(
     }
 }
 
-/// The tolerance of pixels with which a picture of this quality keeps an error, of three digits, as
-/// people are told it.
+/// The tolerance of pixels with which a picture of this quality keeps an error.
 fn pixel_tolerance(most: f64, quality: f64) -> f64 {
-    let tolerance = PIXELS * most * quality * quality;
-    format!("{tolerance:.2e}").parse().unwrap_or(tolerance).min(0.5)
+    three_digits(PIXELS * most * quality * quality).min(0.5)
 }
 
 /// The error of `image`, the picture of `scene` under `settings`, at random lit pixels.

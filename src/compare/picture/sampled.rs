@@ -6,7 +6,7 @@ use crate::accuracy::{ExactPoints, ExactTexels, Random};
 use crate::cpu::CpuBackend;
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::image::Image;
+use crate::image::{BRIGHT, Image, lit_percentile};
 use crate::scene::{Beam, Scene};
 use crate::settings::Settings;
 use crate::shadow::Shadow;
@@ -20,8 +20,6 @@ const PATIENCE: usize = 16;
 const NORMAL_95: f64 = 1.645;
 /// The share of pixels that are drawn evenly, if a picture says where it changes.
 const EVEN: f64 = 0.5;
-/// The share of lit pixels whose radiance is below that to which errors are relative.
-const BRIGHT: f64 = 0.999;
 
 /// Random pixels with their true radiance. Pixels without any are left out.
 #[derive(Clone, Debug)]
@@ -238,13 +236,7 @@ fn mean_and_bound(squares: &[f64]) -> [f64; 2] {
 /// The 99.9th percentile of the lit pixels' radiance, the largest of each one's channels.
 fn bright(image: &Image) -> f64 {
     let largest = image.pixels.iter().map(|&[r, g, b, _]| r.max(g).max(b));
-    let mut lit: Vec<f32> = largest.filter(|&radiance| radiance > 0.0).collect();
-    if lit.is_empty() {
-        return 0.0;
-    }
-    let index = ((lit.len() - 1) as f64 * BRIGHT).round() as usize;
-    let (_, found, _) = lit.select_nth_unstable_by(index, f32::total_cmp);
-    f64::from(*found)
+    lit_percentile(largest, BRIGHT).into()
 }
 
 /// The radiance of pixels, summed over beams, each lit through its own shadow.

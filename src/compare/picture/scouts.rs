@@ -61,11 +61,12 @@ impl Scouts {
         let beams = scene.beams()?;
         let unit = truth.brightest().max(f64::MIN_POSITIVE);
         let sizes = SHARES.map(|share| multiple(share * f64::from(settings.map.size)));
-        let (mut squares, mut seconds) = ([0.0; 2], [0.0; 2]);
+        let (mut squares, mut seconds, mut sparse) = ([0.0; 2], [0.0; 2], false);
         for (i, &size) in sizes.iter().enumerate() {
             let scout = settings.with(|s| (s.quality, s.map.size) = (QUALITY, size));
             let frames: Vec<Frame> =
                 beams.iter().map(|beam| Frame::new(beam, &scout)).collect::<Result<_>>()?;
+            sparse = frames.iter().any(|frame| frame.view.spacing > 1);
             let pairs = beams.iter().zip(&frames);
             let maps: Vec<_> =
                 pairs.map(|(beam, frame)| LazyFragments::new(&beam.media, frame)).collect();
@@ -91,8 +92,6 @@ impl Scouts {
             ((squares[0] - squares[1]) / (fourth(sizes[0]) - fourth(sizes[1]))).max(0.0);
         let by_steps = (squares[1] - by_texels * fourth(sizes[1])).max(0.05 * squares[1]);
         let [width, height] = settings.image.size.map(f64::from);
-        let frame = beams.first().map(|beam| Frame::new(beam, settings)).transpose()?;
-        let sparse = frame.is_some_and(|frame| frame.view.spacing > 1);
         Ok(Self {
             settings: settings.clone(),
             beams: beams.len() as f64,
