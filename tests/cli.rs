@@ -36,6 +36,22 @@ impl Folder {
             .unwrap()
     }
 
+    /// Writes a file of NumPy with 32-bit floats.
+    pub fn write_npy(&self, name: &str, values: &ndarray::Array3<f32>) {
+        let shape = values.shape().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+        let mut header =
+            format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");
+        while (header.len() + 11) % 64 != 0 {
+            header.push(' ');
+        }
+        header.push('\n');
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        fs::write(self.path().join(name), bytes).unwrap();
+    }
+
     pub fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.path()).unwrap();
         let mut names: Vec<String> = entries

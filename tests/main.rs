@@ -35,6 +35,7 @@ mod refined_pictures;
 mod representations;
 mod saved_scenes;
 mod scene_files;
+mod sequences;
 mod shaders;
 mod sparse;
 mod stage;

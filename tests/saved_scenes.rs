@@ -44,17 +44,7 @@ fn write_ball(folder: &Folder, name: &str, [around, noise, more]: [f32; 3]) {
         let inside = away.iter().sum::<f32>() < 25.0;
         around + noise * (state >> 28) as f32 / 16.0 + if inside { more } else { 0.0 }
     });
-    let shape = values.shape().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");
-    while (header.len() + 11) % 64 != 0 {
-        header.push(' ');
-    }
-    header.push('\n');
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-    fs::write(folder.path().join(name), bytes).unwrap();
+    folder.write_npy(name, &values);
 }
 
 #[test]

@@ -185,6 +185,11 @@ macro_rules! overlay {
 }
 pub(super) use overlay;
 
+/// Changes all keyframes, because an option replaces what they say.
+pub(super) fn still<T>(keyframes: &mut Option<Vec<T>>, change: impl FnMut(&mut T)) {
+    keyframes.iter_mut().flatten().for_each(change);
+}
+
 impl SourceArguments {
     /// Writes the given options into `file`.
     pub(super) fn overlay(&self, file: &mut SceneFile) {
@@ -196,6 +201,9 @@ impl SourceArguments {
                 volume.transfer => self.transfer.as_deref().map(transfer_table),
                 volume.emission => self.emission.as_deref().map(emission_table),
             }
+            if self.density_scale.is_some() {
+                still(&mut volume.keyframes, |one| one.density_scale = None);
+            }
             if self.transfer_range.is_some() {
                 volume.transfer.get_or_insert_default().range = self.transfer_range;
             }
@@ -204,6 +212,7 @@ impl SourceArguments {
         if let Some(Numbers(direction)) = self.light {
             let light = file.light.one_mut();
             light.direction = Some(direction);
+            light.keyframes = None;
             light.kind = Some("directional".to_owned());
         }
         if self.transparent {

@@ -8,15 +8,16 @@ use super::arguments::{PictureArguments, SceneArguments, SourceArguments};
 use super::backend::{BackendChoice, Opening};
 use super::progress::Bars;
 use super::say;
+use super::volumes::Volumes;
 use crate::backend::{Backend, Expected};
-use crate::error::{Error, ErrorKind, Result};
+use crate::cpu::CpuBackend;
+use crate::error::{Error, Result};
 use crate::image::{Exposure, ToneMap};
-use crate::io::dense::DEFAULT_MAX_BYTES;
-use crate::io::{Inputs, load_ingredients, source_files};
+use crate::io::{Inputs, source_files};
 use crate::progress::{Progress, Silent};
-use crate::scene::automatic::{Choice, Surroundings, complete};
+use crate::scene::automatic::{Choice, Ingredients, Surroundings, complete};
 use crate::scene::file::VolumeTable;
-use crate::scene::{Scene, SceneFile, descriptor};
+use crate::scene::{NumberedName, Scene, SceneFile};
 use crate::settings::{MapKind, Settings};
 use crate::volume::presets::Preset;
 
@@ -27,11 +28,13 @@ const MAP_SIZE: u32 = 512;
 pub(super) struct Request<'a> {
     source: &'a SourceArguments,
     choice: BackendChoice,
-    file: SceneFile,
-    surroundings: Surroundings,
+    pub file: SceneFile,
+    pub surroundings: Surroundings,
+    /// What a preset says of itself.
+    said: Vec<String>,
     /// Whether a picture is requested.
     picture: bool,
-    /// All files from which the request is read.
+    /// All files from which the request is read, without those of numbered names.
     pub inputs: Inputs,
 }
 
@@ -73,60 +76,105 @@ impl<'a> Request<'a> {
         choice: BackendChoice,
         overlay: impl FnOnce(&mut SceneFile),
     ) -> Result<Self> {
-        let (mut file, surroundings) = described(&source.input)?;
+        let Described { mut file, surroundings, said } = described(&source.input)?;
         source.overlay(&mut file);
         overlay(&mut file);
         // The scene file itself, or a preset's name, which is not a file.
         let mut inputs = Inputs::new([PathBuf::from(&source.input)]);
-        for table in file.volume.iter() {
+        for table in file.volume.iter().filter(|table| !is_numbered(table)) {
             inputs.extend(source_files(table)?);
         }
-        Ok(Self { source, choice, file, surroundings, picture: false, inputs })
+        Ok(Self { source, choice, file, surroundings, said, picture: false, inputs })
     }
 
-    /// Loads the requested volumes, chooses the missing values, and reports the choices.
-    pub(super) fn load(self) -> Result<Job> {
-        let Self { source, choice, file, surroundings, picture, .. } = self;
-        let opening = Opening::begin(choice, expected(&file).filter(|_| picture));
-        // Absolute parameters in a scene file refer to stored values.
-        let scan = surroundings == Surroundings::Studio;
-        let (mut ingredients, mut notes) = (Vec::new(), Vec::new());
-        let mut held = 0;
-        for table in file.volume.iter() {
-            let most = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
-            let left = VolumeTable { max_bytes: Some(most.saturating_sub(held)), ..table.clone() };
-            let (own, said) = load_ingredients(&left, scan).map_err(|error| beside(error, held))?;
-            held += own.bytes();
-            if held > most {
-                let what = format!("{} volumes together", ingredients.len() + 1);
-                let (needed, limit) = (format!("{held} bytes"), format!("{most} bytes"));
-                return Err(ErrorKind::Limit { what, needed, limit }.into());
-            }
-            ingredients.push(own);
-            notes.extend(said);
+    /// Loads the requested volumes, chooses the missing values, and reports the choices. Of a scene
+    /// with keyframes it is the first one.
+    pub(super) fn load(mut self) -> Result<Job> {
+        if let Some(table) = self.file.volume.iter().find(|table| is_numbered(table)) {
+            let path = table.path.clone().unwrap_or_default();
+            let why = "stands for a sequence; give one of its files";
+            return Err(Error::contents(path, why));
         }
+        if let Some(keyframes) = self.file.keyframes()? {
+            self.file = self.file.at_frame(*keyframes.start())?;
+        }
+        let (crew, said) = self.crew();
+        // Absolute parameters in a scene file refer to stored values.
+        let scan = self.surroundings == Surroundings::Studio;
+        let (ingredients, notes) = Volumes::default().load(&self.file, scan)?;
+        let crew = crew.ready(&self.file)?;
+        for note in said.iter().chain(&notes) {
+            crew.note(note);
+        }
+        let (job, choices) = crew.job(&self.file, ingredients, self.surroundings)?;
+        crew.report(choices);
+        Ok(job)
+    }
+
+    /// Those who will work on the request, and what there is to say of it.
+    pub(super) fn crew(&mut self) -> (Crew, Vec<String>) {
+        let expected = expected(&self.file).filter(|_| self.picture);
+        let opening = Some(Opening::begin(self.choice, expected));
+        let (quiet, transparent) = (self.source.quiet, self.source.transparent);
+        let crew = Crew { opening, backend: &CpuBackend, quiet, transparent };
+        (crew, std::mem::take(&mut self.said))
+    }
+}
+
+/// The backend that makes pictures, and what is told of it.
+pub(super) struct Crew {
+    /// The backend while it is being opened.
+    opening: Option<Opening>,
+    pub backend: &'static dyn Backend,
+    pub quiet: bool,
+    transparent: bool,
+}
+
+impl Crew {
+    /// Waits for the backend that suits `file`.
+    pub(super) fn ready(mut self, file: &SceneFile) -> Result<Self> {
+        if let Some(opening) = self.opening.take() {
+            let tell: fn(&str) = if self.quiet { |_| () } else { say };
+            let kind = file.shadow.map.as_ref().map(|name| name.parse()).transpose()?;
+            self.backend = opening.finish(kind, tell)?;
+        }
+        Ok(self)
+    }
+
+    /// The job for `file` with its volumes, and the choices made for it.
+    pub(super) fn job(
+        &self,
+        file: &SceneFile,
+        ingredients: Vec<Ingredients>,
+        surroundings: Surroundings,
+    ) -> Result<(Job, Vec<Choice>)> {
         let windows = ingredients.iter().map(|own| own.window).collect();
-        let (mut scene, settings, choices) = complete(&file, ingredients, surroundings)?;
-        if source.transparent {
+        let (mut scene, settings, choices) = complete(file, ingredients, surroundings)?;
+        if self.transparent {
             scene.background = None;
         }
-        let tell: fn(&str) = if source.quiet { |_| () } else { say };
-        let backend = opening.finish(settings.map.kind, tell)?;
         let progress: Box<dyn Progress> =
-            if source.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
+            if self.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
         let (exposure, tone_map) = (file.image.exposure()?, file.image.tone_map()?);
-        let quiet = source.quiet;
+        let (backend, quiet, file) = (self.backend, self.quiet, file.clone());
         let job =
             Job { scene, settings, file, windows, exposure, tone_map, backend, progress, quiet };
-        for note in &notes {
-            job.note(note);
-        }
-        let shown =
-            |choice: &Choice| !(source.transparent && choice.what.starts_with("background"));
+        Ok((job, choices))
+    }
+
+    /// Tells of choices.
+    pub(super) fn report(&self, choices: Vec<Choice>) {
+        let shown = |choice: &Choice| !(self.transparent && choice.what.starts_with("background"));
         for Choice { what, value } in choices.into_iter().filter(shown) {
-            job.note(&format!("{what} {value} (chosen)"));
+            self.note(&format!("{what} {value} (chosen)"));
         }
-        Ok(job)
+    }
+
+    /// Prints a line for people on stderr, unless `--quiet` was given.
+    pub(super) fn note(&self, line: &str) {
+        if !self.quiet {
+            say(line);
+        }
     }
 }
 
@@ -172,35 +220,41 @@ fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
     usual.then_some((kind, expected))
 }
 
-/// Adds to an error of too much memory what other volumes have taken already.
-fn beside(error: Error, held: u64) -> Error {
-    match error.kind() {
-        ErrorKind::Limit { what, needed, limit } if held > 0 => {
-            let limit = format!("{limit}, in addition to {held} bytes of other volumes");
-            ErrorKind::Limit { what: what.clone(), needed: needed.clone(), limit }.into()
-        }
-        _ => error,
-    }
+/// What an input says.
+struct Described {
+    file: SceneFile,
+    surroundings: Surroundings,
+    /// Lines for people.
+    said: Vec<String>,
 }
 
 /// The scene file that `input` is or stands for.
-fn described(input: &str) -> Result<(SceneFile, Surroundings)> {
-    if let Ok(preset) = Preset::from_str(input)
-        && !Path::new(input).is_file()
-    {
-        return Ok((descriptor(preset)?, Surroundings::Studio));
-    }
+fn described(input: &str) -> Result<Described> {
+    let mut said = Vec::new();
     let path = Path::new(input);
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+    let mut file = SceneFile::default();
+    if Preset::from_str(input).is_ok() && !path.is_file() {
+        file.volume.one_mut().preset = Some(input.to_owned());
+    } else if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
-        return Ok((SceneFile::parse(&text, path)?, Surroundings::Void));
-    }
-    if !path.exists() {
+        file = SceneFile::parse(&text, path)?;
+    } else if path.exists() || NumberedName::of(path).is_some() {
+        file.volume.one_mut().path = Some(path.to_owned());
+    } else {
         return Err(not_there(path));
     }
-    let mut file = SceneFile::default();
-    file.volume.one_mut().path = Some(path.to_owned());
-    Ok((file, Surroundings::Studio))
+    let surroundings = Surroundings::of(&file);
+    for table in file.volume.iter_mut() {
+        if let Some(values) = table.take_presets()? {
+            said.push(format!("{values} (chosen by the preset)"));
+        }
+    }
+    Ok(Described { file, surroundings, said })
+}
+
+/// Whether a table's volume is a sequence of files.
+pub(super) fn is_numbered(table: &VolumeTable) -> bool {
+    table.path.as_deref().is_some_and(|path| NumberedName::of(path).is_some() && !path.exists())
 }
 
 /// The error for an input that is neither a file nor a preset.

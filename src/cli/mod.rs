@@ -24,6 +24,7 @@ mod spelling;
 mod stage;
 mod tone;
 mod usage;
+mod volumes;
 mod workers;
 
 use std::ffi::OsString;

@@ -14,6 +14,7 @@ use super::job::default_output;
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::io::{Inputs, PendingFile, PictureFormat, PictureOptions};
+use crate::scene::NumberedName;
 
 /// The ending of deep images' names.
 const DEEP_ENDING: &str = ".deep.exr";
@@ -88,6 +89,7 @@ impl FromStr for FileFormat {
 }
 
 /// Where a picture goes, decided.
+#[derive(Clone)]
 pub(super) struct Target {
     /// The file's name, or what stands for standard output.
     path: PathBuf,
@@ -156,6 +158,36 @@ impl FileOptions {
 impl Target {
     fn is_stdout(&self) -> bool {
         self.path == Path::new(STDOUT)
+    }
+
+    /// The file's name; `None` for standard output.
+    pub(super) fn path(&self) -> Option<&Path> {
+        (!self.is_stdout()).then_some(&*self.path)
+    }
+
+    /// Whether there is room for several pictures: a name with a place for a frame's number, or
+    /// standard output.
+    pub(super) fn is_numbered(&self) -> bool {
+        self.is_stdout() || NumberedName::of(&self.path).is_some()
+    }
+
+    /// The picture of a frame.
+    pub(super) fn at(&self, frame: i64) -> Self {
+        let path = NumberedName::of(&self.path).map(|name| name.at(frame));
+        Self { path: path.unwrap_or_else(|| self.path.clone()), ..self.clone() }
+    }
+
+    /// What the file holds, apart from its pixels.
+    pub(super) fn contents(&self) -> impl std::fmt::Debug {
+        (self.format, self.bits, self.deep_z)
+    }
+
+    /// Checks that the file is none of `inputs`.
+    ///
+    /// # Errors
+    /// If it is.
+    pub(super) fn check(&self, inputs: &Inputs) -> Result<()> {
+        self.path().map_or(Ok(()), |path| inputs.refuse(path))
     }
 
     /// Whether this is the file `path`, as far as names tell.

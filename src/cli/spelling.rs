@@ -1,7 +1,7 @@
 //! Translates names of scene files in the library's messages to the options of the command line.
 
 /// Names in backticks, as the library writes them, and the corresponding options.
-const OPTIONS: [(&str, &str); 15] = [
+const OPTIONS: [(&str, &str); 16] = [
     ("`volume.density_scale`", "--density-scale"),
     ("`volume.window`", "--window"),
     ("`volume.transfer.range`", "--transfer-range"),
@@ -10,6 +10,7 @@ const OPTIONS: [(&str, &str); 15] = [
     ("`volume.dims`", "--dims"),
     ("`volume.type`", "--type"),
     ("`volume.spacing`", "--spacing"),
+    ("`volume.up`", "--up"),
     ("`light.direction`", "--light"),
     ("`camera.position`", "--camera"),
     ("`camera.target`", "--target"),

@@ -3,7 +3,7 @@
 use clap::Args;
 use glam::DVec3;
 
-use super::arguments::{Numbers, above_0, number, numbers, overlay};
+use super::arguments::{Numbers, above_0, number, numbers, overlay, still};
 use crate::scene::automatic::direction_of;
 use crate::scene::{Light, SceneFile};
 
@@ -63,6 +63,16 @@ impl StageArguments {
         if azimuth.is_some() || elevation.is_some() {
             camera.position = None;
         }
+        if self.camera.is_some() || azimuth.is_some() || elevation.is_some() {
+            camera.distance = None;
+            camera.keyframes = None;
+        }
+        still(&mut camera.keyframes, |one| {
+            one.target = one.target.filter(|_| self.target.is_none());
+            one.fov_y_degrees = one.fov_y_degrees.filter(|_| self.fov.is_none());
+            one.up = one.up.filter(|_| self.up_vector.is_none());
+            one.zoom = one.zoom.filter(|_| self.zoom.is_none());
+        });
         overlay! {
             camera.position => self.camera.map(|c| c.0),
             camera.target => self.target.map(|c| c.0),
@@ -83,12 +93,17 @@ impl StageArguments {
         if let Some(Numbers(color)) = self.light_color {
             let light = file.light.one_mut();
             light.irradiance = Some(color.map(|c| c * Light::UNIT_IRRADIANCE));
+            still(&mut light.keyframes, |one| one.irradiance = None);
         }
         for volume in file.volume.iter_mut() {
             overlay! {
                 volume.albedo => self.albedo.map(|c| c.0),
                 volume.phase_g => self.phase,
             }
+            still(&mut volume.keyframes, |one| {
+                one.albedo = one.albedo.filter(|_| self.albedo.is_none());
+                one.phase_g = one.phase_g.filter(|_| self.phase.is_none());
+            });
         }
     }
 }

@@ -73,8 +73,8 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
             .map(|steep| modulation(&volume, &densities, function.as_ref(), &steep)),
         None => None,
     };
-    let transfer = match function {
-        Some(function) => Some(densities.held(&function)?),
+    let transfer = match &function {
+        Some(function) => Some(densities.held(function)?),
         None if densities.cut.is_none() => None,
         None if densities.cuts_nothing(&volume) => {
             // The window cuts nothing, so the volume can hold the densities themselves.
@@ -104,6 +104,7 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
         modulation: modulation.map(Arc::new),
         emission_field,
         window: chosen,
+        function,
     };
     Ok((ingredients, notes))
 }

@@ -11,6 +11,7 @@ use super::format::Format;
 use super::options::ReadOptions;
 use crate::error::{Error, Result};
 use crate::math::Aabb;
+use crate::scene::descriptor;
 use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
 use crate::volume::{Axis, Levels, Volume, world_from_index_in_bounds};
@@ -68,7 +69,9 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
         (Some(preset), None) => {
             let keys = ["dims", "type", "endian", "spacing", "grid", "from", "class"];
             ReadOptions::of(table)?.refuse("a preset", &keys)?;
-            let volume = preset.parse::<Preset>()?.volume(up.unwrap_or_default())?;
+            let preset: Preset = preset.parse()?;
+            let usual = || preset_axis(preset);
+            let volume = preset.volume(up.map_or_else(usual, Ok)?)?;
             if levels == Levels::AsStored { volume } else { volume.levelled(levels)? }
         }
         (None, Some(path)) => load_file(path, &ReadOptions::of(table)?, up, levels, facts)?,
@@ -87,6 +90,13 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
         None => Ok(volume),
     };
     moved(volume?, table)
+}
+
+/// The index axis of a preset that points up.
+fn preset_axis(preset: Preset) -> Result<Axis> {
+    let file = descriptor(preset)?;
+    let up = file.volume.iter().find_map(|table| table.up.as_deref());
+    Ok(up.map(str::parse).transpose()?.unwrap_or_default())
 }
 
 /// All files from which the volume of `table` is read: its own, others that hold or describe its

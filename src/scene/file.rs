@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::Tables;
+use super::keyframes::{CameraKeyframe, LightKeyframe, VolumeKeyframe};
 use crate::error::{Error, Result};
 use crate::image::{Exposure, ToneMap};
 
@@ -22,6 +23,7 @@ macro_rules! tables {
         })*
     };
 }
+pub(super) use tables;
 
 /// Whether a table says nothing, so that it need not be written.
 fn is_default<T: Default + PartialEq>(table: &T) -> bool {
@@ -65,7 +67,7 @@ pub struct SceneFile {
 tables! {
     /// `[volume]`
     VolumeTable {
-        /// Volume file.
+        /// Volume file. `#` or `%04d` in its name stands for the number of a frame.
         path: PathBuf,
         /// Name of the file's format, in place of the one that its first bytes tell.
         from: String,
@@ -113,6 +115,8 @@ tables! {
         transfer: TransferTable,
         /// `[volume.emission]`
         emission: EmissionTable,
+        /// Values at numbered frames.
+        keyframes: Vec<VolumeKeyframe>,
     }
     /// `[volume.transfer]`. Points are (value, red, green, blue, opacity), with linear colours in
     /// 0..1. Gradient entries are (length of the density's gradient, factor on opacity).
@@ -158,6 +162,8 @@ tables! {
         cone_degrees: f64,
         /// Share of that angle over which the light fades, 0..1; 0.2 by default.
         cone_softness: f64,
+        /// Values at numbered frames.
+        keyframes: Vec<LightKeyframe>,
     }
     /// `[ambient]` and `[background]`: radiance, linear RGB.
     RadianceTable { radiance: [f64; 3], }
@@ -179,11 +185,15 @@ tables! {
         /// Where the camera stands, seen from what it looks at, if no position says so: degrees
         /// around the vertical from +z towards +x...
         azimuth_degrees: f64,
-        /// ...and degrees above the horizon, -90 to 90.
+        /// ...and degrees above the horizon, -90 to 90...
         elevation_degrees: f64,
+        /// ...at this distance from it in world lengths; as far as the framed view is by default.
+        distance: f64,
         /// Factor by which what is seen appears larger than it does in the framed or given view,
         /// above 0.
         zoom: f64,
+        /// Values at numbered frames.
+        keyframes: Vec<CameraKeyframe>,
     }
     /// `[image]`: width and height in pixels, camera rays per pixel, the error that pixels may have
     /// that are not marched, and how radiance is encoded for screens.

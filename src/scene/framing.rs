@@ -87,6 +87,56 @@ pub(super) fn frame(
     Framed { position, target, height }
 }
 
+/// The smallest distance from `target` at which a camera, turned to any of `eyes` (unit vectors
+/// from the target to the camera, and what is up there), sees all of `points`; and the world
+/// lengths between the picture's edges for parallel rays.
+pub(super) fn orbit(
+    points: &[DVec3],
+    target: DVec3,
+    eyes: &[(DVec3, DVec3)],
+    fov_y_degrees: f64,
+    aspect: f64,
+) -> (f64, f64) {
+    let free = 1.0 - 2.0 * MARGIN;
+    let slope = (fov_y_degrees.to_radians() * 0.5).tan() * free;
+    let (mut distance, mut half) = (f64::MIN_POSITIVE, f64::MIN_POSITIVE);
+    for &(eye, up) in eyes {
+        let (right, up) = frame_of(-eye, up);
+        for point in points {
+            let from = *point - target;
+            let reach = (from.dot(right).abs() / aspect).max(from.dot(up).abs());
+            half = half.max(reach);
+            distance = distance.max(reach / slope + from.dot(eye));
+        }
+    }
+    (distance, 2.0 * half / free)
+}
+
+/// The height of a target at which [`orbit`] comes closest, above or below `middle`, within the
+/// points' own extent.
+pub(super) fn orbit_target(
+    points: &[DVec3],
+    middle: DVec3,
+    eyes: &[(DVec3, DVec3)],
+    fov_y_degrees: f64,
+    aspect: f64,
+) -> DVec3 {
+    let Some(bounds) = Aabb::around(points.iter().copied()) else { return middle };
+    let at = |height: f64| DVec3::new(middle.x, height, middle.z);
+    let distance = |height| orbit(points, at(height), eyes, fov_y_degrees, aspect).0;
+    // The distance is a convex function of the height: a largest of linear ones.
+    let (mut low, mut high) = (bounds.min.y, bounds.max.y);
+    for _ in 0..40 {
+        let third = (high - low) / 3.0;
+        if distance(low + third) < distance(high - third) {
+            high -= third;
+        } else {
+            low += third;
+        }
+    }
+    at((low + high) * 0.5)
+}
+
 /// The centre of the bounding box of `points`.
 pub(super) fn middle_of(points: &[DVec3]) -> DVec3 {
     Aabb::around(points.iter().copied()).map_or(DVec3::ZERO, |bounds| bounds.center())

@@ -22,7 +22,7 @@ impl SceneFile {
         scene: &Scene,
         settings: &Settings,
     ) -> Result<Self> {
-        let mut file = self.clone();
+        let mut file = self.with_absolute_paths()?;
         let bodies = scene.media.bodies().iter();
         for ((table, body), window) in file.volume.iter_mut().zip(bodies).zip(windows) {
             let medium = &body.medium;
@@ -33,10 +33,6 @@ impl SceneFile {
             if let (Some(table), Some(emission)) = (&mut table.emission, &medium.emission) {
                 table.scale = Some(emission.scale);
             }
-            let function = table.transfer.as_mut().and_then(|transfer| transfer.file.as_mut());
-            for path in table.path.as_mut().into_iter().chain(function) {
-                *path = absolute(path)?;
-            }
         }
         // Without any table one light is chosen.
         file.light.one_mut();
@@ -46,7 +42,8 @@ impl SceneFile {
         }
         let camera = &scene.camera;
         let table = &mut file.camera;
-        (table.azimuth_degrees, table.elevation_degrees, table.zoom) = (None, None, None);
+        (table.azimuth_degrees, table.elevation_degrees) = (None, None);
+        (table.distance, table.zoom) = (None, None);
         table.position = Some(camera.position.to_array());
         table.target = Some(camera.target.to_array());
         table.up = Some(camera.up.to_array());
@@ -69,6 +66,21 @@ impl SceneFile {
         Ok(file)
     }
 
+    /// This file with absolute paths, which mean the same wherever the file is put.
+    ///
+    /// # Errors
+    /// If the current folder is needed and not known.
+    pub fn with_absolute_paths(&self) -> Result<Self> {
+        let mut file = self.clone();
+        for table in file.volume.iter_mut() {
+            let function = table.transfer.as_mut().and_then(|transfer| transfer.file.as_mut());
+            for path in table.path.as_mut().into_iter().chain(function) {
+                *path = absolute(path)?;
+            }
+        }
+        Ok(file)
+    }
+
     /// The text of the file.
     ///
     /// # Errors
@@ -83,7 +95,7 @@ fn absolute(path: &Path) -> Result<PathBuf> {
 }
 
 /// Writes where a light is and where it shines.
-fn place(table: &mut LightTable, kind: LightKind) {
+pub(super) fn place(table: &mut LightTable, kind: LightKind) {
     match kind {
         LightKind::Directional { direction } => table.direction = Some(direction.to_array()),
         LightKind::Point { position } => table.position = Some(position.to_array()),

@@ -12,6 +12,7 @@ mod leftovers;
 mod lock;
 mod pending;
 mod place;
+mod seal;
 mod stream;
 
 pub use folder::{MadeFolder, PendingFolder};
@@ -19,3 +20,4 @@ pub use inputs::Inputs;
 pub use leftovers::abandon;
 pub use pending::{PendingFile, commit, commit_then};
 pub(super) use place::folder_of;
+pub use seal::{is_sealed, sealed};

@@ -40,6 +40,8 @@ pub struct Ingredients {
     pub emission_field: Option<Arc<Volume>>,
     /// The window of stored values that was chosen.
     pub window: Option<[f32; 2]>,
+    /// The transfer function as given or chosen, over densities.
+    pub function: Option<TransferFunction>,
 }
 
 impl Ingredients {
@@ -61,6 +63,7 @@ impl From<Volume> for Ingredients {
             modulation: None,
             emission_field: None,
             window: None,
+            function: None,
         }
     }
 }

@@ -7,11 +7,13 @@ mod camera;
 mod densities;
 mod map_size;
 mod medium;
+mod shot;
 
 use glam::DVec3;
 
 use super::computed;
 use super::file::{GroundTable, LightTable, SceneFile, VolumeTable};
+use super::framing::shown_points;
 use super::{Body, Ground, Light, LightKind, Media, Medium, Scene};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
@@ -23,6 +25,7 @@ pub use densities::Densities;
 use map_size::map_size;
 pub use medium::Ingredients;
 use medium::{medium, visible_points};
+pub use shot::Shot;
 
 /// The direction of the light: from the upper left, over the camera's shoulder.
 const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
@@ -53,6 +56,22 @@ pub enum Surroundings {
     /// A dark ground under a soft sky, without a visible horizon, for a volume that somebody wants
     /// to see.
     Studio,
+}
+
+impl Surroundings {
+    /// What surrounds the volumes of a scene file as it was written: a studio, unless it says
+    /// something of lights, surroundings or a file's density scale. Its values are then absolute,
+    /// and what it leaves out adds no light.
+    pub fn of(file: &SceneFile) -> Self {
+        let scaled =
+            file.volume.iter().any(|table| table.path.is_some() && table.density_scale.is_some());
+        let lit = !file.light.is_empty()
+            || file.ambient.radiance.is_some()
+            || file.background.radiance.is_some()
+            || file.ground.albedo.is_some();
+        let is_absolute = scaled || lit || file.volume.is_empty();
+        if is_absolute { Self::Void } else { Self::Studio }
+    }
 }
 
 /// The window, in stored values, that separates a scanned object from its surroundings. It reaches
@@ -95,37 +114,19 @@ pub fn complete(
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let mut settings = computed::settings(file)?;
-    // Without a `[volume]` table, all values of the loaded volumes are chosen.
-    let unsaid = vec![VolumeTable::default(); ingredients.len()];
-    let tables = if file.volume.is_empty() { &unsaid[..] } else { &file.volume };
-    if tables.len() != ingredients.len() {
-        return Err(Error::value(
-            "volume",
-            "the scene has a different number of volumes than were loaded",
-        ));
-    }
-    let mediums = tables.iter().zip(&ingredients);
     let mut of_media = Choices(Vec::new());
-    let mediums = mediums.map(|(table, own)| medium(table, own, &mut of_media));
-    let mediums = mediums.collect::<Result<Vec<Medium>>>()?;
-    let visible = ingredients.iter().zip(&mediums);
-    let visible: Vec<DVec3> =
-        visible.flat_map(|(own, medium)| visible_points(own, medium)).collect();
+    let mediums = mediums(file, &ingredients, &mut of_media)?;
+    let visible = visible(&ingredients, &mediums);
     let visible = if visible.is_empty() { Media::none().world_corners().to_vec() } else { visible };
-    let bounds = Aabb::around(visible.iter().copied());
-    let bounds = bounds.unwrap_or_else(|| Media::none().world_bounds());
-    let usual = [LightTable::default()];
-    let lights = if file.light.is_empty() { &usual[..] } else { &file.light };
-    let lights = lights.iter().map(|table| light(table, &bounds, &mut choices));
-    let lights = lights.collect::<Result<Vec<Light>>>()?;
+    let bounds = bounds_of(&visible);
+    let lights = lights(file, &bounds, &mut choices)?;
     let ground = ground(&file.ground, &bounds, surroundings, &mut choices)?;
     choices.0.extend(of_media.0);
+    let shown = shown_points(&visible, lights.first(), ground);
+    let camera = camera(&file.camera, (&visible, &shown), aspect(&settings), &mut choices)?;
     let bodies = ingredients.into_iter().zip(mediums);
     let bodies = bodies.map(|(own, medium)| Body { volume: own.volume, medium });
     let media = Media::new(bodies.collect());
-    let [width, height] = settings.image.size;
-    let aspect = f64::from(width) / f64::from(height);
-    let camera = camera(&file.camera, &visible, lights.first(), ground, aspect, &mut choices)?;
     let ambient = match (file.ambient.radiance, surroundings) {
         (Some(radiance), _) => radiance_of("ambient.radiance", radiance)?,
         (None, Surroundings::Void) => DVec3::ZERO,
@@ -149,6 +150,47 @@ pub fn complete(
         settings.map.size = map_size(&scene, &settings)?;
     }
     Ok((scene, settings, choices.0))
+}
+
+/// The media of the volumes in `ingredients`, by the `[volume]` tables of `file`.
+fn mediums(
+    file: &SceneFile,
+    ingredients: &[Ingredients],
+    choices: &mut Choices,
+) -> Result<Vec<Medium>> {
+    // Without a `[volume]` table, all values of the loaded volumes are chosen.
+    let unsaid = vec![VolumeTable::default(); ingredients.len()];
+    let tables = if file.volume.is_empty() { &unsaid[..] } else { &file.volume };
+    if tables.len() != ingredients.len() {
+        return Err(Error::value(
+            "volume",
+            "the scene has a different number of volumes than were loaded",
+        ));
+    }
+    tables.iter().zip(ingredients).map(|(table, own)| medium(table, own, choices)).collect()
+}
+
+/// Points around everything that is visible of the media.
+fn visible(ingredients: &[Ingredients], mediums: &[Medium]) -> Vec<DVec3> {
+    ingredients.iter().zip(mediums).flat_map(|(own, medium)| visible_points(own, medium)).collect()
+}
+
+/// The box around points; that of a scene without media if there are none.
+fn bounds_of(points: &[DVec3]) -> Aabb {
+    Aabb::around(points.iter().copied()).unwrap_or_else(|| Media::none().world_bounds())
+}
+
+/// The lights of `file`, of which one is chosen if it has none, around a scene of these bounds.
+fn lights(file: &SceneFile, bounds: &Aabb, choices: &mut Choices) -> Result<Vec<Light>> {
+    let usual = [LightTable::default()];
+    let lights = if file.light.is_empty() { &usual[..] } else { &file.light };
+    lights.iter().map(|table| light(table, bounds, choices)).collect()
+}
+
+/// The width of a picture as a multiple of its height.
+fn aspect(settings: &Settings) -> f64 {
+    let [width, height] = settings.image.size;
+    f64::from(width) / f64::from(height)
 }
 
 struct Choices(Vec<Choice>);

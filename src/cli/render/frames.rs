@@ -1,0 +1,380 @@
+//! Which frames are rendered: by options, keyframes, and the files that there are.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::Args;
+
+use crate::cli::arguments::parse;
+use crate::cli::job::is_numbered;
+use crate::error::{Error, Result};
+use crate::scene::{NumberedName, SceneFile};
+
+/// Most frames of a sequence.
+const MOST_FRAMES: usize = 100_000;
+
+/// Options on sequences of pictures.
+#[derive(Debug, Args)]
+pub(super) struct FrameArguments {
+    /// Further volume files: one frame each, after INPUT.
+    #[arg(value_name = "INPUTS")]
+    more: Vec<PathBuf>,
+    /// Frames to render of a sequence (smoke.####.vdb, smoke.%04d.vdb, several inputs) or a scene
+    /// with keyframes: A-B, every Sth as A-BxS, or one [all].
+    #[arg(long, value_name = "A-B", value_parser = parse::<FrameRange>, allow_hyphen_values = true, help_heading = "Frames")]
+    frames: Option<FrameRange>,
+    /// Frames in which the camera goes once around what it looks at; the light stands still.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000), help_heading = "Frames")]
+    turntable: Option<u32>,
+    /// Keep frames that are there already, whole and made with the same settings.
+    #[arg(long, help_heading = "Frames")]
+    pub resume: bool,
+    /// Render the Ith of N parts of the frames, for several processes or machines; what is chosen
+    /// is chosen for all of them.
+    #[arg(long, value_name = "I/N", value_parser = parse::<Shard>, help_heading = "Frames")]
+    shard: Option<Shard>,
+}
+
+/// A range of frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct FrameRange {
+    first: i64,
+    last: i64,
+    step: usize,
+}
+
+impl FromStr for FrameRange {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = || {
+            let why = format!("'{text}' is not a range of frames such as 1-24, 1-24x2, or 7");
+            Error::value("frames", why)
+        };
+        let (range, step) = text.split_once('x').unwrap_or((text, "1"));
+        // A number may begin with a sign.
+        let ends = match range.char_indices().skip(1).find(|(_, c)| *c == '-') {
+            Some((at, _)) => [&range[..at], &range[at + 1..]],
+            None => [range; 2],
+        };
+        let [first, last] = ends.map(|end| end.trim().parse().ok());
+        match (first, last, step.parse().ok()) {
+            (Some(first), Some(last), Some(step)) if first <= last && step > 0 => {
+                Ok(Self { first, last, step })
+            }
+            _ => Err(wrong()),
+        }
+    }
+}
+
+impl FrameRange {
+    fn frames(self) -> impl Iterator<Item = i64> {
+        (self.first..=self.last).step_by(self.step)
+    }
+}
+
+/// A part of the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Shard {
+    /// From 1.
+    part: usize,
+    parts: usize,
+}
+
+impl FromStr for Shard {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let numbers = text.split_once('/').map(|(part, parts)| (part.parse(), parts.parse()));
+        match numbers {
+            Some((Ok(part), Ok(parts))) if (1..=parts).contains(&part) => Ok(Self { part, parts }),
+            _ => {
+                let why = format!("'{text}' is not a part such as 2/8: the second of eight");
+                Err(Error::value("shard", why))
+            }
+        }
+    }
+}
+
+/// The frames of a sequence.
+pub(super) struct Wanted {
+    /// All of them, rising.
+    pub all: Vec<i64>,
+    /// Those to be rendered now.
+    pub mine: Vec<i64>,
+    /// Those for which is chosen what all have in common: also others, if no file is missing.
+    pub chosen_for: Vec<i64>,
+    /// By frame, where the volume's files have no common numbered name.
+    listed: Vec<PathBuf>,
+    pub turns: Option<u32>,
+    pub resume: bool,
+    /// The input's name with a place for the frame's number.
+    pub name: String,
+}
+
+impl FrameArguments {
+    /// The frames of `file`, in which several inputs become one numbered name if they can; `None`
+    /// for a single picture.
+    ///
+    /// # Errors
+    /// If options contradict each other or the scene, or if files are missing.
+    pub(super) fn wanted(&self, input: &str, file: &mut SceneFile) -> Result<Option<Wanted>> {
+        let (mut numbers, listed) = self.inputs(file)?;
+        let keyframes = file.keyframes()?;
+        let numbered: Vec<NumberedName> = file
+            .volume
+            .iter()
+            .filter(|table| is_numbered(table))
+            .filter_map(|table| NumberedName::of(table.path.as_deref()?))
+            .collect();
+        if let (None, Some(first)) = (&numbers, numbered.first()) {
+            numbers = Some(on_disk(first)?);
+        }
+        let is_sequence = numbers.is_some() || keyframes.is_some() || self.turntable.is_some();
+        if !is_sequence {
+            return match (self.frames, self.resume, self.shard) {
+                (None, false, None) => Ok(None),
+                (frames, resume, _) => {
+                    let what = match (frames, resume) {
+                        (Some(_), _) => "frames",
+                        (None, true) => "resume",
+                        (None, false) => "shard",
+                    };
+                    let why = "needs frames that differ: a number in the input's name \
+                               (smoke.####.vdb), several inputs, keyframes or --turntable";
+                    Err(Error::value(what, why))
+                }
+            };
+        }
+        let turned = self.turntable.map(|count| 1..=i64::from(count));
+        let range = keyframes.or(turned);
+        let at_most = |frames: &mut dyn Iterator<Item = i64>| {
+            let frames: Vec<i64> = frames.take(MOST_FRAMES + 1).collect();
+            let why = || format!("there are more than {MOST_FRAMES}");
+            if frames.len() > MOST_FRAMES { Err(Error::value("frames", why())) } else { Ok(frames) }
+        };
+        let all = match (self.frames, &numbers, &range) {
+            (Some(frames), ..) => at_most(&mut frames.frames())?,
+            (None, Some(numbers), _) => numbers.clone(),
+            (None, None, range) => at_most(&mut range.clone().into_iter().flatten())?,
+        };
+        let chosen_for = match range {
+            Some(range) if numbers.is_none() => {
+                let (first, last) = (all[0].min(*range.start()), all[all.len() - 1]);
+                at_most(&mut (first..=last.max(*range.end())))?
+            }
+            _ => all.clone(),
+        };
+        if !listed.is_empty() && all.iter().any(|&frame| listed_at(&listed, frame).is_none()) {
+            let why = format!("the inputs are frames 1 to {}", listed.len());
+            return Err(Error::value("frames", why));
+        }
+        for name in &numbered {
+            check_files(name, &all)?;
+        }
+        let shard = self.shard.unwrap_or(Shard { part: 1, parts: 1 });
+        let mine = all.iter().copied().skip(shard.part - 1).step_by(shard.parts).collect();
+        let name = numbered_name(input, file);
+        let (turns, resume) = (self.turntable, self.resume);
+        Ok(Some(Wanted { all, mine, chosen_for, listed, turns, resume, name }))
+    }
+
+    /// The numbers of several inputs, and the inputs themselves if they have no common name.
+    fn inputs(&self, file: &mut SceneFile) -> Result<(Option<Vec<i64>>, Vec<PathBuf>)> {
+        if self.more.is_empty() {
+            return Ok((None, Vec::new()));
+        }
+        let first = match &file.volume[..] {
+            [table] if self.more.iter().all(|path| !is_scene(path)) => table.path.clone(),
+            _ => None,
+        };
+        let Some(first) = first else {
+            let why = "several inputs are the frames of one volume, as files";
+            return Err(Error::value("input", why));
+        };
+        let paths: Vec<PathBuf> = std::iter::once(first).chain(self.more.iter().cloned()).collect();
+        for path in &paths {
+            std::fs::metadata(path).map_err(|error| Error::file(path, error))?;
+        }
+        if let Some((name, mut numbers)) = common_name(&paths) {
+            numbers.sort_unstable();
+            file.volume.one_mut().path = Some(name);
+            return Ok((Some(numbers), Vec::new()));
+        }
+        Ok((Some((1..=paths.len() as i64).collect()), paths))
+    }
+}
+
+impl Wanted {
+    /// The scene file of a frame.
+    ///
+    /// # Errors
+    /// As [`SceneFile::at_frame`].
+    pub(super) fn file_at(&self, file: &SceneFile, frame: i64) -> Result<SceneFile> {
+        let mut file = file.at_frame(frame)?;
+        if let Some(path) = listed_at(&self.listed, frame) {
+            file.volume.one_mut().path = Some(path.clone());
+        }
+        Ok(file)
+    }
+
+    /// Whether the scene file alone tells the files of all frames.
+    pub(super) fn is_in_file(&self) -> bool {
+        self.listed.is_empty()
+    }
+
+    /// A few frames that stand for all: the ends, and others between them.
+    pub(super) fn some(&self, most: usize) -> Vec<i64> {
+        let frames = &self.chosen_for;
+        let last = frames.len().saturating_sub(1);
+        let count = most.min(frames.len());
+        let at = |i: usize| frames[(i * last + (count - 1) / 2) / (count - 1).max(1)];
+        (0..count).map(at).collect()
+    }
+}
+
+fn listed_at(listed: &[PathBuf], frame: i64) -> Option<&PathBuf> {
+    listed.get(usize::try_from(frame.checked_sub(1)?).ok()?)
+}
+
+fn is_scene(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
+
+/// The numbers of the files that there are.
+fn on_disk(name: &NumberedName) -> Result<Vec<i64>> {
+    let here = Path::new(".");
+    let folder = if name.folder() == Path::new("") { here } else { name.folder() };
+    let failed = |error| Error::file(folder, error);
+    let mut numbers = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let found = entry.map_err(failed)?.file_name();
+        numbers.extend(found.to_str().and_then(|found| name.frame_of(found)));
+        if numbers.len() > MOST_FRAMES {
+            return Err(Error::value("frames", format!("there are more than {MOST_FRAMES}")));
+        }
+    }
+    if numbers.is_empty() {
+        let why = "no file has a name like this, with a number in place of # or %d";
+        return Err(Error::contents(name.pattern(), why));
+    }
+    numbers.sort_unstable();
+    Ok(numbers)
+}
+
+/// Checks that the file of every frame is there.
+fn check_files(name: &NumberedName, frames: &[i64]) -> Result<()> {
+    let mut missing = frames.iter().map(|&frame| name.at(frame)).filter(|path| !path.exists());
+    match missing.next() {
+        None => Ok(()),
+        Some(first) => {
+            let count = 1 + missing.count();
+            let why = if count == 1 {
+                "no such file".to_owned()
+            } else {
+                format!("no such file, and {count} of {} frames have none", frames.len())
+            };
+            Err(Error::contents(first, why))
+        }
+    }
+}
+
+/// The numbered name that all of `paths` have in common, and their numbers.
+fn common_name(paths: &[PathBuf]) -> Option<(PathBuf, Vec<i64>)> {
+    let first = paths.first()?;
+    let name = first.file_name()?.to_str()?;
+    let digit = |at: usize| name.as_bytes()[at].is_ascii_digit();
+    let mut end = name.len();
+    // From the last run of digits to the first.
+    while let Some(last) = (0..end).rev().find(|&at| digit(at)) {
+        let begin = (0..=last).rev().take_while(|&at| digit(at)).last()?;
+        for count in [last + 1 - begin, 1] {
+            let hashes = "#".repeat(count);
+            let pattern = format!("{}{hashes}{}", &name[..begin], &name[last + 1..]);
+            let pattern = first.with_file_name(pattern);
+            let numbered = NumberedName::of(&pattern);
+            let numbers: Option<Vec<i64>> = paths
+                .iter()
+                .map(|path| {
+                    let numbered = numbered.as_ref()?;
+                    let in_folder = path.parent() == first.parent();
+                    numbered.frame_of(path.file_name()?.to_str()?).filter(|_| in_folder)
+                })
+                .collect();
+            if let Some(numbers) = numbers {
+                return Some((pattern, numbers));
+            }
+        }
+        end = begin;
+    }
+    None
+}
+
+/// The name after which pictures are called: that of a numbered volume which is the input, or else
+/// the input's with a place for a number.
+fn numbered_name(input: &str, file: &SceneFile) -> String {
+    if let [table] = &file.volume[..]
+        && is_numbered(table)
+        && !is_scene(Path::new(input))
+    {
+        return table.path.clone().unwrap_or_default().display().to_string();
+    }
+    let stem = Path::new(input).file_stem().unwrap_or_default();
+    format!("{}.####.input", stem.display())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn ranges_of_frames_are_parsed() {
+        let frames = |text: &str| FrameRange::from_str(text).unwrap().frames().collect::<Vec<_>>();
+        assert_eq!(frames("3-6"), [3, 4, 5, 6]);
+        assert_eq!(frames("7"), [7]);
+        assert_eq!(frames("-2-1"), [-2, -1, 0, 1]);
+        assert_eq!(frames("-3--2"), [-3, -2]);
+        assert_eq!(frames("1-10x4"), [1, 5, 9]);
+        for text in ["", "5-3", "1-", "a", "1-4x0", "1-4x", "1..4", "1,2"] {
+            let error = FrameRange::from_str(text).unwrap_err().to_string();
+            assert!(error.starts_with("frames: "), "{error}");
+        }
+    }
+
+    #[test]
+    fn parts_of_frames_are_parsed() {
+        assert_eq!(Shard::from_str("2/3").unwrap(), Shard { part: 2, parts: 3 });
+        for text in ["0/3", "4/3", "1", "1/", "a/b", "1/0"] {
+            assert!(Shard::from_str(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn several_files_have_a_numbered_name_if_only_a_number_differs() {
+        let common =
+            |names: &[&str]| common_name(&names.iter().map(PathBuf::from).collect::<Vec<_>>());
+        let named = |name: &str, numbers: &[i64]| Some((PathBuf::from(name), numbers.to_vec()));
+        assert_eq!(common(&["a/x.08.vdb", "a/x.11.vdb"]), named("a/x.##.vdb", &[8, 11]));
+        assert_eq!(common(&["x10.vdb", "x9.vdb"]), named("x#.vdb", &[10, 9]));
+        assert_eq!(common(&["2s_1.nrrd", "3s_1.nrrd"]), named("#s_1.nrrd", &[2, 3]));
+        assert_eq!(common(&["a/x1.vdb", "b/x2.vdb"]), None);
+        assert_eq!(common(&["a.vdb", "b.vdb"]), None);
+    }
+
+    #[test]
+    fn a_few_frames_stand_for_all() {
+        let of = |count: i64, most: usize| {
+            let (all, mine, listed) = (Vec::new(), Vec::new(), Vec::new());
+            let (chosen_for, name) = ((1..=count).collect(), String::new());
+            let (turns, resume) = (None, false);
+            Wanted { all, mine, chosen_for, listed, turns, resume, name }.some(most)
+        };
+        assert_eq!(of(9, 5), [1, 3, 5, 7, 9]);
+        assert_eq!(of(3, 5), [1, 2, 3]);
+        assert_eq!(of(100, 5), [1, 26, 51, 75, 100]);
+        assert_eq!(of(1, 5), [1]);
+        assert_eq!(of(8, 1), [1]);
+    }
+}

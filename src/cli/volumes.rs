@@ -1,0 +1,98 @@
+//! Loads the volumes of scene files one after another, and keeps those that stay the same.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::io::dense::DEFAULT_MAX_BYTES;
+use crate::io::load_ingredients;
+use crate::scene::SceneFile;
+use crate::scene::automatic::Ingredients;
+use crate::scene::file::VolumeTable;
+
+/// The volumes of the last scene file.
+#[derive(Default)]
+pub(super) struct Volumes {
+    loaded: Vec<Loaded>,
+}
+
+struct Loaded {
+    /// What it was loaded for.
+    table: VolumeTable,
+    /// Whether a window could be chosen.
+    automatic: bool,
+    ingredients: Ingredients,
+}
+
+impl Volumes {
+    /// The volumes of `file`, and what there is to say of those that were not loaded before. `scan`
+    /// as of [`load_ingredients`].
+    ///
+    /// # Errors
+    /// If one cannot be loaded, or if they are too large together.
+    pub(super) fn load(
+        &mut self,
+        file: &SceneFile,
+        scan: bool,
+    ) -> Result<(Vec<Ingredients>, Vec<String>)> {
+        let wanted = file
+            .volume
+            .iter()
+            .map(|table| (what_is_loaded(table), scan || table.density_scale.is_none()));
+        let wanted: Vec<(VolumeTable, bool)> = wanted.collect();
+        let mut kept = Vec::new();
+        for (index, loaded) in std::mem::take(&mut self.loaded).into_iter().enumerate() {
+            let same = wanted.get(index).is_some_and(|(table, automatic)| {
+                // What has no window, although one could be chosen, has none without choice.
+                let has_none = loaded.automatic && loaded.ingredients.window.is_none();
+                *table == loaded.table && (*automatic == loaded.automatic || has_none)
+            });
+            kept.push(same.then_some(loaded));
+        }
+        kept.resize_with(wanted.len(), || None);
+        let mut notes = Vec::new();
+        let mut held = 0;
+        for (index, ((table, automatic), kept)) in wanted.into_iter().zip(kept).enumerate() {
+            let most = table.max_bytes.unwrap_or(DEFAULT_MAX_BYTES);
+            let (ingredients, automatic) = if let Some(kept) = kept {
+                (kept.ingredients, kept.automatic)
+            } else {
+                let left = most.saturating_sub(held);
+                let left = VolumeTable { max_bytes: Some(left), ..file.volume[index].clone() };
+                let loaded = load_ingredients(&left, scan);
+                let (own, said) = loaded.map_err(|error| beside(error, held))?;
+                notes.extend(said);
+                (own, automatic)
+            };
+            held += ingredients.bytes();
+            if held > most {
+                let what = format!("{} volumes together", index + 1);
+                let (needed, limit) = (format!("{held} bytes"), format!("{most} bytes"));
+                return Err(ErrorKind::Limit { what, needed, limit }.into());
+            }
+            self.loaded.push(Loaded { table, automatic, ingredients });
+        }
+        let all = self.loaded.iter().map(|loaded| loaded.ingredients.clone()).collect();
+        Ok((all, notes))
+    }
+}
+
+/// The keys of a table on which it depends what is loaded.
+fn what_is_loaded(table: &VolumeTable) -> VolumeTable {
+    let mut table = table.clone();
+    table.density_scale = None;
+    (table.albedo, table.phase_g, table.tint) = (None, None, None);
+    if let Some(emission) = &mut table.emission {
+        (emission.colors, emission.range, emission.kelvin, emission.scale) =
+            (None, None, None, None);
+    }
+    table
+}
+
+/// Adds to an error of too much memory what other volumes have taken already.
+fn beside(error: Error, held: u64) -> Error {
+    match error.kind() {
+        ErrorKind::Limit { what, needed, limit } if held > 0 => {
+            let limit = format!("{limit}, in addition to {held} bytes of other volumes");
+            ErrorKind::Limit { what: what.clone(), needed: needed.clone(), limit }.into()
+        }
+        _ => error,
+    }
+}
