@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod analytic;
+mod anatomy;
 mod architecture;
 mod backends;
 mod camera;

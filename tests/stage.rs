@@ -1,8 +1,9 @@
 //! Tests of pictures one after another: what a stage keeps equals what would be made anew, and a
 //! GPU reads back only pictures.
 
+use deepshadow::backend::{ShadowCatcher, Stage};
 use deepshadow::progress::Silent;
-use deepshadow::scene::{Light, LightKind, Scene};
+use deepshadow::scene::{Ground, Light, LightKind, Media, Scene};
 use deepshadow::settings::{Filter, MapKind, Settings, Shading};
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
@@ -131,6 +132,43 @@ mod gpu {
             assert!(stage.render(&scene, &unbuilt, &Silent).is_err());
             assert!(stage.render(&scene, &settings, &Silent).unwrap() == expected, "{tolerance}");
             assert!(backend.render(&scene, &settings, &Silent).unwrap() == expected, "{tolerance}");
+        }
+    }
+}
+
+/// A picture with a caught shadow, in front of a picture of the ground without media, is the
+/// picture with both.
+#[test]
+fn a_caught_shadow_in_front_of_the_ground_is_the_ground_in_shadow() {
+    let usual = settings(48, [40, 32]).with(|s| s.map.kind = Some(MapKind::Fragments));
+    let mut scene = anchor_scene(Preset::Bucky, 3.0, 24);
+    scene.ground = Some(Ground::new(-0.6, 0.4).within(2.5));
+    scene.background = None;
+    scene.ambient = DVec3::splat(0.2);
+    let mut two = scene.clone();
+    let position = DVec3::new(1.5, 2.0, 1.0);
+    two.lights.push(Light::new(LightKind::Point { position }, two.lights[0].irradiance));
+    for backend in every_backend() {
+        for scene in [&scene, &two] {
+            let mut catcher = ShadowCatcher::new(&*backend);
+            let caught = catcher.render(scene, &usual, &Silent).unwrap();
+            let both = backend.render(scene, &usual, &Silent).unwrap();
+            let mut alone = scene.clone();
+            alone.media = Media::none();
+            let alone = backend.render(&alone, &usual, &Silent).unwrap();
+            let (mut shadows, mut worst) = (0, 0.0_f32);
+            for ((front, behind), both) in caught.pixels.iter().zip(&alone.pixels).zip(&both.pixels)
+            {
+                for channel in 0..3 {
+                    let composed = front[channel] + (1.0 - front[3]) * behind[channel];
+                    worst = worst.max((composed - both[channel]).abs());
+                }
+                shadows += usize::from(front[3] > 0.1 && front[0] < 1e-3 * front[3]);
+            }
+            assert!(worst < 1e-4, "{worst} on {}", backend.description());
+            assert!(shadows > 20, "{shadows} pixels in shadow on {}", backend.description());
+            // What is kept between pictures makes the same one.
+            assert!(catcher.render(scene, &usual, &Silent).unwrap() == caught);
         }
     }
 }

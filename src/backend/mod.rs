@@ -1,6 +1,7 @@
 //! The interface of a renderer: maps and pictures of scenes, the passes behind them one by one, and
 //! pictures one after another.
 
+mod catcher;
 mod passes;
 mod stage;
 
@@ -10,6 +11,7 @@ use crate::progress::Progress;
 use crate::scene::{Beam, Scene};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Map, codec};
+pub use catcher::ShadowCatcher;
 pub use passes::Passes;
 use passes::{build_map, view_through};
 pub use stage::{Cause, HostStage, Stage};

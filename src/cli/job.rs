@@ -4,16 +4,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use glam::DVec3;
+
 use super::arguments::{PictureArguments, SceneArguments, SourceArguments};
 use super::backend::{BackendChoice, Opening};
 use super::progress::Bars;
 use super::say;
+use super::stage::{Side, look_at_patient};
 use super::volumes::Volumes;
 use crate::backend::{Backend, Expected};
 use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
 use crate::image::{Exposure, ToneMap};
-use crate::io::{Inputs, source_files};
+use crate::io::{Inputs, source_files, superior_axis};
 use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Choice, Ingredients, Surroundings, complete};
 use crate::scene::file::VolumeTable;
@@ -30,8 +33,10 @@ pub(super) struct Request<'a> {
     choice: BackendChoice,
     pub file: SceneFile,
     pub surroundings: Surroundings,
-    /// What a preset says of itself.
+    /// What there is to say of it so far.
     said: Vec<String>,
+    /// The patient's side from which the camera shall look.
+    side: Option<(&'static str, DVec3)>,
     /// Whether a picture is requested.
     picture: bool,
     /// All files from which the request is read, without those of numbered names.
@@ -66,7 +71,11 @@ impl<'a> Request<'a> {
                 None => _ = file.shadow.size.get_or_insert(MAP_SIZE),
             }
         })?;
-        Ok(Self { picture: picture.is_some(), ..request })
+        let side = match picture.and_then(|picture| picture.stage.view) {
+            Some(Side::Patient(name, from)) => Some((name, from)),
+            _ => None,
+        };
+        Ok(Self { picture: picture.is_some(), side, ..request })
     }
 
     /// The request for `source`. `overlay` changes its scene file, and `choice` selects the
@@ -84,7 +93,7 @@ impl<'a> Request<'a> {
         for table in file.volume.iter().filter(|table| !is_numbered(table)) {
             inputs.extend(source_files(table)?);
         }
-        Ok(Self { source, choice, file, surroundings, said, picture: false, inputs })
+        Ok(Self { source, choice, file, surroundings, said, side: None, picture: false, inputs })
     }
 
     /// Loads the requested volumes, chooses the missing values, and reports the choices. Of a scene
@@ -98,6 +107,7 @@ impl<'a> Request<'a> {
         if let Some(keyframes) = self.file.keyframes()? {
             self.file = self.file.at_frame(*keyframes.start())?;
         }
+        self.stand_up(&self.file.clone())?;
         let (crew, said) = self.crew();
         // Absolute parameters in a scene file refer to stored values.
         let scan = self.surroundings == Surroundings::Studio;
@@ -109,6 +119,39 @@ impl<'a> Request<'a> {
         let (job, choices) = crew.job(&self.file, ingredients, self.surroundings)?;
         crew.report(choices);
         Ok(job)
+    }
+
+    /// Lets patients stand, whose axes the files of `of` know, unless the scene says what is up or
+    /// its values are absolute; and turns the camera to the side of them that was asked for.
+    pub(super) fn stand_up(&mut self, of: &SceneFile) -> Result<()> {
+        let mut known = None;
+        for (index, table) in of.volume.iter().enumerate() {
+            let Some(axis) = superior_axis(table)? else { continue };
+            let own = &mut self.file.volume[index].up;
+            if own.is_none() && self.surroundings == Surroundings::Studio {
+                *own = Some(axis.name().to_owned());
+                self.said.push(format!(
+                    "up (`volume.up`) {}, where the patient's head is (chosen)",
+                    axis.name()
+                ));
+            }
+            let up = own.as_deref().map(str::parse).transpose()?.unwrap_or_default();
+            known = known.or(Some(up));
+        }
+        match (self.side, known) {
+            (None, _) => Ok(()),
+            (Some((_, from)), Some(up)) => {
+                look_at_patient(&mut self.file.camera, from, up);
+                Ok(())
+            }
+            (Some((name, _)), None) => {
+                let why = format!(
+                    "'{name}' needs a scan that knows its patient's axes (NIfTI, or NRRD and \
+                     MetaImage that name them); front, back, top and bottom need none"
+                );
+                Err(Error::value("view", why))
+            }
+        }
     }
 
     /// Those who will work on the request, and what there is to say of it.

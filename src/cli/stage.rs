@@ -4,8 +4,10 @@ use clap::Args;
 use glam::DVec3;
 
 use super::arguments::{Numbers, above_0, number, numbers, overlay, still};
-use crate::scene::automatic::direction_of;
+use crate::scene::automatic::{angles_of, direction_of};
+use crate::scene::file::CameraTable;
 use crate::scene::{Light, SceneFile};
+use crate::volume::Axis;
 
 /// Camera and surroundings, as options.
 #[derive(Debug, Args)]
@@ -31,15 +33,19 @@ pub(super) struct StageArguments {
     /// How much larger everything appears than in the framed view [1].
     #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Camera")]
     pub zoom: Option<f64>,
-    /// Side from which the camera looks: front (+z), back, left (-x), right, top, bottom.
+    /// Side from which the camera looks: front (+z), back, left (-x), right, top, bottom; of a
+    /// patient's scan also anterior, posterior, superior, inferior.
     #[arg(long, value_name = "SIDE", value_parser = side, conflicts_with_all = ["camera", "azimuth", "elevation"], help_heading = "Camera")]
-    pub view: Option<[f64; 2]>,
+    pub view: Option<Side>,
     /// The light's colour and strength; 1,1,1 gives a fully lit white medium radiance 1.
     #[arg(long, value_name = "R,G,B", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
     pub light_color: Option<Numbers<f64, 3>>,
     /// World height of the ground, or none.
-    #[arg(long, value_name = "HEIGHT|none", value_parser = ground, allow_negative_numbers = true, conflicts_with = "transparent", help_heading = "Scene")]
+    #[arg(long, value_name = "HEIGHT|none", value_parser = ground, allow_negative_numbers = true, help_heading = "Scene")]
     pub ground: Option<GroundChoice>,
+    /// With --transparent, the ground is not seen but its shadow is, as black with alpha.
+    #[arg(long, requires = "transparent", help_heading = "Scene")]
+    pub catch_shadow: bool,
     /// Linear radiance of the background.
     #[arg(long, value_name = "R,G,B", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, conflicts_with = "transparent", help_heading = "Scene")]
     pub background: Option<Numbers<f64, 3>>,
@@ -58,8 +64,12 @@ impl StageArguments {
         if self.camera.is_some() {
             (camera.azimuth_degrees, camera.elevation_degrees) = (None, None);
         }
-        let sides = self.view.map(|[azimuth, elevation]| (Some(azimuth), Some(elevation)));
-        let (azimuth, elevation) = sides.unwrap_or((self.azimuth, self.elevation));
+        let (azimuth, elevation) = match self.view {
+            Some(Side::Scene([azimuth, elevation])) => (Some(azimuth), Some(elevation)),
+            // Set once the patient's axes are known.
+            Some(Side::Patient(..)) => (Some(0.0), Some(0.0)),
+            None => (self.azimuth, self.elevation),
+        };
         if azimuth.is_some() || elevation.is_some() {
             camera.position = None;
         }
@@ -82,6 +92,9 @@ impl StageArguments {
             camera.elevation_degrees => elevation,
             camera.zoom => self.zoom,
             file.background.radiance => self.background.map(|c| c.0),
+        }
+        if self.catch_shadow {
+            file.ground.enabled = None;
         }
         match self.ground {
             Some(GroundChoice::None) => file.ground.enabled = Some(false),
@@ -139,18 +152,43 @@ fn finite(text: &str) -> Result<f64, String> {
     number(text, f64::is_finite, "that is finite")
 }
 
-/// Azimuth and elevation of a side.
-fn side(text: &str) -> Result<[f64; 2], String> {
-    let sides = [
-        ("front", [0.0, 0.0]),
-        ("back", [180.0, 0.0]),
-        ("left", [-90.0, 0.0]),
-        ("right", [90.0, 0.0]),
-        ("top", [0.0, 90.0]),
-        ("bottom", [0.0, -90.0]),
-    ];
-    match sides.iter().find(|(name, _)| *name == text) {
-        Some((_, angles)) => Ok(*angles),
-        None => Err(format!("'{text}' is not one of {}", sides.map(|(name, _)| name).join(", "))),
+/// A side from which the camera can look.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Side {
+    /// By azimuth and elevation in degrees.
+    Scene([f64; 2]),
+    /// Its name and its direction in a patient's space, LPS.
+    Patient(&'static str, DVec3),
+}
+
+const SIDES: [(&str, Side); 10] = [
+    ("front", Side::Scene([0.0, 0.0])),
+    ("back", Side::Scene([180.0, 0.0])),
+    ("left", Side::Scene([-90.0, 0.0])),
+    ("right", Side::Scene([90.0, 0.0])),
+    ("top", Side::Scene([0.0, 90.0])),
+    ("bottom", Side::Scene([0.0, -90.0])),
+    ("anterior", Side::Patient("anterior", DVec3::NEG_Y)),
+    ("posterior", Side::Patient("posterior", DVec3::Y)),
+    ("superior", Side::Patient("superior", DVec3::Z)),
+    ("inferior", Side::Patient("inferior", DVec3::NEG_Z)),
+];
+
+fn side(text: &str) -> Result<Side, String> {
+    match SIDES.iter().find(|(name, _)| *name == text) {
+        Some((_, side)) => Ok(*side),
+        None => Err(format!("'{text}' is not one of {}", SIDES.map(|(name, _)| name).join(", "))),
     }
+}
+
+/// Turns the camera to a side of a patient who stands along `up`, the axis of the file that points
+/// up in the world.
+pub(super) fn look_at_patient(camera: &mut CameraTable, from: DVec3, up: Axis) {
+    let turn = up.world_from_file();
+    let from_above = from.z != 0.0;
+    // The head is up in the picture, or the patient's front below, as it lies in a scanner.
+    let upward = turn * if from_above { DVec3::Y * from.z } else { DVec3::Z };
+    let [azimuth, elevation] = angles_of(turn * from);
+    (camera.azimuth_degrees, camera.elevation_degrees) = (Some(azimuth), Some(elevation));
+    camera.up.get_or_insert(upward.to_array());
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat4, DQuat, DVec3};
 
-use super::dense::DenseFile;
+use super::dense::{DenseFile, Space};
 use super::fog;
 use super::format::Format;
 use super::options::ReadOptions;
@@ -122,6 +122,24 @@ pub fn source_files(table: &VolumeTable) -> Result<Vec<PathBuf>> {
     }
     files.extend(table.transfer.as_ref().and_then(|transfer| transfer.file.clone()));
     Ok(files)
+}
+
+/// The axis of a file's world that points to a patient's head, if the volume of `table` is a file
+/// whose world is a patient's; then x points to the patient's left and y to the back. `None` for
+/// all others.
+///
+/// # Errors
+/// If the volume's header cannot be read.
+pub fn superior_axis(table: &VolumeTable) -> Result<Option<Axis>> {
+    let Some(path) = &table.path else { return Ok(None) };
+    let options = ReadOptions::of(table)?;
+    let format = options.format_of(path)?;
+    if !matches!(format, Format::Nrrd | Format::MetaImage | Format::Nifti) {
+        return Ok(None);
+    }
+    options.check(path, format)?;
+    let space = DenseFile::open(path, format, &options)?.header().space;
+    Ok((space == Some(Space::Lps)).then_some(Axis::Z))
 }
 
 /// Scales a volume about the world's origin, rotates it about the world's x, y and z axes in this

@@ -25,7 +25,7 @@ pub mod vdb;
 pub use body::load_ingredients;
 pub use format::Format;
 pub use histogram::{FiniteRange, Histogram};
-pub use load::{load_color, load_volume, open, source_files};
+pub use load::{load_color, load_volume, open, source_files, superior_axis};
 pub use options::ReadOptions;
 pub use output::{Inputs, PendingFile, PendingFolder};
 pub use picture::{PictureFormat, PictureOptions};

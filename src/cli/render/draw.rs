@@ -1,6 +1,6 @@
 //! Draws the picture of a job, with everything that the options ask for.
 
-use crate::backend::Stage;
+use crate::backend::{Backend, ShadowCatcher, Stage};
 use crate::cli::arguments::{PictureArguments, SceneArguments};
 use crate::cli::deep;
 use crate::cli::goal::GoalArguments;
@@ -37,6 +37,40 @@ pub(super) struct Lit {
 }
 
 impl Drawing<'_> {
+    /// Checks options that contradict each other.
+    ///
+    /// # Errors
+    /// With the reason.
+    pub(super) fn check_options(&self, target: &Target) -> Result<()> {
+        let stage = &self.picture.stage;
+        let transparent = self.scene.source.transparent;
+        if target.is_deep() && self.goal.goal().is_some() {
+            return Err(Error::value(
+                "format",
+                "a deep image is not chosen for an error or a time",
+            ));
+        }
+        if transparent && stage.ground.is_some() && !stage.catch_shadow {
+            let why = "there is none with --transparent, except for --catch-shadow";
+            return Err(Error::value("ground", why));
+        }
+        let needs_maps = target.is_deep() || self.goal.goal().is_some() || self.limits.any();
+        if stage.catch_shadow && needs_maps {
+            let why = "is not possible with deep images, goals and limits";
+            return Err(Error::value("catch-shadow", why));
+        }
+        Ok(())
+    }
+
+    /// A stage for the pictures.
+    pub(super) fn stage<'b>(&self, backend: &'b dyn Backend) -> Box<dyn Stage + 'b> {
+        if self.picture.stage.catch_shadow {
+            Box::new(ShadowCatcher::new(backend))
+        } else {
+            backend.stage()
+        }
+    }
+
     /// Checks that a deep image of `job` is possible, if `target` is one.
     ///
     /// # Errors

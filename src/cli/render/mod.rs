@@ -53,13 +53,11 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let wanted = frames.wanted(&scene.source.input, &mut request.file)?;
     let input = wanted.as_ref().map_or(&scene.source.input, |wanted| &wanted.name);
     let target = file.target(input, scene.source.transparent)?;
-    if target.is_deep() && goal.goal().is_some() {
-        return Err(Error::value("format", "a deep image is not chosen for an error or a time"));
-    }
     if let Some(path) = save_scene.as_ref().filter(|path| target.is(path)) {
         let why = format!("'{}' is the picture's own name", path.display());
         return Err(Error::value("save-scene", why));
     }
+    drawing.check_options(&target)?;
     if let Some(wanted) = wanted {
         return sequence::render(request, &drawing, &wanted, &target, save_scene.as_deref());
     }
@@ -67,7 +65,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let saved = save_scene.map(|path| scene_output(&path, &request.inputs)).transpose()?;
     let job = request.load()?;
     let watch = Stopwatch::new(&*job.progress);
-    let mut lit = drawing.draw(&job, &target, &mut *job.backend.stage(), &watch)?;
+    let mut lit = drawing.draw(&job, &target, &mut *drawing.stage(job.backend), &watch)?;
     let [map_time, view_time] = ["shadow map", "picture"].map(|work| watch.time(work));
     if target.is_linear() && !target.is_deep() && picture.tone.any() {
         job.note("this format holds linear radiance, without exposure and tone curve");
@@ -99,8 +97,8 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
 }
 
 /// What is said of a saved scene without background.
-const NO_BACKGROUND: &str =
-    "the saved scene needs --transparent as well, which is no key of scene files";
+const NO_BACKGROUND: &str = "the saved scene needs --transparent as well, and --catch-shadow if it \
+                             was given: they are no keys of scene files";
 
 /// The scene file to be written to `path`.
 fn scene_output(path: &Path, inputs: &Inputs) -> Result<PendingFile> {

@@ -69,6 +69,8 @@ pub(super) fn render(
         let why = "a scene file cannot list files whose names differ by more than a number";
         return Err(Error::value("save-scene", why));
     }
+    let first = wanted.file_at(&request.file, wanted.all[0])?;
+    request.stand_up(&first)?;
     let (crew, said) = request.crew();
     let crew = crew.ready(&request.file)?;
     for line in &said {
@@ -123,7 +125,7 @@ impl Sequence<'_> {
         if self.target.is_linear() || is_given {
             return Ok(());
         }
-        let mut stage = self.crew.backend.stage();
+        let mut stage = self.drawing.stage(self.crew.backend);
         let mut pixels = Vec::new();
         let mut last = None;
         for frame in self.wanted.some(MOST_SAMPLES) {
@@ -150,7 +152,7 @@ impl Sequence<'_> {
 
     fn run(&mut self) -> Result<()> {
         let begun = Instant::now();
-        let mut stage = self.crew.backend.stage();
+        let mut stage = self.drawing.stage(self.crew.backend);
         let (count, mut kept) = (self.wanted.mine.len(), 0);
         for (index, &frame) in self.wanted.mine.iter().enumerate() {
             let file = self.wanted.file_at(&self.file, frame)?;
@@ -199,12 +201,13 @@ impl Sequence<'_> {
 
     /// Everything on which the file of a frame depends, as text.
     fn settings_text(&self, file: &SceneFile) -> Result<String> {
-        let Drawing { scene, limits, goal, .. } = self.drawing;
+        let Drawing { scene, picture, limits, goal } = self.drawing;
         let mut text = format!(
-            "{} {:?} {limits:?} {goal:?} {}\n{}\n",
+            "{} {:?} {limits:?} {goal:?} {} {}\n{}\n",
             env!("CARGO_PKG_VERSION"),
             self.target.contents(),
             scene.source.transparent,
+            picture.stage.catch_shadow,
             file.to_text()?
         );
         for table in file.volume.iter() {

@@ -130,7 +130,7 @@ fn is_turned(table: &CameraTable) -> bool {
 }
 
 /// Degrees of a direction from +z towards +x, and above the horizon.
-pub(super) fn angles_of(direction: DVec3) -> [f64; 2] {
+pub fn angles_of(direction: DVec3) -> [f64; 2] {
     let across = direction.x.hypot(direction.z);
     [direction.x.atan2(direction.z).to_degrees(), direction.y.atan2(across).to_degrees()]
 }

@@ -20,7 +20,7 @@ use crate::math::Aabb;
 use crate::settings::Settings;
 use crate::volume::Volume;
 use camera::camera;
-pub use camera::direction_of;
+pub use camera::{angles_of, direction_of};
 pub use densities::Densities;
 use map_size::map_size;
 pub use medium::Ingredients;

@@ -5,11 +5,11 @@ use std::ops::RangeInclusive;
 
 use glam::DVec3;
 
-use super::camera::{angles_of, camera, eye, fov_y_degrees, up};
+use super::camera::{camera, eye, fov_y_degrees, up};
 use super::medium::Ingredients;
 use super::{
-    AMBIENT, Choice, Choices, Surroundings, aspect, bounds_of, complete, digits, ground, lights,
-    lit_ground, mediums, short, visible,
+    AMBIENT, Choice, Choices, Surroundings, angles_of, aspect, bounds_of, complete, digits, ground,
+    lights, lit_ground, mediums, short, visible,
 };
 use crate::error::{Error, Result};
 use crate::math::Aabb;
