@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::cli::{Folder, must_succeed, stderr};
+use crate::support::Picture;
 use crate::usage::must_fail;
 
 const SMALL: &str = "--backend cpu --size 48x32 --map-size 40";
@@ -89,4 +90,76 @@ fn nothing_is_overwritten_or_left_behind() {
     let mut names = folder.names();
     names.sort();
     assert_eq!(names, ["a.png", "s.toml"]);
+}
+
+/// A scene file that adds nothing shows what the command line shows.
+#[test]
+fn a_scene_file_that_says_nothing_more_changes_nothing() {
+    let folder = Folder::new();
+    write_ball(&folder, "ball.npy", [0.0, 0.0, 3.0]);
+    write_ball(&folder, "scan.npy", [100.0, 16.0, 900.0]);
+    for (input, scene) in [
+        ("ball.npy", "path = 'ball.npy'"),
+        ("scan.npy", "path = 'scan.npy'"),
+        ("clouds", "preset = 'clouds'"),
+        ("rods", "preset = 'rods'"),
+    ] {
+        fs::write(folder.path().join("s.toml"), format!("[volume]\n{scene}\n")).unwrap();
+        for (input, name) in [(input, "a.png"), ("s.toml", "b.png")] {
+            must_succeed(&folder.run(&format!("render {input} {SMALL} -o {name}")));
+        }
+        let [a, b] = ["a.png", "b.png"].map(|name| fs::read(folder.path().join(name)).unwrap());
+        assert!(a == b, "{scene}");
+    }
+    // What a preset brings is said.
+    let output = folder.run(&format!("render s.toml {SMALL} -o b.png"));
+    assert!(stderr(&output).contains("up (--up) z"), "{}", stderr(&output));
+    // Absolute numbers stay what they are: nothing but the light shines.
+    let scene = "[volume]\npath = 'ball.npy'\ndensity_scale = 0\n[light]\ndirection = [0, -1, 0]\n\
+                 [ground]\nenabled = false\n";
+    fs::write(folder.path().join("dark.toml"), scene).unwrap();
+    must_succeed(&folder.run(&format!("render dark.toml {SMALL} -o c.png")));
+    let picture = Picture::open(folder.path().join("c.png"));
+    assert!(picture.pixels().all(|pixel| pixel[..3] == [0, 0, 0]));
+}
+
+#[test]
+fn from_below_no_ground_is_in_the_way() {
+    let folder = Folder::new();
+    write_ball(&folder, "ball.npy", [0.0, 0.0, 3.0]);
+    let middle = |options: &str| {
+        must_succeed(&folder.run(&format!("render ball.npy {SMALL} {options} -o a.png")));
+        let picture = Picture::open(folder.path().join("a.png"));
+        let at = |index: usize| f64::from(picture.pixels().nth(index).unwrap()[0]);
+        (at(16 * 48 + 24) - at(0)).abs()
+    };
+    assert!(middle("--view bottom --background 0,0,0") > 8.0);
+    assert!(middle("--elevation -30 --background 0,0,0") > 8.0);
+}
+
+#[test]
+fn radiance_of_what_glows_has_a_unit_that_can_be_guessed() {
+    let folder = Folder::new();
+    write_ball(&folder, "ball.npy", [0.0, 0.0, 3.0]);
+    let fire = "--emission density --light-color 0,0,0 --ground none --background 0,0,0";
+    let brightest = |radiance: f64| {
+        let options = format!("{fire} --emission-radiance {radiance} --tonemap none");
+        must_succeed(&folder.run(&format!("render ball.npy {SMALL} {options} -o a.npy")));
+        let bytes = fs::read(folder.path().join("a.npy")).unwrap();
+        let values = bytes[bytes.len() - 48 * 32 * 16..].chunks(4);
+        let values = values.map(|four| f32::from_le_bytes(four.try_into().unwrap()));
+        values
+            .enumerate()
+            .filter(|(i, _)| i % 4 == 0)
+            .map(|(_, r)| f64::from(r))
+            .fold(0.0, f64::max)
+    };
+    // Without glow there is still ambient light.
+    let dark = brightest(0.0);
+    let (one, four) = (brightest(1.0) - dark, brightest(4.0) - dark);
+    assert!((0.6..1.7).contains(&one), "{one}");
+    assert!((four / one - 4.0).abs() < 0.02, "{one} {four}");
+    let scene = "[volume]\npath = 'ball.npy'\nemission = { scale = 2.0, radiance = 1.0 }\n";
+    fs::write(folder.path().join("both.toml"), scene).unwrap();
+    must_fail(&folder, &format!("render both.toml {SMALL} -o a.png"), 1, &["emission.scale"]);
 }

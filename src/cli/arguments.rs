@@ -48,6 +48,9 @@ pub(super) struct SourceArguments {
     /// Grid whose values glow (temperature, flame), or density for the densities themselves.
     #[arg(long, value_name = "GRID", help_heading = "Volume")]
     pub emission: Option<String>,
+    /// Radiance of what glows, roughly, where it is densest; a fully lit white medium has 1 [0.6].
+    #[arg(long, value_name = "X", value_parser = at_least_0, allow_negative_numbers = true, help_heading = "Volume")]
+    pub emission_radiance: Option<f64>,
 
     /// Direction in which the light travels, or degrees of where it comes from: around the vertical
     /// from +z towards +x, and above the horizon.
@@ -200,6 +203,10 @@ impl SourceArguments {
                 volume.density_scale => self.density_scale,
                 volume.transfer => self.transfer.as_deref().map(transfer_table),
                 volume.emission => self.emission.as_deref().map(emission_table),
+            }
+            if self.emission_radiance.is_some() {
+                let emission = volume.emission.get_or_insert_default();
+                (emission.radiance, emission.scale) = (self.emission_radiance, None);
             }
             if self.density_scale.is_some() {
                 still(&mut volume.keyframes, |one| one.density_scale = None);

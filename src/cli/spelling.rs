@@ -1,7 +1,7 @@
 //! Translates names of scene files in the library's messages to the options of the command line.
 
 /// Names in backticks, as the library writes them, and the corresponding options.
-const OPTIONS: [(&str, &str); 16] = [
+const OPTIONS: [(&str, &str); 17] = [
     ("`volume.density_scale`", "--density-scale"),
     ("`volume.window`", "--window"),
     ("`volume.transfer.range`", "--transfer-range"),
@@ -11,6 +11,7 @@ const OPTIONS: [(&str, &str); 16] = [
     ("`volume.type`", "--type"),
     ("`volume.spacing`", "--spacing"),
     ("`volume.up`", "--up"),
+    ("`volume.emission.radiance`", "--emission-radiance"),
     ("`light.direction`", "--light"),
     ("`camera.position`", "--camera"),
     ("`camera.target`", "--target"),

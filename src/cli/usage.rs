@@ -7,7 +7,7 @@ use crate::error::{Error, ErrorKind};
 
 /// Options by the names that the library has for their values, where the names differ by more than
 /// the table in front of them and underscores.
-const NAMES: [(&str, &str); 19] = [
+const NAMES: [(&str, &str); 20] = [
     ("image.tolerance", "picture-tolerance"),
     ("transfer function", "transfer"),
     ("light.direction", "light"),
@@ -22,6 +22,7 @@ const NAMES: [(&str, &str); 19] = [
     ("ground.height", "ground"),
     ("background.radiance", "background"),
     ("volume.phase_g", "phase"),
+    ("volume.emission.radiance", "emission-radiance"),
     ("volume.transfer.range", "transfer-range"),
     ("volume.transfer.file", "transfer"),
     ("shadow.size", "map-size"),

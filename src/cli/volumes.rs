@@ -80,8 +80,8 @@ fn what_is_loaded(table: &VolumeTable) -> VolumeTable {
     table.density_scale = None;
     (table.albedo, table.phase_g, table.tint) = (None, None, None);
     if let Some(emission) = &mut table.emission {
-        (emission.colors, emission.range, emission.kelvin, emission.scale) =
-            (None, None, None, None);
+        (emission.colors, emission.range, emission.kelvin) = (None, None, None);
+        (emission.radiance, emission.scale) = (None, None);
     }
     table
 }

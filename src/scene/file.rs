@@ -142,7 +142,10 @@ tables! {
         range: [f64; 2],
         /// Temperatures at the ends of `range`, for `blackbody`.
         kelvin: [f64; 2],
-        /// Radiance per world length where colour and opacity are 1.
+        /// Radiance of the fuller columns of what glows, roughly; 0.6 by default. A fully lit white
+        /// medium has 1 under the usual light.
+        radiance: f64,
+        /// Radiance per world length where colour and opacity are 1, in place of `radiance`.
         scale: f64,
     }
     /// `[light]`

@@ -31,7 +31,7 @@ impl SceneFile {
             table.phase_g = Some(medium.phase_g);
             table.window = table.window.or(*window);
             if let (Some(table), Some(emission)) = (&mut table.emission, &medium.emission) {
-                table.scale = Some(emission.scale);
+                (table.scale, table.radiance) = (Some(emission.scale), None);
             }
         }
         // Without any table one light is chosen.

@@ -16,8 +16,8 @@ use crate::volume::Volume;
 const OPTICAL_DEPTH: f64 = 5.0;
 /// The quantile of the column integrals that counts as a full column.
 const FULL_COLUMN: f64 = 0.9;
-/// Chosen radiance that an emitting medium sends through its fuller columns.
-const EMITTED: f64 = 3.0;
+/// Radiance of the fuller columns of what glows if nobody says.
+const EMITTED: f64 = 0.6;
 /// Temperatures, in kelvin, for the ends of a field that does not hold temperatures.
 const KELVIN: [f64; 2] = [700.0, 2400.0];
 /// A field whose largest value is above this holds temperatures in kelvin.
@@ -99,7 +99,7 @@ pub(super) fn medium(
         return Err(Error::value("volume.tint", format!("{tint} is not between 0 and 1e6")));
     }
     let emission = match &table.emission {
-        Some(table) => Some(emission(table, own, choices)?),
+        Some(table) => Some(emission(table, (own, density_scale), choices)?),
         None => None,
     };
     let Ingredients { transfer, color, modulation, .. } = own.clone();
@@ -141,7 +141,21 @@ fn classified(volume: &Volume, function: &TransferFunction) -> Volume {
     volume.mapped(|density| function.at(density.into()).1 as f32)
 }
 
-fn emission(table: &EmissionTable, own: &Ingredients, choices: &mut Choices) -> Result<Emission> {
+/// The share of light sent out evenly along the volume's fuller columns that leaves them.
+fn shown_share(own: &Ingredients, density_scale: f64) -> f64 {
+    let integral = match &own.transfer {
+        Some(function) => classified(&own.volume, function).column_quantile(FULL_COLUMN),
+        None => own.volume.column_quantile(FULL_COLUMN),
+    };
+    let depth = density_scale * integral.unwrap_or(0.0);
+    if depth > 1e-6 { -(-depth).exp_m1() / depth } else { 1.0 }
+}
+
+fn emission(
+    table: &EmissionTable,
+    (own, density_scale): (&Ingredients, f64),
+    choices: &mut Choices,
+) -> Result<Emission> {
     let (field, densities) = match &own.emission_field {
         Some(field) => (field, Densities::default()),
         None => (&own.volume, own.densities),
@@ -168,10 +182,18 @@ fn emission(table: &EmissionTable, own: &Ingredients, choices: &mut Choices) -> 
         transfer::preset(colors)?.rescaled([low, high])?
     };
     let ramp = densities.held(&ramp)?;
+    let radiance = in_range("volume.emission.radiance", table.radiance)?;
     let scale = match in_range("volume.emission.scale", table.scale)? {
+        Some(_) if radiance.is_some() => {
+            let why = "contradicts a radiance; give one of them";
+            return Err(Error::value("volume.emission.scale", why));
+        }
         Some(scale) => scale,
         None => {
-            let scale = scale_for(&classified(field, &ramp), EMITTED);
+            let wanted = radiance.unwrap_or(EMITTED);
+            let shown = shown_share(own, density_scale);
+            let scale = scale_for(&classified(field, &ramp), wanted / shown);
+            choices.took("emission radiance (`volume.emission.radiance`)", digits(wanted));
             choices.took("emission scale (volume.emission.scale)", digits(scale));
             scale
         }

@@ -120,7 +120,7 @@ pub fn complete(
     let visible = if visible.is_empty() { Media::none().world_corners().to_vec() } else { visible };
     let bounds = bounds_of(&visible);
     let lights = lights(file, &bounds, &mut choices)?;
-    let ground = ground(&file.ground, &bounds, surroundings, &mut choices)?;
+    let ground = ground(file, &bounds, surroundings, &mut choices)?;
     choices.0.extend(of_media.0);
     let shown = shown_points(&visible, lights.first(), ground);
     let camera = camera(&file.camera, (&visible, &shown), aspect(&settings), &mut choices)?;
@@ -301,12 +301,17 @@ fn spot(
 }
 
 fn ground(
-    table: &GroundTable,
+    file: &SceneFile,
     bounds: &Aabb,
     surroundings: Surroundings,
     choices: &mut Choices,
 ) -> Result<Option<Ground>> {
+    let table = &file.ground;
     if table.enabled == Some(false) {
+        return Ok(None);
+    }
+    if *table == GroundTable::default() && camera::is_below(&file.camera, bounds)? {
+        choices.took("ground (`ground.height`)", "none, which would hide what is above".to_owned());
         return Ok(None);
     }
     let height = match table.height {

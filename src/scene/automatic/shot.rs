@@ -94,9 +94,13 @@ impl<'a> Shot<'a> {
         let bounds = bounds_of(&visible);
         let usual = lights(&first.file, &bounds, &mut choices)?;
         self.fix_lights(&mut file, &usual);
-        let ground = ground(&file.ground, &bounds, self.surroundings, &mut choices)?;
-        if let Some(ground) = ground {
-            (file.ground.height, file.ground.albedo) = (Some(ground.height), Some(ground.albedo));
+        let ground = ground(&first.file, &bounds, self.surroundings, &mut choices)?;
+        match ground {
+            Some(ground) => {
+                file.ground.height = Some(ground.height);
+                file.ground.albedo = Some(ground.albedo);
+            }
+            None => file.ground.enabled = Some(false),
         }
         for index in 0..file.volume.len() {
             let of_volume =
@@ -314,6 +318,7 @@ fn fix_volume(table: &mut VolumeTable, seen: &[&OfVolume], choices: &mut Choices
                 ends.fold((f64::MAX, f64::MIN), |(low, high), (l, h)| (low.min(l), high.max(h)));
             [low, high]
         });
+        emission.radiance = None;
         emission.scale.get_or_insert_with(|| {
             let scale = median(emissions.iter().map(|(_, scale)| *scale));
             choices.took("emission scale (volume.emission.scale)", digits(scale));
