@@ -69,7 +69,7 @@ fn a_patient_stands_and_is_seen_from_the_front() {
             let found = towards(&folder);
             assert!(found[axis] * sign > 0.99, "{name} {side}: {found:?}");
             let up = numbers(&folder, "up");
-            let expected = if axis == 2 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, sign * -1.0] };
+            let expected = if axis == 2 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, -sign] };
             for i in 0..3 {
                 assert!((up[i] - expected[i]).abs() < 1e-9, "{name} {side}: up {up:?}");
             }

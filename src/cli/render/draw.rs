@@ -71,28 +71,6 @@ impl Drawing<'_> {
         }
     }
 
-    /// Checks that a deep image of `job` is possible, if `target` is one.
-    ///
-    /// # Errors
-    /// With the reason why it is not.
-    pub(super) fn check(&self, job: &Job, target: &Target) -> Result<()> {
-        job.backend.check_room(&job.settings)?;
-        if !target.is_deep() {
-            return Ok(());
-        }
-        if job.settings.image.samples != ONE_RAY.0 {
-            return Err(Error::value("image.samples", "a deep image needs one ray per pixel"));
-        }
-        if job.settings.view.shading != ONE_RAY.1 {
-            return Err(Error::value("shadow.shading", "a deep image needs physical shading"));
-        }
-        if job.scene.beams()?.len() > 1 {
-            let why = "a deep image needs a single light and grey extinction";
-            return Err(Error::value("format", why));
-        }
-        Ok(())
-    }
-
     /// Draws `job` for `target`, on `stage` if that suits.
     pub(super) fn draw(
         &self,
@@ -101,7 +79,7 @@ impl Drawing<'_> {
         stage: &mut dyn Stage,
         watch: &Stopwatch<'_>,
     ) -> Result<Lit> {
-        self.check(job, target)?;
+        check(job, target)?;
         if let Some(chosen) = self.goal.picture(job, (self.scene, self.picture), watch)? {
             let Chosen { image, settings, error, .. } = chosen;
             let (size, quality) = (settings.map.size, settings.quality);
@@ -190,3 +168,26 @@ fn beam_by_beam(
 
 /// What a deep image requires: one ray per pixel, and single scattering.
 const ONE_RAY: (u32, Shading) = (1, Shading::Physical);
+
+/// Checks that there is room for the picture of `job`, and that it can be a deep image if `target`
+/// is one.
+///
+/// # Errors
+/// With the reason why it is not.
+fn check(job: &Job, target: &Target) -> Result<()> {
+    job.backend.check_room(&job.settings)?;
+    if !target.is_deep() {
+        return Ok(());
+    }
+    if job.settings.image.samples != ONE_RAY.0 {
+        return Err(Error::value("image.samples", "a deep image needs one ray per pixel"));
+    }
+    if job.settings.view.shading != ONE_RAY.1 {
+        return Err(Error::value("shadow.shading", "a deep image needs physical shading"));
+    }
+    if job.scene.beams()?.len() > 1 {
+        let why = "a deep image needs a single light and grey extinction";
+        return Err(Error::value("format", why));
+    }
+    Ok(())
+}

@@ -107,7 +107,9 @@ impl Sequence<'_> {
             }
             let (ingredients, notes) = self.volumes.load(&file, scan)?;
             if looked_at.is_none() {
-                notes.iter().for_each(|note| self.crew.note(note));
+                for note in &notes {
+                    self.crew.note(note);
+                }
             }
             shot.look_at(frame, &ingredients)?;
             looked_at = Some(look);
@@ -170,7 +172,9 @@ impl Sequence<'_> {
                 index + 1,
                 of_frame.elapsed().as_secs_f64()
             ));
-            lines.iter().for_each(|line| self.crew.note(line));
+            for line in &lines {
+                self.crew.note(line);
+            }
         }
         let kept = if self.wanted.resume { format!(", {kept} kept") } else { String::new() };
         let (seconds, by) = (begun.elapsed().as_secs_f64(), self.crew.backend.description());

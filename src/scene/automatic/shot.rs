@@ -93,7 +93,7 @@ impl<'a> Shot<'a> {
         let visible: Vec<DVec3> = full.iter().flat_map(|one| one.visible.iter().copied()).collect();
         let bounds = bounds_of(&visible);
         let usual = lights(&first.file, &bounds, &mut choices)?;
-        self.fix_lights(&mut file, &usual);
+        fix_lights(&mut file, &usual);
         let ground = ground(&first.file, &bounds, self.surroundings, &mut choices)?;
         match ground {
             Some(ground) => {
@@ -121,22 +121,6 @@ impl<'a> Shot<'a> {
             file.shadow.size = self.samples.iter().map(|sample| sample.map_size).max();
         }
         Ok((file, choices.0))
-    }
-
-    fn fix_lights(&self, file: &mut SceneFile, usual: &[Light]) {
-        file.light.one_mut();
-        for (table, light) in file.light.iter_mut().zip(usual) {
-            let given = table.clone();
-            place(table, light.kind);
-            let has = |key: fn(&crate::scene::keyframes::LightKeyframe) -> bool| {
-                given.keyframes.iter().flatten().any(key)
-            };
-            // A spot light without direction follows the volume if it moves.
-            if has(|one| one.direction.is_some() || one.position.is_some()) {
-                (table.direction, table.position) = (given.direction, given.position);
-            }
-            table.irradiance = table.irradiance.or(Some(light.irradiance.to_array()));
-        }
     }
 
     fn fix_surroundings(
@@ -287,6 +271,23 @@ impl OfVolume {
         });
         let (density_scale, window) = (medium.density_scale, own.window);
         Some(Self { density_scale, window, function, emission })
+    }
+}
+
+/// Fixes lights, as far as keyframes do not move them.
+fn fix_lights(file: &mut SceneFile, usual: &[Light]) {
+    file.light.one_mut();
+    for (table, light) in file.light.iter_mut().zip(usual) {
+        let given = table.clone();
+        place(table, light.kind);
+        let has = |key: fn(&crate::scene::keyframes::LightKeyframe) -> bool| {
+            given.keyframes.iter().flatten().any(key)
+        };
+        // A spot light without direction follows the volume if it moves.
+        if has(|one| one.direction.is_some() || one.position.is_some()) {
+            (table.direction, table.position) = (given.direction, given.position);
+        }
+        table.irradiance = table.irradiance.or(Some(light.irradiance.to_array()));
     }
 }
 
