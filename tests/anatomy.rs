@@ -75,6 +75,16 @@ fn a_patient_stands_and_is_seen_from_the_front() {
             }
         }
     }
+    // Left is the patient's, also seen from a little above.
+    must_succeed(
+        &folder.run(&format!("render lps.nrrd {SMALL} --view left --save-scene s.toml -o a.png")),
+    );
+    assert!(numbers(&folder, "position")[0] > 20.0, "{:?}", numbers(&folder, "position"));
+    let raised = "--view left --elevation 30 --save-scene s.toml -o a.png";
+    must_succeed(&folder.run(&format!("render lps.nrrd {SMALL} {raised}")));
+    let (eye, target) = (numbers(&folder, "position"), numbers(&folder, "target"));
+    let slope = (eye[1] - target[1]) / (eye[0] - target[0]);
+    assert!((slope - 30_f64.to_radians().tan()).abs() < 1e-6, "{slope}");
     // The numbers of a scene file stay those of the file's world.
     let scene =
         "[volume]\npath = 'lps.nrrd'\ndensity_scale = 0.01\n[light]\ndirection = [0, -1, 0]\n";
@@ -89,4 +99,7 @@ fn other_files_have_no_anatomy() {
     let folder = Folder::new();
     must_fail(&folder, &format!("render bucky {SMALL} --view anterior"), 2, &["'anterior' needs"]);
     must_fail(&folder, &format!("render bucky {SMALL} --view nose"), 2, &["posterior"]);
+    let save = "--view left --save-scene s.toml -o a.png";
+    must_succeed(&folder.run(&format!("render bucky {SMALL} {save}")));
+    assert!(numbers(&folder, "position")[0] < -1.0, "{:?}", numbers(&folder, "position"));
 }

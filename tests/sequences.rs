@@ -57,6 +57,10 @@ fn growth_is_seen_and_brightness_stays() {
     for one in &found {
         assert!((one / found[0] - 1.0).abs() < 0.02, "{found:?}");
     }
+    // A part of the sequence looks like the whole.
+    must_succeed(&folder.run(&format!("render puff.####.npy {stage} {SMALL} --frames 8 -o 8.png")));
+    let [whole, part] = ["puff.0008.png", "8.png"].map(|name| folder.path().join(name));
+    assert!(fs::read(whole).unwrap() == fs::read(part).unwrap());
     // By themselves, frames would choose other densities.
     let alone: Vec<f64> = [7, 11]
         .map(|frame| {
@@ -175,6 +179,9 @@ fn keyframes_move_cameras_lights_and_volumes() {
     let frames =
         [1, 2, 3].map(|frame| fs::read(folder.path().join(format!("k.{frame}.png"))).unwrap());
     assert!(frames[0] != frames[1] && frames[1] != frames[2]);
+    // A light that only turns leaves the surroundings as they are.
+    let corner = Picture::open(folder.path().join("k.1.png")).pixels().next().unwrap().to_vec();
+    assert!(corner.iter().all(|&c| c > 40), "{corner:?}");
     // Options replace what keyframes say.
     let still = "--zoom 1 --light 0,-1,0 --frames 1-2";
     must_succeed(&folder.run(&format!("render k.toml {SMALL} {still} -o s.#.png")));
@@ -238,13 +245,19 @@ fn mistakes_about_frames_are_named() {
     for (arguments, code, named) in [
         ("render p.#.npy -o p.png", 2, "'p.png'"),
         ("render p.#.npy --frames 1-4", 1, "p.3.npy: no such file"),
-        ("render p.#.npy --frames 4-1", 2, "4-1"),
+        ("render p.#.npy --frames 4-1", 2, "'4-1' ends before it begins"),
+        ("render p.1.npy --transparent --catch-shadow --ground none", 2, "no ground"),
+        ("render p.1.npy --transparent --ground 0", 2, "--catch-shadow"),
+        ("render p.1.npy --catch-shadow", 2, "--transparent"),
         ("render q.#.npy", 1, "q.#.npy"),
         ("render p.1.npy --frames 1-3", 2, "frames: needs frames that differ"),
         ("render bucky --resume", 2, "resume: needs"),
         ("render bucky --shard 1/2", 2, "shard: needs"),
         ("render bucky --turntable 1", 2, "1"),
         ("render bucky p.1.npy", 2, "several inputs"),
+        ("render p.1.npy p.2.txt", 1, "p.2.txt: no such file"),
+        ("render p.##.npy", 1, "p.1.npy is there"),
+        ("render p.#.npy --frames 1-9", 1, "from frame 1 to 4"),
         ("render p.1.npy none.npy", 1, "none.npy"),
         ("map p.#.npy -o m.exr", 1, "stands for a sequence"),
         ("render p.#.npy -o p.#.npy", 1, "p.1.npy: it is an input"),
@@ -252,4 +265,32 @@ fn mistakes_about_frames_are_named() {
         must_fail(&folder, &format!("{arguments} --backend cpu"), code, &[named]);
     }
     assert_eq!(folder.names(), before);
+    let output = folder.run(&format!("render p.#.npy {SMALL} -o q.#.png"));
+    must_succeed(&output);
+    assert!(stderr(&output).contains("no file for frame 3"), "{}", stderr(&output));
+}
+
+/// A still scene that is saved and then turned stays on its spot, and its first picture is the
+/// saved one.
+#[test]
+fn a_saved_picture_can_be_turned() {
+    let folder = Folder::new();
+    folder.write_npy("p.npy", &puff(2));
+    let options = "--transparent --fit volume";
+    must_succeed(
+        &folder.run(&format!("render p.npy {SMALL} {options} --save-scene s.toml -o a.png")),
+    );
+    must_succeed(&folder.run("render s.toml --backend cpu --transparent --turntable 4 -o t.#.png"));
+    let middle = |name: &str| {
+        let picture = Picture::open(folder.path().join(name));
+        let seen = picture.pixels().enumerate().filter(|(_, pixel)| pixel[3] > 128);
+        let columns: Vec<f64> = seen.map(|(at, _)| (at % 48) as f64).collect();
+        columns.iter().sum::<f64>() / columns.len() as f64
+    };
+    let first = middle("t.1.png");
+    assert!((first - middle("a.png")).abs() < 0.01);
+    for frame in 2..=4 {
+        let found = middle(&format!("t.{frame}.png"));
+        assert!((found - first).abs() < 2.5, "frame {frame}: {found} for {first}");
+    }
 }

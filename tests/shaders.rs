@@ -118,7 +118,7 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
     }
     same!(Frame: media, light, view, map);
     same!(FrameMedia: index_from_frame, domain_min, extinction, domain_max, largest, voxel_share,
-        most_voxels, brick_scale, stored_one, brick_offset, emits, albedo, phase_g);
+        most_voxels, brick_scale, stored_one, brick_offset, emits, albedo, phase_g, ratios, coloured);
     same!(FrameLight: origin, origin_u, origin_v, direction, direction_u, direction_v, from_frame,
         position, spread, axis, cone_inner, irradiance, cone_outer);
     same!(Marching: per_voxel, rough, longest, limit, least, most, hiding, samples);

@@ -270,3 +270,12 @@ fn scene_files_have_the_same_keys() {
     let output = folder.run("render box --tonemap filmic");
     assert_eq!(output.status.code(), Some(2));
 }
+
+/// What a screen would lose of a transparent picture is what is seen of it.
+#[test]
+fn thin_white_wisps_are_not_cut_off() {
+    let wisps = Image::filled(16, 16, [0.054, 0.054, 0.054, 0.05]);
+    assert!(!wisps.is_cut_off(1.0));
+    assert!(Image::filled(16, 16, [1.08, 1.08, 1.08, 1.0]).is_cut_off(1.0));
+    assert!(Image::filled(16, 16, [0.6, 0.6, 0.6, 0.5]).is_cut_off(1.0));
+}

@@ -15,6 +15,8 @@ struct FrameMedia {
     emits: u32,
     albedo: vec3<f32>,
     phase_g: f32,
+    ratios: vec3<f32>,
+    coloured: u32,
 }
 
 struct FrameLight {

@@ -1,5 +1,7 @@
 //! Pictures one after another: a light, a camera or a volume changes, and everything else is kept.
 
+use glam::DVec3;
+
 use super::Passes;
 use crate::error::Result;
 use crate::image::Image;
@@ -33,6 +35,8 @@ pub trait Stage {
 pub struct Cause {
     media: Media,
     view: LightView,
+    /// Tolerances depend on it.
+    ratios: DVec3,
     map: MapSettings,
     /// The paper's shading uses other steps.
     shading: Shading,
@@ -45,12 +49,13 @@ impl Cause {
         let mut map = settings.map.clone();
         map.kind.get_or_insert_default();
         let (shading, quality) = (settings.view.shading, settings.quality);
-        Self { media: beam.media.clone(), view: beam.view, map, shading, quality }
+        let (media, view, ratios) = (beam.media.clone(), beam.view, beam.ratios);
+        Self { media, view, ratios, map, shading, quality }
     }
 
     /// Whether `other` results in the same map.
     pub fn same(&self, other: &Self) -> bool {
-        self.view == other.view
+        (self.view, self.ratios) == (other.view, other.ratios)
             && (&self.map, self.shading, self.quality) == (&other.map, other.shading, other.quality)
             && self.media.same(&other.media)
     }
@@ -111,8 +116,10 @@ impl Stage for HostStage<'_> {
         settings.check()?;
         let [width, height] = settings.image.size;
         let mut image = Image::filled(width, height, [0.0; 4]);
-        for (index, beam) in scene.beams()?.iter().enumerate() {
-            let passes = self.passes;
+        let passes = self.passes;
+        let shared = passes.shares_channels(settings);
+        let beams = if shared { scene.shared_beams()? } else { scene.beams()? };
+        for (index, beam) in beams.iter().enumerate() {
             let known = self.map(index, beam, settings, progress)?;
             beam.add(&passes.view(beam, settings, &known.1, progress)?, &mut image);
             self.keep(index, known);

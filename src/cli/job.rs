@@ -37,6 +37,8 @@ pub(super) struct Request<'a> {
     said: Vec<String>,
     /// The patient's side from which the camera shall look.
     side: Option<(&'static str, DVec3)>,
+    /// Whether the camera stands at the scene's side of that name if there is no patient.
+    has_other: bool,
     /// Whether a picture is requested.
     picture: bool,
     /// All files from which the request is read, without those of numbered names.
@@ -71,11 +73,12 @@ impl<'a> Request<'a> {
                 None => _ = file.shadow.size.get_or_insert(MAP_SIZE),
             }
         })?;
-        let side = match picture.and_then(|picture| picture.stage.view) {
-            Some(Side::Patient(name, from)) => Some((name, from)),
-            _ => None,
+        let (side, has_other) = match picture.and_then(|picture| picture.stage.view) {
+            Some(Side::Patient(name, from)) => (Some((name, from)), false),
+            Some(Side::Either(name, _, from)) => (Some((name, from)), true),
+            _ => (None, false),
         };
-        Ok(Self { picture: picture.is_some(), side, ..request })
+        Ok(Self { picture: picture.is_some(), side, has_other, ..request })
     }
 
     /// The request for `source`. `overlay` changes its scene file, and `choice` selects the
@@ -93,7 +96,17 @@ impl<'a> Request<'a> {
         for table in file.volume.iter().filter(|table| !is_numbered(table)) {
             inputs.extend(source_files(table)?);
         }
-        Ok(Self { source, choice, file, surroundings, said, side: None, picture: false, inputs })
+        Ok(Self {
+            source,
+            choice,
+            file,
+            surroundings,
+            said,
+            side: None,
+            has_other: false,
+            picture: false,
+            inputs,
+        })
     }
 
     /// Loads the requested volumes, chooses the missing values, and reports the choices. Of a scene
@@ -140,6 +153,7 @@ impl<'a> Request<'a> {
         }
         match (self.side, known) {
             (None, _) => Ok(()),
+            (Some(_), None) if self.has_other => Ok(()),
             (Some((_, from)), Some(up)) => {
                 look_at_patient(&mut self.file.camera, from, up);
                 Ok(())
@@ -147,7 +161,7 @@ impl<'a> Request<'a> {
             (Some((name, _)), None) => {
                 let why = format!(
                     "'{name}' needs a scan that knows its patient's axes (NIfTI, or NRRD and \
-                     MetaImage that name them); front, back, top and bottom need none"
+                     MetaImage that name them); front, back, left, right, top and bottom need none"
                 );
                 Err(Error::value("view", why))
             }
@@ -287,6 +301,15 @@ fn described(input: &str) -> Result<Described> {
         return Err(not_there(path));
     }
     let surroundings = Surroundings::of(&file);
+    let unsaid = [
+        ("ambient light", file.ambient.radiance.is_none()),
+        ("background", file.background.radiance.is_none()),
+    ];
+    let unsaid: Vec<&str> = unsaid.iter().filter_map(|(what, is)| is.then_some(*what)).collect();
+    if surroundings == Surroundings::Void && !unsaid.is_empty() && !file.volume.is_empty() {
+        let unsaid = unsaid.join(" and no ");
+        said.push(format!("no {unsaid}, as the scene file has absolute numbers (chosen)"));
+    }
     for table in file.volume.iter_mut() {
         if let Some(values) = table.take_presets()? {
             said.push(format!("{values} (chosen by the preset)"));

@@ -114,7 +114,7 @@ impl FileOptions {
                 let endings = PictureFormat::ALL.map(|format| format!(".{}", format.name()));
                 let why = || {
                     let (path, endings) = (path.display(), endings.join(", "));
-                    format!("'{path}' ends in none of {endings}, {DEEP_ENDING}; give a format")
+                    format!("'{path}' ends in none of {endings}, {DEEP_ENDING}; --format names one")
                 };
                 (path.clone(), by_name(path).ok_or_else(|| Error::value("out", why()))?)
             }

@@ -33,12 +33,15 @@ pub(super) struct StageArguments {
     /// How much larger everything appears than in the framed view [1].
     #[arg(long, value_name = "X", value_parser = above_0, allow_negative_numbers = true, help_heading = "Camera")]
     pub zoom: Option<f64>,
+    /// What a chosen view contains: the volume and its shadow (shadow), or the volume [shadow].
+    #[arg(long, value_name = "WHAT", value_parser = ["volume", "shadow"], help_heading = "Camera")]
+    pub fit: Option<String>,
     /// Side from which the camera looks: front (+z), back, left (-x), right, top, bottom; of a
-    /// patient's scan also anterior, posterior, superior, inferior.
-    #[arg(long, value_name = "SIDE", value_parser = side, conflicts_with_all = ["camera", "azimuth", "elevation"], help_heading = "Camera")]
+    /// patient's scan also anterior, posterior, superior, inferior, and left is the patient's.
+    #[arg(long, value_name = "SIDE", value_parser = side, conflicts_with_all = ["camera", "azimuth"], help_heading = "Camera")]
     pub view: Option<Side>,
     /// The light's colour and strength; 1,1,1 gives a fully lit white medium radiance 1.
-    #[arg(long, value_name = "R,G,B", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Scene")]
+    #[arg(long, value_name = "R,G,B", value_parser = colour, allow_hyphen_values = true, help_heading = "Scene")]
     pub light_color: Option<Numbers<f64, 3>>,
     /// World height of the ground, or none.
     #[arg(long, value_name = "HEIGHT|none", value_parser = ground, allow_negative_numbers = true, help_heading = "Scene")]
@@ -47,10 +50,10 @@ pub(super) struct StageArguments {
     #[arg(long, requires = "transparent", help_heading = "Scene")]
     pub catch_shadow: bool,
     /// Linear radiance of the background.
-    #[arg(long, value_name = "R,G,B", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, conflicts_with = "transparent", help_heading = "Scene")]
+    #[arg(long, value_name = "R,G,B", value_parser = colour, allow_hyphen_values = true, conflicts_with = "transparent", help_heading = "Scene")]
     pub background: Option<Numbers<f64, 3>>,
     /// Share of the extinguished light that the medium scatters, 0 to 1.
-    #[arg(long, value_name = "R,G,B", value_parser = numbers::<f64, 3>, allow_hyphen_values = true, help_heading = "Volume")]
+    #[arg(long, value_name = "R,G,B", value_parser = colour, allow_hyphen_values = true, help_heading = "Volume")]
     pub albedo: Option<Numbers<f64, 3>>,
     /// Mean cosine of the scattering angle, -1 to 1: above 0 forwards [0].
     #[arg(long, value_name = "G", value_parser = finite, allow_negative_numbers = true, help_heading = "Volume")]
@@ -65,9 +68,11 @@ impl StageArguments {
             (camera.azimuth_degrees, camera.elevation_degrees) = (None, None);
         }
         let (azimuth, elevation) = match self.view {
-            Some(Side::Scene([azimuth, elevation])) => (Some(azimuth), Some(elevation)),
+            Some(Side::Scene([azimuth, elevation]) | Side::Either(_, [azimuth, elevation], _)) => {
+                (Some(azimuth), self.elevation.or(Some(elevation)))
+            }
             // Set once the patient's axes are known.
-            Some(Side::Patient(..)) => (Some(0.0), Some(0.0)),
+            Some(Side::Patient(..)) => (Some(0.0), self.elevation.or(Some(0.0))),
             None => (self.azimuth, self.elevation),
         };
         if azimuth.is_some() || elevation.is_some() {
@@ -91,6 +96,7 @@ impl StageArguments {
             camera.azimuth_degrees => azimuth,
             camera.elevation_degrees => elevation,
             camera.zoom => self.zoom,
+            camera.fit => self.fit.clone(),
             file.background.radiance => self.background.map(|c| c.0),
         }
         if self.catch_shadow {
@@ -136,6 +142,16 @@ pub(super) fn light(text: &str) -> Result<Numbers<f64, 3>, String> {
     Ok(Numbers((DVec3::ZERO - direction_of(azimuth, elevation)).to_array()))
 }
 
+/// A colour, or one number for grey.
+fn colour(text: &str) -> Result<Numbers<f64, 3>, String> {
+    if text.contains(',') {
+        return numbers(text)
+            .map_err(|why| format!("{why}, linear red, green and blue, or one for grey"));
+    }
+    let Numbers([grey]) = numbers::<f64, 1>(text)?;
+    Ok(Numbers([grey; 3]))
+}
+
 /// What `--ground` asks for.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum GroundChoice {
@@ -159,13 +175,15 @@ pub(super) enum Side {
     Scene([f64; 2]),
     /// Its name and its direction in a patient's space, LPS.
     Patient(&'static str, DVec3),
+    /// The patient's side if the scan knows it, else that of the scene.
+    Either(&'static str, [f64; 2], DVec3),
 }
 
 const SIDES: [(&str, Side); 10] = [
     ("front", Side::Scene([0.0, 0.0])),
     ("back", Side::Scene([180.0, 0.0])),
-    ("left", Side::Scene([-90.0, 0.0])),
-    ("right", Side::Scene([90.0, 0.0])),
+    ("left", Side::Either("left", [-90.0, 0.0], DVec3::X)),
+    ("right", Side::Either("right", [90.0, 0.0], DVec3::NEG_X)),
     ("top", Side::Scene([0.0, 90.0])),
     ("bottom", Side::Scene([0.0, -90.0])),
     ("anterior", Side::Patient("anterior", DVec3::NEG_Y)),
@@ -189,6 +207,9 @@ pub(super) fn look_at_patient(camera: &mut CameraTable, from: DVec3, up: Axis) {
     // The head is up in the picture, or the patient's front below, as it lies in a scanner.
     let upward = turn * if from_above { DVec3::Y * from.z } else { DVec3::Z };
     let [azimuth, elevation] = angles_of(turn * from);
-    (camera.azimuth_degrees, camera.elevation_degrees) = (Some(azimuth), Some(elevation));
+    camera.azimuth_degrees = Some(azimuth);
+    // One that was asked for stays, above a side that is not itself above or below.
+    let raised = camera.elevation_degrees.filter(|raised| *raised != 0.0 && elevation.abs() < 1.0);
+    camera.elevation_degrees = raised.or(Some(elevation));
     camera.up.get_or_insert(upward.to_array());
 }

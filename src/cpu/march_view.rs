@@ -84,16 +84,16 @@ pub(super) struct Steps {
 }
 
 /// Four steps of equal length with two density samples each.
-struct Batch<'a> {
+pub(super) struct Batch<'a> {
     /// The ray in index space.
-    ray: &'a Ray,
+    pub(super) ray: &'a Ray,
     begin: f32,
-    step: f32,
+    pub(super) step: f32,
 }
 
 impl Batch<'_> {
     /// Distance of sample `k`, 0 to 7.
-    fn sample(&self, k: usize) -> f32 {
+    pub(super) fn sample(&self, k: usize) -> f32 {
         self.begin + (0.25 + 0.5 * k as f32) * self.step
     }
 }
@@ -135,6 +135,9 @@ impl View<'_> {
     fn march(&self, ray: &Ray) -> Vec4 {
         let ground = ground_distance(self.frame, ray);
         let steps = self.steps(ray, if ground > 0.0 { ground } else { f32::INFINITY });
+        if self.frame.media.coloured == 1 {
+            return self.march_colours(ray, &steps, ground);
+        }
         let (light, through) = if self.frame.view.shading == 1 {
             self.paper_shading(ray, &steps)
         } else {
@@ -275,7 +278,13 @@ impl View<'_> {
             }
             let steps = added.shared_steps(k);
             let half = 0.5 * batch.step * steps as f32;
-            let radiance = weight * self.source((ray, light), batch.ray, [added.places[k], half]);
+            let piece = [added.places[k], half];
+            let radiance = if frame.media.coloured == 1 {
+                self.share_of_colours(before, weight)
+                    * self.source_of_colours((ray, light), batch.ray, piece)
+            } else {
+                weight * self.source((ray, light), batch.ray, piece)
+            };
             let behind = k + steps as usize;
             let part = [front, behind].each(|step| batch.begin + step as f32 * batch.step);
             visit(Added { part, weight, through: before, radiance });
@@ -283,7 +292,11 @@ impl View<'_> {
             front = behind;
         }
         if emits {
-            let radiance = self.emitted(batch, through, taus);
+            let radiance = if frame.media.coloured == 1 {
+                self.emitted_colours(batch, through, taus)
+            } else {
+                self.emitted(batch, through, taus)
+            };
             let part = [batch.begin, batch.begin + BATCH as f32 * batch.step];
             visit(Added { part, weight: 0.0, through, radiance });
         }

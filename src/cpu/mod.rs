@@ -8,6 +8,7 @@ mod counts;
 mod deep_view;
 mod lazy_fragments;
 mod link_neighbors;
+mod march_colours;
 mod march_view;
 mod raster_slices;
 mod refine_view;
@@ -25,7 +26,7 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::Media;
-use crate::settings::MapKind;
+use crate::settings::{MapKind, Settings, Shading};
 use crate::shadow::{Codec, Links, Map, Runs, Shadow, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
 pub use lazy_fragments::LazyFragments;
@@ -66,6 +67,13 @@ impl Backend for CpuBackend {
 
     fn builds(&self, _kind: MapKind) -> bool {
         true
+    }
+
+    /// With fragment maps whose texels are not mixed by wide filters, and single scattering.
+    fn shares_channels(&self, settings: &Settings) -> bool {
+        settings.map.kind.unwrap_or_default() == MapKind::Fragments
+            && settings.map.filter.window() == (0, false)
+            && settings.view.shading == Shading::Physical
     }
 
     fn passes(&self) -> &dyn Passes {

@@ -43,7 +43,7 @@ impl Space {
         DMat4::from_translation(self.center) * DMat4::from_scale(DVec3::splat(self.unit))
     }
 
-    pub(super) fn media(self, media: &Media) -> FrameMedia {
+    pub(super) fn media(self, media: &Media, ratios: DVec3) -> FrameMedia {
         let none = Medium::default();
         let medium = media.first().map_or(&none, |body| &body.medium);
         let index_from_frame = media.world_from_index().inverse() * self.world_from_frame();
@@ -65,6 +65,8 @@ impl Space {
             emits: u32::from(media.emits()),
             albedo: medium.albedo.as_vec3(),
             phase_g: medium.phase_g as f32,
+            ratios: ratios.as_vec3(),
+            coloured: u32::from(ratios != DVec3::ONE),
         }
     }
 
@@ -97,7 +99,13 @@ impl Space {
         }
     }
 
-    pub(super) fn view(self, scene: &Beam, settings: &Settings, march: Marching) -> FrameView {
+    pub(super) fn view(
+        self,
+        scene: &Beam,
+        thickest: &Media,
+        settings: &Settings,
+        march: Marching,
+    ) -> FrameView {
         let [width, height] = settings.image.size;
         let rays = scene.camera.rays(f64::from(width) / f64::from(height));
         FrameView {
@@ -120,7 +128,7 @@ impl Space {
             light_samples: settings.view.light_samples,
             opaque: settings.finer(OPAQUE_TRANSMITTANCE) as f32,
             shared_weight: shared_weight(settings),
-            shared_length: shared_length(&scene.media, settings),
+            shared_length: shared_length(thickest, settings),
             tolerance: pixel_tolerance(settings) as f32,
             spacing: spacing(&scene.media, &scene.camera, settings),
             first_row: 0,

@@ -73,14 +73,33 @@ impl Frame {
             return Err(Error::value("light", why));
         }
         let space = Space { center: media.world_bounds().center(), unit: media.unit() };
-        let [rays, slabs, march] = marching(media, settings, tolerance(settings));
-        let frame = Self {
-            media: space.media(media),
+        // Steps are short enough for the channel with the most extinction.
+        let thickest = beam.thickest();
+        let [rays, slabs, march] = marching(&thickest, settings, tolerance(settings));
+        let mut frame = Self {
+            media: space.media(media, beam.ratios),
             light: space.light(&beam.light, &beam.view),
-            view: space.view(beam, settings, march),
-            map: space.map(media, settings, &beam.view, [rays, slabs]),
+            view: space.view(beam, &thickest, settings, march),
+            map: space.map(&thickest, settings, &beam.view, [rays, slabs]),
         };
-        frame.checked(media)
+        frame.divide_limits(beam.ratios.max_element() as f32);
+        frame.checked(&thickest)
+    }
+
+    /// Divides limits on optical depth and transmittance, so that the channel that has `ratio`
+    /// times the extinction keeps them: d(T^r) is at most r dT.
+    fn divide_limits(&mut self, ratio: f32) {
+        let (map, view) = (&mut self.map, &mut self.view);
+        for limit in [
+            &mut map.rays.limit,
+            &mut map.slabs.limit,
+            &mut map.tolerance,
+            &mut map.truncation,
+            &mut view.march.limit,
+            &mut view.shared_weight,
+        ] {
+            *limit /= ratio;
+        }
     }
 
     /// The same frame, if its numbers fit f32.

@@ -36,6 +36,10 @@ pub struct FrameMedia {
     pub albedo: Vec3,
     /// Henyey-Greenstein g of a plain medium.
     pub phase_g: f32,
+    /// Extinction of red, green and blue, as multiples of the media's, at least 1.
+    pub ratios: Vec3,
+    /// 1 if some ratio is not 1, else 0.
+    pub coloured: u32,
 }
 
 /// The light: its rays through the map, and its irradiance.

@@ -267,7 +267,12 @@ impl Image {
     /// curve: whether more than one pixel in 500 has a channel above 1.
     pub fn is_cut_off(&self, exposure: f64) -> bool {
         let exposure = exposure as f32;
-        let lost = self.largest().filter(|&c| c * exposure > VISIBLY_ABOVE).count();
+        let is_lost = |&[r, g, b, a]: &[f32; 4]| {
+            // What is seen of a transparent pixel is premultiplied.
+            let covered = if a > 0.0 { a.min(1.0) } else { 0.0 };
+            covered > 0.0 && r.max(g).max(b) * exposure > covered + VISIBLY_ABOVE - 1.0
+        };
+        let lost = self.pixels.iter().filter(|pixel| is_lost(pixel)).count();
         lost as f64 > self.pixels.len() as f64 * LOST
     }
 

@@ -40,6 +40,12 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
     if volume.largest() == 0.0 && densities.offset == 0.0 {
         notes.push(format!("'{}' is empty: no density is above 0", volume.name));
     }
+    if let (Some([low, high]), true) = (table.window, densities.cut.is_some())
+        && volume.largest() > 0.0
+        && f64::from(volume.largest()) <= densities.held_value(0.0)
+    {
+        notes.push(format!("nothing is above the lower end of the window {low},{high}"));
+    }
     let mut chosen = None;
     let automatic = scan || table.density_scale.is_none();
     if automatic

@@ -6,12 +6,18 @@
 //! which is valid in some channels. A light among the media sees them through the faces of a cube,
 //! and each face lights what lies behind it. Every pass works on one such beam; a grey scene with
 //! one light is a single beam and costs no more than without colours.
+//!
+//! Where all media have the same tint, the optical depths of the channels are proportional, and one
+//! map and one march can serve all of them ([`Scene::shared_beams`]).
 
 use glam::{DVec3, Vec4};
 
 use super::{Body, Camera, Ground, Light, LightView, Media, Scene};
 use crate::error::{Error, Result};
 use crate::image::Image;
+
+/// Largest ratio of the extinctions of two channels that share a beam. Tolerances are divided by it.
+const MOST_RATIO: f64 = 16.0;
 
 /// The colour channels in which a picture is valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +76,9 @@ pub struct Beam {
     pub index: usize,
     /// The channels in which the picture is valid.
     pub channels: Channels,
+    /// The extinction of each channel, as a multiple of that of `media`, at least 1; 1 for a beam
+    /// of grey media or of one channel.
+    pub ratios: DVec3,
     /// Weights of the picture in the scene's picture, for each channel and alpha. Opacity is the
     /// same for every light, so only the first light counts; of coloured media it is the mean over
     /// the channels.
@@ -91,11 +100,40 @@ impl Scene {
             let tint = body.medium.tint;
             tint.x == tint.y && tint.y == tint.z
         });
-        let channels: &[Channels] = if grey {
-            &[Channels::All]
-        } else {
-            &[Channels::One(0), Channels::One(1), Channels::One(2)]
-        };
+        let all = [(0, Channels::All, DVec3::ONE)];
+        let each = [0, 1, 2].map(|channel| (channel, Channels::One(channel), DVec3::ONE));
+        self.beams_in(if grey { &all } else { &each })
+    }
+
+    /// [`Scene::beams`] with all channels of a light's view in one beam where the media's tints
+    /// allow it: where they agree up to a factor, and no channel is more than sixteen times as
+    /// extinct as another. The beam's media then are those of the channel with the least
+    /// extinction. For passes that respect [`Beam::ratios`].
+    ///
+    /// # Errors
+    /// As [`Scene::beams`].
+    pub fn shared_beams(&self) -> Result<Vec<Beam>> {
+        let Some((least, ratios)) = self.common_tint() else { return self.beams() };
+        self.beams_in(&[(least, Channels::All, ratios)])
+    }
+
+    /// The channel with the least extinction, and the ratios of all channels to it, which are the
+    /// same in all media and moderate.
+    fn common_tint(&self) -> Option<(usize, DVec3)> {
+        let tint = self.media.first()?.medium.tint;
+        let least = tint.to_array().into_iter().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let ratios = tint / least.1;
+        let is_moderate = ratios.max_element() <= MOST_RATIO;
+        let agree = self.media.bodies().iter().all(|body| {
+            let other = body.medium.tint / body.medium.tint[least.0];
+            (other - ratios).abs().max_element() <= 1e-9
+        });
+        (is_moderate && agree).then_some((least.0, ratios))
+    }
+
+    /// The beams with the given channels: for each the channel whose extinction its media have, the
+    /// channels, and the ratios of their extinctions.
+    fn beams_in(&self, channels: &[(usize, Channels, DVec3)]) -> Result<Vec<Beam>> {
         let mut beams = Vec::new();
         // Ambient radiance, emission and background need a beam even if there is no light.
         let dark = [Light::DARK];
@@ -103,9 +141,8 @@ impl Scene {
         for (index, light) in lights.iter().enumerate() {
             for (number, view) in LightView::of(light, &self.media)?.into_iter().enumerate() {
                 let first = index == 0 && number == 0;
-                beams.extend(
-                    channels.iter().map(|&own| self.beam((index, *light), &view, own, first)),
-                );
+                let beam = |&own: &_| self.beam((index, *light), &view, own, first);
+                beams.extend(channels.iter().map(beam));
             }
         }
         Ok(beams)
@@ -131,14 +168,11 @@ impl Scene {
         &self,
         (index, light): (usize, Light),
         view: &LightView,
-        channels: Channels,
+        (channel, channels, ratios): (usize, Channels, DVec3),
         first: bool,
     ) -> Beam {
         let mut media = self.media.clone();
-        media.make_grey(match channels {
-            Channels::All => 0,
-            Channels::One(channel) => channel,
-        });
+        media.make_grey(channel);
         if !first {
             media.remove_emission();
         }
@@ -159,6 +193,7 @@ impl Scene {
             background,
             index,
             channels,
+            ratios,
             weights,
         }
     }
@@ -191,6 +226,14 @@ impl Scene {
 }
 
 impl Beam {
+    /// The media with the extinction of the channel that has the most.
+    pub fn thickest(&self) -> Media {
+        let most = self.ratios.max_element();
+        let mut media = self.media.clone();
+        media.make_thicker(most);
+        media
+    }
+
     /// Adds this beam's `picture`, times the beam's weights, to `sum`, a picture of the same size.
     pub fn add(&self, picture: &Image, sum: &mut Image) {
         for (sum, pixel) in sum.pixels.iter_mut().zip(&picture.pixels) {

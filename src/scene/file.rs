@@ -192,6 +192,9 @@ tables! {
         elevation_degrees: f64,
         /// ...at this distance from it in world lengths; as far as the framed view is by default.
         distance: f64,
+        /// What a chosen view contains: `shadow` (the volume and its shadow, the default) or
+        /// `volume`.
+        fit: String,
         /// Factor by which what is seen appears larger than it does in the framed or given view,
         /// above 0.
         zoom: f64,

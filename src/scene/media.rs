@@ -98,6 +98,13 @@ impl Media {
         }
     }
 
+    /// Multiplies all extinction.
+    pub(super) fn make_thicker(&mut self, factor: f64) {
+        for Body { medium, .. } in &mut self.bodies {
+            medium.density_scale *= factor;
+        }
+    }
+
     /// Removes all emission.
     pub(super) fn remove_emission(&mut self) {
         if self.emits() {

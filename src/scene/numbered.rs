@@ -40,6 +40,12 @@ impl NumberedName {
         self.folder().join(format!("{}{sign}{number:0digits$}{}", self.before, self.after))
     }
 
+    /// Whether `name` would be that of a frame if the number had another number of digits.
+    pub fn is_near(&self, name: &str) -> bool {
+        let number = name.strip_prefix(&*self.before).and_then(|n| n.strip_suffix(&*self.after));
+        number.is_some_and(|n| !n.is_empty() && n.bytes().all(|byte| byte.is_ascii_digit()))
+    }
+
     /// The frame whose file is called `name`, without a folder; `None` if none is.
     pub fn frame_of(&self, name: &str) -> Option<i64> {
         let number = name.strip_prefix(&self.before)?.strip_suffix(&self.after)?;

@@ -43,7 +43,7 @@ impl SceneFile {
         let camera = &scene.camera;
         let table = &mut file.camera;
         (table.azimuth_degrees, table.elevation_degrees) = (None, None);
-        (table.distance, table.zoom) = (None, None);
+        (table.distance, table.zoom, table.fit) = (None, None, None);
         table.position = Some(camera.position.to_array());
         table.target = Some(camera.target.to_array());
         table.up = Some(camera.up.to_array());

@@ -17,6 +17,9 @@ pub use grid::{GridMap, grid_point, grid_shape};
 pub use threshold::ThresholdMap;
 pub use visibility::{VisibilityMap, VisibilityPoint, fit_visibility};
 
+use glam::Vec3;
+
+use crate::kernel::exponential::four_transmitted;
 use crate::kernel::medium::SMALLEST_WEIGHT;
 use crate::math::Each;
 use crate::scene::LightView;
@@ -38,6 +41,20 @@ pub trait Shadow: Sync {
     /// ordinary size. Maps of texels return the mean over a window of `width` x `width` texels, or,
     /// for `width` 0, interpolate between the four nearest.
     fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32;
+
+    /// [`Shadow::lookup`] at `place` (u, v, depth) for channels whose optical depths are those of
+    /// the map times `ratios`. Maps that combine texels raise each texel's transmittance to these
+    /// powers before; by default it is done behind.
+    fn lookup_colours(&self, width: u32, place: Vec3, ratios: Vec3) -> Vec3 {
+        powers(self.lookup(width, place.x, place.y, place.z), ratios)
+    }
+}
+
+/// A transmittance raised to powers.
+#[inline]
+fn powers(transmittance: f32, ratios: Vec3) -> Vec3 {
+    let optical_depth = -transmittance.max(SMALLEST_WEIGHT).ln();
+    four_transmitted((optical_depth * ratios).extend(0.0)).truncate()
 }
 
 /// A map of transmittance over depth, seen from a light: N x N texels, (u, v) in 0..1, row 0 at v =
@@ -95,6 +112,22 @@ pub trait TexelMap: Shadow {
         upper + (lower - upper) * fy
     }
 
+    /// [`TexelMap::bilinear`] at (u, v, depth) of transmittances raised to the powers `ratios`.
+    fn bilinear_colours(&self, place: Vec3, ratios: Vec3) -> Vec3 {
+        let [u, v, depth] = place.to_array();
+        if !inside(u, v) {
+            return Vec3::ONE;
+        }
+        let ([xs, ys], [fx, fy]) = four_texels(self.size(), u, v);
+        let mut light = Vec3::ZERO;
+        let (shifts, weights) = alignment(self, [xs, ys], [fx, fy]);
+        for (i, (shift, weight)) in shifts.into_iter().zip(weights).enumerate() {
+            let (x, y) = (xs[i & 1], ys[i >> 1]);
+            light += weight * powers(self.texel_transmittance(x, y, depth + shift), ratios);
+        }
+        light
+    }
+
     /// Mean transmittance at (u, v, depth) over `width` x `width` texels around the one that
     /// contains the point (percentage-closer filtering, Reeves et al. 1987); 1 outside of the map.
     /// Windows end at the map's edge.
@@ -138,8 +171,26 @@ fn aligned(
     [fx, fy]: [f32; 2],
     depth: f32,
 ) -> f32 {
+    let (shifts, weights) = alignment(map, [xs, ys], [fx, fy]);
+    let mut light = 0.0;
+    for (i, (shift, weight)) in shifts.into_iter().zip(weights).enumerate() {
+        light += weight * map.texel_transmittance(xs[i & 1], ys[i >> 1], depth + shift);
+    }
+    light
+}
+
+/// By how much the shadows of four texels are moved in depth, and the texels' bilinear weights:
+/// upper left, upper right, lower left, lower right.
+fn alignment(
+    map: &(impl TexelMap + ?Sized),
+    [xs, ys]: [[u32; 2]; 2],
+    [fx, fy]: [f32; 2],
+) -> ([f32; 4], [f32; 4]) {
     let texels = [[xs[0], ys[0]], [xs[1], ys[0]], [xs[0], ys[1]], [xs[1], ys[1]]];
     let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
+    if map.reach() <= 0.0 {
+        return ([0.0; 4], weights);
+    }
     let fronts = texels.each(|[x, y]| map.front(x, y));
     let (mut sum, mut all) = (0.0, 0.0);
     for (front, weight) in fronts.iter().zip(weights) {
@@ -152,11 +203,7 @@ fn aligned(
     let shifts = fronts.each(|front| front.map_or(0.0, |front| front - mean));
     let farthest = shifts.iter().fold(0.0_f32, |most, shift| most.max(shift.abs()));
     let share = (2.0 - farthest / map.reach()).clamp(0.0, 1.0);
-    let mut light = 0.0;
-    for ((&[x, y], weight), shift) in texels.iter().zip(weights).zip(shifts) {
-        light += weight * map.texel_transmittance(x, y, depth + share * shift);
-    }
-    light
+    (shifts.each(|shift| share * shift), weights)
 }
 
 /// The first and the last texel, along one axis, of a window around coordinate `c` of a map.
@@ -254,6 +301,10 @@ impl Shadow for Map {
 
     fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
         self.inner().lookup(width, u, v, depth)
+    }
+
+    fn lookup_colours(&self, width: u32, place: Vec3, ratios: Vec3) -> Vec3 {
+        self.inner().lookup_colours(width, place, ratios)
     }
 }
 

@@ -8,6 +8,7 @@ use crate::cli::job::Job;
 use crate::cli::limits::LimitArguments;
 use crate::cli::picture::Target;
 use crate::cli::progress::Stopwatch;
+use crate::cli::stage::GroundChoice;
 use crate::compare::{Certified, Chosen};
 use crate::cpu::DeepView;
 use crate::error::{Error, Result};
@@ -53,6 +54,9 @@ impl Drawing<'_> {
         if transparent && stage.ground.is_some() && !stage.catch_shadow {
             let why = "there is none with --transparent, except for --catch-shadow";
             return Err(Error::value("ground", why));
+        }
+        if stage.catch_shadow && matches!(stage.ground, Some(GroundChoice::None)) {
+            return Err(Error::value("catch-shadow", "there is no ground"));
         }
         let needs_maps = target.is_deep() || self.goal.goal().is_some() || self.limits.any();
         if stage.catch_shadow && needs_maps {

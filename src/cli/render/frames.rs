@@ -5,13 +5,14 @@ use std::str::FromStr;
 
 use clap::Args;
 
+use super::files::{check_files, common_name, gaps, on_disk};
 use crate::cli::arguments::parse;
 use crate::cli::job::is_numbered;
 use crate::error::{Error, Result};
 use crate::scene::{NumberedName, SceneFile};
 
 /// Most frames of a sequence.
-const MOST_FRAMES: usize = 100_000;
+pub(super) const MOST_FRAMES: usize = 100_000;
 
 /// Options on sequences of pictures.
 #[derive(Debug, Args)]
@@ -23,7 +24,8 @@ pub(super) struct FrameArguments {
     /// with keyframes: A-B, every Sth as A-BxS, or one [all].
     #[arg(long, value_name = "A-B", value_parser = parse::<FrameRange>, allow_hyphen_values = true, help_heading = "Frames")]
     frames: Option<FrameRange>,
-    /// Frames in which the camera goes once around what it looks at; the light stands still.
+    /// Frames in which the camera goes once around, while the light stands still; of a single
+    /// volume so many are rendered.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000), help_heading = "Frames")]
     turntable: Option<u32>,
     /// Keep frames that are there already, whole and made with the same settings.
@@ -61,6 +63,9 @@ impl FromStr for FrameRange {
         match (first, last, step.parse().ok()) {
             (Some(first), Some(last), Some(step)) if first <= last && step > 0 => {
                 Ok(Self { first, last, step })
+            }
+            (Some(first), Some(last), Some(_)) if first > last => {
+                Err(Error::value("frames", format!("'{text}' ends before it begins")))
             }
             _ => Err(wrong()),
         }
@@ -110,6 +115,8 @@ pub(super) struct Wanted {
     pub resume: bool,
     /// The input's name with a place for the frame's number.
     pub name: String,
+    /// What there is to say of the frames.
+    pub note: Option<String>,
 }
 
 impl FrameArguments {
@@ -119,7 +126,7 @@ impl FrameArguments {
     /// # Errors
     /// If options contradict each other or the scene, or if files are missing.
     pub(super) fn wanted(&self, input: &str, file: &mut SceneFile) -> Result<Option<Wanted>> {
-        let (mut numbers, listed) = self.inputs(file)?;
+        let (mut numbers, listed) = self.inputs(input, file)?;
         let keyframes = file.keyframes()?;
         let numbered: Vec<NumberedName> = file
             .volume
@@ -130,6 +137,7 @@ impl FrameArguments {
         if let (None, Some(first)) = (&numbers, numbered.first()) {
             numbers = Some(on_disk(first)?);
         }
+        let note = numbers.as_deref().filter(|_| self.frames.is_none()).and_then(gaps);
         let is_sequence = numbers.is_some() || keyframes.is_some() || self.turntable.is_some();
         if !is_sequence {
             return match (self.frames, self.resume, self.shard) {
@@ -158,43 +166,63 @@ impl FrameArguments {
             (None, Some(numbers), _) => numbers.clone(),
             (None, None, range) => at_most(&mut range.clone().into_iter().flatten())?,
         };
-        let chosen_for = match range {
-            Some(range) if numbers.is_none() => {
+        for name in &numbered {
+            check_files(name, &all, numbers.as_deref())?;
+        }
+        let chosen_for = match (range, numbers) {
+            // Frames are alike whichever of them are rendered.
+            (_, Some(mut numbers)) => {
+                numbers.retain(|frame| numbered.iter().all(|name| name.at(*frame).exists()));
+                if numbers.is_empty() { all.clone() } else { numbers }
+            }
+            (Some(range), None) => {
                 let (first, last) = (all[0].min(*range.start()), all[all.len() - 1]);
                 at_most(&mut (first..=last.max(*range.end())))?
             }
-            _ => all.clone(),
+            (None, None) => all.clone(),
         };
         if !listed.is_empty() && all.iter().any(|&frame| listed_at(&listed, frame).is_none()) {
             let why = format!("the inputs are frames 1 to {}", listed.len());
             return Err(Error::value("frames", why));
         }
-        for name in &numbered {
-            check_files(name, &all)?;
-        }
         let shard = self.shard.unwrap_or(Shard { part: 1, parts: 1 });
         let mine = all.iter().copied().skip(shard.part - 1).step_by(shard.parts).collect();
         let name = numbered_name(input, file);
         let (turns, resume) = (self.turntable, self.resume);
-        Ok(Some(Wanted { all, mine, chosen_for, listed, turns, resume, name }))
+        Ok(Some(Wanted { all, mine, chosen_for, listed, turns, resume, name, note }))
     }
 
     /// The numbers of several inputs, and the inputs themselves if they have no common name.
-    fn inputs(&self, file: &mut SceneFile) -> Result<(Option<Vec<i64>>, Vec<PathBuf>)> {
+    fn inputs(
+        &self,
+        input: &str,
+        file: &mut SceneFile,
+    ) -> Result<(Option<Vec<i64>>, Vec<PathBuf>)> {
         if self.more.is_empty() {
             return Ok((None, Vec::new()));
         }
         let first = match &file.volume[..] {
-            [table] if self.more.iter().all(|path| !is_scene(path)) => table.path.clone(),
+            [table]
+                if !is_scene(Path::new(input)) && self.more.iter().all(|path| !is_scene(path)) =>
+            {
+                table.path.clone()
+            }
             _ => None,
         };
         let Some(first) = first else {
-            let why = "several inputs are the frames of one volume, as files";
+            let why = "several inputs are the frames of one volume: files, no scenes or presets";
             return Err(Error::value("input", why));
         };
         let paths: Vec<PathBuf> = std::iter::once(first).chain(self.more.iter().cloned()).collect();
         for path in &paths {
-            std::fs::metadata(path).map_err(|error| Error::file(path, error))?;
+            if !path.exists() {
+                let why = "no such file; all inputs are files, the frames of one volume";
+                return Err(Error::contents(path, why));
+            }
+            if path.extension() != paths[0].extension() {
+                let why = format!("not a frame of the sequence of {}", paths[0].display());
+                return Err(Error::contents(path, why));
+            }
         }
         if let Some((name, mut numbers)) = common_name(&paths) {
             numbers.sort_unstable();
@@ -241,75 +269,6 @@ fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }
 
-/// The numbers of the files that there are.
-fn on_disk(name: &NumberedName) -> Result<Vec<i64>> {
-    let here = Path::new(".");
-    let folder = if name.folder() == Path::new("") { here } else { name.folder() };
-    let failed = |error| Error::file(folder, error);
-    let mut numbers = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let found = entry.map_err(failed)?.file_name();
-        numbers.extend(found.to_str().and_then(|found| name.frame_of(found)));
-        if numbers.len() > MOST_FRAMES {
-            return Err(Error::value("frames", format!("there are more than {MOST_FRAMES}")));
-        }
-    }
-    if numbers.is_empty() {
-        let why = "no file has a name like this, with a number in place of # or %d";
-        return Err(Error::contents(name.pattern(), why));
-    }
-    numbers.sort_unstable();
-    Ok(numbers)
-}
-
-/// Checks that the file of every frame is there.
-fn check_files(name: &NumberedName, frames: &[i64]) -> Result<()> {
-    let mut missing = frames.iter().map(|&frame| name.at(frame)).filter(|path| !path.exists());
-    match missing.next() {
-        None => Ok(()),
-        Some(first) => {
-            let count = 1 + missing.count();
-            let why = if count == 1 {
-                "no such file".to_owned()
-            } else {
-                format!("no such file, and {count} of {} frames have none", frames.len())
-            };
-            Err(Error::contents(first, why))
-        }
-    }
-}
-
-/// The numbered name that all of `paths` have in common, and their numbers.
-fn common_name(paths: &[PathBuf]) -> Option<(PathBuf, Vec<i64>)> {
-    let first = paths.first()?;
-    let name = first.file_name()?.to_str()?;
-    let digit = |at: usize| name.as_bytes()[at].is_ascii_digit();
-    let mut end = name.len();
-    // From the last run of digits to the first.
-    while let Some(last) = (0..end).rev().find(|&at| digit(at)) {
-        let begin = (0..=last).rev().take_while(|&at| digit(at)).last()?;
-        for count in [last + 1 - begin, 1] {
-            let hashes = "#".repeat(count);
-            let pattern = format!("{}{hashes}{}", &name[..begin], &name[last + 1..]);
-            let pattern = first.with_file_name(pattern);
-            let numbered = NumberedName::of(&pattern);
-            let numbers: Option<Vec<i64>> = paths
-                .iter()
-                .map(|path| {
-                    let numbered = numbered.as_ref()?;
-                    let in_folder = path.parent() == first.parent();
-                    numbered.frame_of(path.file_name()?.to_str()?).filter(|_| in_folder)
-                })
-                .collect();
-            if let Some(numbers) = numbers {
-                return Some((pattern, numbers));
-            }
-        }
-        end = begin;
-    }
-    None
-}
-
 /// The name after which pictures are called: that of a numbered volume which is the input, or else
 /// the input's with a place for a number.
 fn numbered_name(input: &str, file: &SceneFile) -> String {
@@ -352,24 +311,12 @@ mod tests {
     }
 
     #[test]
-    fn several_files_have_a_numbered_name_if_only_a_number_differs() {
-        let common =
-            |names: &[&str]| common_name(&names.iter().map(PathBuf::from).collect::<Vec<_>>());
-        let named = |name: &str, numbers: &[i64]| Some((PathBuf::from(name), numbers.to_vec()));
-        assert_eq!(common(&["a/x.08.vdb", "a/x.11.vdb"]), named("a/x.##.vdb", &[8, 11]));
-        assert_eq!(common(&["x10.vdb", "x9.vdb"]), named("x#.vdb", &[10, 9]));
-        assert_eq!(common(&["2s_1.nrrd", "3s_1.nrrd"]), named("#s_1.nrrd", &[2, 3]));
-        assert_eq!(common(&["a/x1.vdb", "b/x2.vdb"]), None);
-        assert_eq!(common(&["a.vdb", "b.vdb"]), None);
-    }
-
-    #[test]
     fn a_few_frames_stand_for_all() {
         let of = |count: i64, most: usize| {
             let (all, mine, listed) = (Vec::new(), Vec::new(), Vec::new());
             let (chosen_for, name) = ((1..=count).collect(), String::new());
-            let (turns, resume) = (None, false);
-            Wanted { all, mine, chosen_for, listed, turns, resume, name }.some(most)
+            let (turns, resume, note) = (None, false, None);
+            Wanted { all, mine, chosen_for, listed, turns, resume, name, note }.some(most)
         };
         assert_eq!(of(9, 5), [1, 3, 5, 7, 9]);
         assert_eq!(of(3, 5), [1, 2, 3]);

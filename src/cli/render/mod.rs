@@ -1,6 +1,7 @@
 //! Command `render`: writes pictures of volumes with their shadows.
 
 mod draw;
+mod files;
 mod frames;
 mod sequence;
 

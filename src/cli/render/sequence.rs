@@ -73,7 +73,7 @@ pub(super) fn render(
     request.stand_up(&first)?;
     let (crew, said) = request.crew();
     let crew = crew.ready(&request.file)?;
-    for line in &said {
+    for line in said.iter().chain(&wanted.note) {
         crew.note(line);
     }
     let (file, surroundings, volumes) = (request.file, request.surroundings, Volumes::default());
@@ -178,7 +178,8 @@ impl Sequence<'_> {
         }
         let kept = if self.wanted.resume { format!(", {kept} kept") } else { String::new() };
         let (seconds, by) = (begun.elapsed().as_secs_f64(), self.crew.backend.description());
-        self.crew.note(&format!("{count} frames{kept} in {seconds:.2} s, {by}"));
+        let frames = if count == 1 { "frame" } else { "frames" };
+        self.crew.note(&format!("{count} {frames}{kept} in {seconds:.2} s, {by}"));
         Ok(())
     }
 

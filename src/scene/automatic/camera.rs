@@ -100,6 +100,17 @@ pub(super) fn camera(
     Ok(Camera { projection, position, target, up })
 }
 
+/// Whether a chosen view contains shadows.
+pub(super) fn fits_shadow(table: &CameraTable) -> Result<bool> {
+    match table.fit.as_deref() {
+        None | Some("shadow") => Ok(true),
+        Some("volume") => Ok(false),
+        Some(other) => {
+            Err(Error::value("camera.fit", format!("'{other}' is not one of volume, shadow")))
+        }
+    }
+}
+
 /// The angle between the picture's upper and lower edge, in degrees.
 pub(super) fn fov_y_degrees(table: &CameraTable) -> Result<f64> {
     let fov_y_degrees = table.fov_y_degrees.unwrap_or(FOV_Y_DEGREES);

@@ -14,6 +14,7 @@ use glam::DVec3;
 use super::computed;
 use super::file::{GroundTable, LightTable, SceneFile, VolumeTable};
 use super::framing::shown_points;
+use super::keyframes::LightKeyframe;
 use super::{Body, Ground, Light, LightKind, Media, Medium, Scene};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
@@ -59,19 +60,27 @@ pub enum Surroundings {
 }
 
 impl Surroundings {
-    /// What surrounds the volumes of a scene file as it was written: a studio, unless it says
-    /// something of lights, surroundings or a file's density scale. Its values are then absolute,
-    /// and what it leaves out adds no light.
+    /// What surrounds the volumes of a scene file as it was written: a studio, unless it says how
+    /// bright a light is or where it stands, or what the surroundings or a file's density scale
+    /// are. Its values are then absolute, and what it leaves out adds no light.
     pub fn of(file: &SceneFile) -> Self {
-        let scaled =
-            file.volume.iter().any(|table| table.path.is_some() && table.density_scale.is_some());
-        let lit = !file.light.is_empty()
+        let is_scaled = |table: &VolumeTable| table.path.is_some() && table.density_scale.is_some();
+        let is_absolute = file.volume.is_empty()
+            || file.volume.iter().any(is_scaled)
+            || file.light.iter().any(is_absolute)
             || file.ambient.radiance.is_some()
             || file.background.radiance.is_some()
             || file.ground.albedo.is_some();
-        let is_absolute = scaled || lit || file.volume.is_empty();
         if is_absolute { Self::Void } else { Self::Studio }
     }
+}
+
+/// Whether a light is more than a direction of the usual one.
+fn is_absolute(table: &LightTable) -> bool {
+    let usual = table.kind.as_deref().is_none_or(|kind| kind == "directional");
+    let others = LightTable { kind: None, direction: None, keyframes: None, ..table.clone() };
+    let brighter = |one: &LightKeyframe| one.irradiance.is_some();
+    !usual || others != LightTable::default() || table.keyframes.iter().flatten().any(brighter)
 }
 
 /// The window, in stored values, that separates a scanned object from its surroundings. It reaches
@@ -114,6 +123,7 @@ pub fn complete(
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
     let mut choices = Choices(Vec::new());
     let mut settings = computed::settings(file)?;
+    let fits_shadow = camera::fits_shadow(&file.camera)?;
     let mut of_media = Choices(Vec::new());
     let mediums = mediums(file, &ingredients, &mut of_media)?;
     let visible = visible(&ingredients, &mediums);
@@ -122,7 +132,8 @@ pub fn complete(
     let lights = lights(file, &bounds, &mut choices)?;
     let ground = ground(file, &bounds, surroundings, &mut choices)?;
     choices.0.extend(of_media.0);
-    let shown = shown_points(&visible, lights.first(), ground);
+    let casts = ground.filter(|_| fits_shadow);
+    let shown = shown_points(&visible, lights.first(), casts);
     let camera = camera(&file.camera, (&visible, &shown), aspect(&settings), &mut choices)?;
     let bodies = ingredients.into_iter().zip(mediums);
     let bodies = bodies.map(|(own, medium)| Body { volume: own.volume, medium });

@@ -3,9 +3,9 @@
 
 use std::ops::RangeInclusive;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
-use super::camera::{camera, eye, fov_y_degrees, up};
+use super::camera::{camera, eye, fits_shadow, fov_y_degrees, up};
 use super::medium::Ingredients;
 use super::{
     AMBIENT, Choice, Choices, Surroundings, angles_of, aspect, bounds_of, complete, digits, ground,
@@ -84,6 +84,7 @@ impl<'a> Shot<'a> {
             return Err(Error::value("frames", "there is none to choose from"));
         };
         let mut file = self.file.clone();
+        let fits_shadow = fits_shadow(&file.camera)?;
         let mut choices = Choices(Vec::new());
         let is_full = |sample: &&Sample| {
             sample.volumes.is_empty() || sample.volumes.iter().any(Option::is_some)
@@ -110,10 +111,11 @@ impl<'a> Shot<'a> {
                 of_volume.filter_map(|sample| sample.volumes[index].as_ref()).collect();
             fix_volume(&mut file.volume[index], &seen, &mut choices);
         }
+        let casts = ground.filter(|_| fits_shadow);
         let mut shown = Vec::new();
         for sample in &full {
             let own = lights(&sample.file, &bounds, &mut Choices(Vec::new()))?;
-            shown.extend(shown_points(&sample.visible, own.first(), ground));
+            shown.extend(shown_points(&sample.visible, own.first(), casts));
         }
         self.fix_camera(&mut file, turns, (&visible, &shown), &mut choices)?;
         self.fix_surroundings(&mut file, &usual, ground, &bounds, &mut choices);
@@ -167,7 +169,7 @@ impl<'a> Shot<'a> {
         let orbits = |one: &CameraKeyframe| {
             [one.azimuth_degrees, one.elevation_degrees, one.distance].iter().any(Option::is_some)
         };
-        if turns.is_some() || keyframes.iter().any(orbits) {
+        if file.camera.keyframes.iter().flatten().any(orbits) {
             return self.fix_orbit(file, (visible, shown), aspect, choices);
         }
         let table = file.at_frame(*self.frames.start())?.camera;
@@ -183,18 +185,30 @@ impl<'a> Shot<'a> {
         Ok(())
     }
 
-    /// Gives a camera keyframes with which it goes around once in `turns` frames.
+    /// Gives a camera keyframes with which it goes around once in `turns` frames: around its target,
+    /// or around the middle of the volume if its position is given, so that the volume turns on the
+    /// spot.
     fn turn(&self, camera: &mut CameraTable, turns: u32, visible: &[DVec3]) {
-        if let Some(position) = camera.position.take() {
-            let target = camera.target.map_or(middle_of(visible), DVec3::from);
-            let from = DVec3::from(position) - target;
-            let [azimuth, elevation] = angles_of(from);
-            camera.target = Some(target.to_array());
-            camera.distance = Some(from.length());
-            (camera.azimuth_degrees, camera.elevation_degrees) = (Some(azimuth), Some(elevation));
+        let (first, last) = (*self.frames.start(), *self.frames.end());
+        let middle = middle_of(visible);
+        if let Some(position) = camera.position {
+            let target = camera.target.unwrap_or(middle.to_array());
+            let keyframe = |frame: i64| {
+                let share = (frame - first) as f64 / f64::from(turns);
+                let turn = DQuat::from_rotation_y(std::f64::consts::TAU * share);
+                let turned = |at: [f64; 3]| (middle + turn * (DVec3::from(at) - middle)).to_array();
+                CameraKeyframe {
+                    frame: Some(frame),
+                    position: Some(turned(position)),
+                    target: Some(turned(target)),
+                    up: camera.up.map(|up| (turn * DVec3::from(up)).to_array()),
+                    ..CameraKeyframe::default()
+                }
+            };
+            camera.keyframes = Some((first..=last).map(keyframe).collect());
+            return;
         }
         let azimuth = camera.azimuth_degrees.unwrap_or(angles_of(super::camera::EYE_DIRECTION)[0]);
-        let (first, last) = (*self.frames.start(), *self.frames.end());
         let turns = i64::from(turns);
         let rounds = (last - first) / turns + 1;
         let at = |round: i64| CameraKeyframe {

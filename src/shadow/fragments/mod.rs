@@ -14,9 +14,9 @@ mod lists;
 pub use links::{Links, MOST_WALKED, NO_LINK, nearest_nodes};
 pub use lists::{Fragment, FragmentLists, Runs, truncate};
 
-use glam::{Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Shadow, TexelMap, aligned, four_texels, inside};
+use super::{Shadow, TexelMap, aligned, alignment, four_texels, inside, powers};
 use crate::error::{ErrorKind, Result};
 use crate::frame::Frame;
 use crate::kernel::exponential::four_transmitted;
@@ -154,6 +154,13 @@ impl Shadow for FragmentMap {
     fn lookup(&self, width: u32, u: f32, v: f32, depth: f32) -> f32 {
         self.filtered(width, u, v, depth)
     }
+
+    fn lookup_colours(&self, width: u32, place: Vec3, ratios: Vec3) -> Vec3 {
+        match width {
+            0 => self.bilinear_colours(place, ratios),
+            _ => powers(self.filtered(width, place.x, place.y, place.z), ratios),
+        }
+    }
 }
 
 impl TexelMap for FragmentMap {
@@ -179,6 +186,29 @@ impl TexelMap for FragmentMap {
         let (left, right) = (four.xz(), four.yw());
         let rows = left + (right - left) * fx;
         rows.x + (rows.y - rows.x) * fy
+    }
+
+    fn bilinear_colours(&self, place: Vec3, ratios: Vec3) -> Vec3 {
+        let [u, v, depth] = place.to_array();
+        if !inside(u, v) {
+            return Vec3::ONE;
+        }
+        let ([xs, ys], [fx, fy]) = four_texels(self.size, u, v);
+        let (shifts, weights) = alignment(self, [xs, ys], [fx, fy]);
+        let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].each(|[x, y]| self.texel(xs[x], ys[y]));
+        let depths = if self.reach > 0.0 {
+            let one = |(texel, shift): (usize, f32)| {
+                let nodes = self.runs.of(texel);
+                let depth = depth + shift;
+                optical_depth_between(nodes, nodes_before(nodes, depth), depth)
+            };
+            Vec4::from_array([0, 1, 2, 3].each(|i| one((corners[i], shifts[i]))))
+        } else {
+            four_optical_depths(corners.each(|texel| self.runs.of(texel)), depth)
+        };
+        // The four texels' transmittances in one channel.
+        let channel = |ratio: f32| four_transmitted(depths * ratio).dot(Vec4::from_array(weights));
+        Vec3::from_array(ratios.to_array().each(channel))
     }
 
     fn front(&self, x: u32, y: u32) -> Option<f32> {
