@@ -3,8 +3,7 @@
 
 use std::sync::Arc;
 
-use deepshadow::backend::{Backend, ShadowCatcher, Stage};
-use deepshadow::cpu::CpuBackend;
+use deepshadow::backend::{Passes, ShadowCatcher, Stage};
 use deepshadow::image::Image;
 use deepshadow::progress::Silent;
 use deepshadow::scene::transfer::TransferPoint;
@@ -75,9 +74,7 @@ fn pictures_of_beams_add_up() {
         for (scene, settings) in shots() {
             let [width, height] = settings.image.size;
             let mut sum = Image::filled(width, height, [0.0; 4]);
-            let shared = backend.shares_channels(&settings);
-            let beams = if shared { scene.shared_beams() } else { scene.beams() };
-            for beam in beams.unwrap() {
+            for beam in scene.beams_for(&settings).unwrap() {
                 let map = backend.map(&beam, &settings, &Silent).unwrap();
                 beam.add(&backend.view(&beam, &settings, &map, &Silent).unwrap(), &mut sum);
             }
@@ -91,6 +88,7 @@ fn pictures_of_beams_add_up() {
 
 #[cfg(feature = "gpu")]
 mod gpu {
+    use deepshadow::backend::Backend;
     use deepshadow::gpu::{AdapterChoice, GpuBackend};
     use deepshadow::settings::Coding;
 
@@ -160,12 +158,12 @@ fn channels_may_share_maps_and_rays() {
     let octaves = usual.with(|s| s.view.octaves = 2);
     let mut bent = scene.clone();
     bent.media.medium_mut().density_scale *= 1.01;
-    let apart = |scene: &Scene, settings: &Settings| {
+    let apart = |backend: &dyn Passes, scene: &Scene, settings: &Settings| {
         let [width, height] = settings.image.size;
         let mut sum = Image::filled(width, height, [0.0; 4]);
         for beam in scene.beams().unwrap() {
-            let map = CpuBackend.map(&beam, settings, &Silent).unwrap();
-            beam.add(&CpuBackend.view(&beam, settings, &map, &Silent).unwrap(), &mut sum);
+            let map = backend.map(&beam, settings, &Silent).unwrap();
+            beam.add(&backend.view(&beam, settings, &map, &Silent).unwrap(), &mut sum);
         }
         sum
     };
@@ -173,20 +171,22 @@ fn channels_may_share_maps_and_rays() {
         let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
     };
-    for (scene, settings) in [(&scene, &usual), (&glowing, &usual), (&scene, &octaves)] {
-        assert!(CpuBackend.shares_channels(settings));
-        assert_eq!(scene.shared_beams().unwrap().len(), 1);
-        let together = CpuBackend.render(scene, settings, &Silent).unwrap();
-        let found = worst(&together, &apart(scene, settings));
-        assert!(found < 1e-3, "{found}");
+    for backend in every_backend() {
+        for (scene, settings) in [(&scene, &usual), (&glowing, &usual), (&scene, &octaves)] {
+            assert_eq!(scene.beams_for(settings).unwrap().len(), 1);
+            let together = backend.render(scene, settings, &Silent).unwrap();
+            let found = worst(&together, &apart(&*backend, scene, settings));
+            assert!(found < 1e-3, "{}: {found}", backend.description());
+        }
+        let bent = backend.render(&bent, &usual, &Silent).unwrap();
+        let found = worst(&bent, &apart(&*backend, &scene, &usual));
+        assert!(found > 2e-3, "one percent of density makes {found}");
     }
-    let found = worst(&CpuBackend.render(&bent, &usual, &Silent).unwrap(), &apart(&scene, &usual));
-    assert!(found > 2e-3, "one percent of density makes {found}");
     // Tints that differ, and extreme ones, have a beam for each channel.
     scene.media.medium_mut().tint = DVec3::new(0.01, 1.0, 1.0);
-    assert_eq!(scene.shared_beams().unwrap().len(), 3);
+    assert_eq!(scene.beams_for(&usual).unwrap().len(), 3);
     scene.media.medium_mut().tint = DVec3::new(0.0, 1.0, 1.0);
-    assert_eq!(scene.shared_beams().unwrap().len(), 3);
+    assert_eq!(scene.beams_for(&usual).unwrap().len(), 3);
 }
 
 /// A picture with a caught shadow, in front of a picture of the ground without media, is the

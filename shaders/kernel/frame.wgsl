@@ -115,3 +115,5 @@ struct Frame {
 // tests, physical shading. The compiler then drops all other code, which takes fewer registers, so
 // that more threads run at once.
 override USUAL: bool = false;
+// Whether the channels differ in extinction.
+override COLOURED: bool = false;

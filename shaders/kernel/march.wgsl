@@ -71,6 +71,30 @@ fn emitted(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3
     return sum;
 }
 
+// Transmittances of the channels where that of the least extinct one is `through`.
+fn colours(through: f32) -> vec3<f32> {
+    return pow(vec3<f32>(max(through, 1e-30)), frame.media.ratios);
+}
+
+// The same as `emitted` for each channel.
+fn emitted_colours(batch: Batch, early: vec4<f32>, late: vec4<f32>, before: f32) -> vec3<f32> {
+    let reach = 0.25 * batch.step;
+    var sum = vec3<f32>(0.0);
+    var through = colours(before);
+    for (var k: u32 = 0u; k < 8u; k++) {
+        let tau = select(early[k & 3u], late[k & 3u], k > 3u) * frame.media.ratios;
+        let mean = vec3<f32>(
+            mean_transmittance(tau.x),
+            mean_transmittance(tau.y),
+            mean_transmittance(tau.z),
+        );
+        sum += emission_along(batch.ray, sample_distance(batch, f32(k)), reach)
+            * through * mean * (2.0 * reach);
+        through *= exp(-tau);
+    }
+    return sum;
+}
+
 // For parallel light, points of a ray lie on a ray in the map's (u, v, depth) as well: this one.
 fn light_coordinates_of(ray: Ray) -> Ray {
     let d = vec4<f32>(ray.direction, 0.0);
@@ -94,6 +118,42 @@ fn arriving_at(ray: Ray, anywhere: Arriving, at: f32, reach: f32) -> Arriving {
         return anywhere;
     }
     return arriving_over(ray, at, reach);
+}
+
+// Radiance that step k of a batch scatters towards the camera, in channels of different extinction.
+fn lit_colours(
+    ray: Ray,
+    steps: Steps,
+    lookups: Ray,
+    arrives: Arriving,
+    batch: Batch,
+    added: Scattered,
+    through: f32,
+    k: u32,
+) -> vec3<f32> {
+    let weight = added.weights[k];
+    if (weight <= 0.0) {
+        return vec3<f32>(0.0);
+    }
+    // What the steps in front take.
+    let front = dot(added.weights, vec4<f32>(vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(k)));
+    let before = through - front;
+    let share = colours(before) - colours(before - weight);
+    let at = added.places[k];
+    let reach = 0.5 * batch.step * f32(shared_steps(added.weights, k));
+    let transmittances = shadow_lookup_colours(light_place(ray, lookups, at));
+    let light = arriving_at(ray, arrives, at, reach);
+    if (!USUAL && frame.view.octaves > 0u) {
+        return share * vec3<f32>(
+            source_along(steps.ray, at, reach, light, transmittances.x).x,
+            source_along(steps.ray, at, reach, light, transmittances.y).y,
+            source_along(steps.ray, at, reach, light, transmittances.z).z,
+        );
+    }
+    // Single scattering is linear in transmittance.
+    let dark = source_along(steps.ray, at, reach, light, 0.0);
+    let lit = source_along(steps.ray, at, reach, light, 1.0);
+    return share * (dark + transmittances * (lit - dark));
 }
 
 // Radiance scattered towards the camera by steps k and k + 2 of a batch. Their two shadow lookups
@@ -177,7 +237,11 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         let added = scattered(through, early, late, first, 0.5 * batch.step);
         // Unrolling the two pairs makes views through lists up to a tenth faster, and views through
         // curves as much slower.
-        if (LISTS) {
+        if (COLOURED) {
+            for (var k: u32 = 0u; k < 4u; k++) {
+                light += lit_colours(ray, steps, lookups, arrives, batch, added, through, k);
+            }
+        } else if (LISTS) {
             light += lit_pair(ray, steps, lookups, arrives, batch, added, 0u);
             light += lit_pair(ray, steps, lookups, arrives, batch, added, 1u);
         } else {
@@ -186,7 +250,11 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
             }
         }
         if (MIXED && emits) {
-            light += emitted(batch, early, late, through);
+            if (COLOURED) {
+                light += emitted_colours(batch, early, late, through);
+            } else {
+                light += emitted(batch, early, late, through);
+            }
         }
         through = added.through;
         t += BATCH * batch.step;
@@ -222,6 +290,14 @@ fn paper_shading(ray: Ray, steps: Steps) -> vec4<f32> {
     return vec4<f32>(vec3<f32>(colour * (1.0 - shadow / f32(lookups))), through);
 }
 
+// Radiance of the ground at a point, in channels of different extinction.
+fn lit_ground_of_colours(point: vec3<f32>) -> vec3<f32> {
+    let light = light_coordinates(point);
+    let transmittances = shadow_lookup_colours(vec3<f32>(light.xy, surface_depth(light)));
+    let dark = ground_radiance(point, 0.0);
+    return dark + transmittances * (ground_radiance(point, 1.0) - dark);
+}
+
 fn march(ray: Ray) -> vec4<f32> {
     let ground = ground_distance(ray);
     let steps = steps_of(ray, select(1e30, ground, ground > 0.0));
@@ -232,6 +308,14 @@ fn march(ray: Ray) -> vec4<f32> {
         seen = single_scattering(ray, steps);
     }
     var behind = frame.view.background;
+    if (COLOURED) {
+        if (ground > 0.0) {
+            behind = vec4<f32>(lit_ground_of_colours(ray_at(ray, ground)), 1.0);
+        }
+        let through = select(vec3<f32>(0.0), colours(seen.w), seen.w > 0.0);
+        let covered = 1.0 - dot(through, vec3<f32>(1.0 / 3.0));
+        return vec4<f32>(seen.xyz + through * behind.xyz, covered + (1.0 - covered) * behind.w);
+    }
     if (ground > 0.0) {
         let point = ray_at(ray, ground);
         let light = light_coordinates(point);

@@ -16,13 +16,17 @@ fn brute_force_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     return sum / (extent.x * extent.y);
 }
 
-// Bilinear interpolation between four texels. Where their fronts belong to one surface, their
-// shadows are first moved in depth to one common front.
-fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
+// Bilinear weights of four texels: upper left, upper right, lower left, lower right.
+fn four_weights(f: vec2<f32>) -> vec4<f32> {
+    return vec4<f32>(1.0 - f.x, f.x, 1.0 - f.x, f.x)
+        * vec4<f32>(1.0 - f.y, 1.0 - f.y, f.y, f.y);
+}
+
+// Transmittances of four texels. Where their fronts belong to one surface, their shadows are first
+// moved in depth to one common front.
+fn four_aligned(low: vec2<u32>, high: vec2<u32>, weights: vec4<f32>, depth: f32) -> vec4<f32> {
     let upper_right = vec2<u32>(high.x, low.y);
     let lower_left = vec2<u32>(low.x, high.y);
-    let weights = vec4<f32>(1.0 - f.x, f.x, 1.0 - f.x, f.x)
-        * vec4<f32>(1.0 - f.y, 1.0 - f.y, f.y, f.y);
     // (depth, 1) if the texel has a front.
     let a = front(low);
     let b = front(upper_right);
@@ -35,13 +39,18 @@ fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
     let far = abs(shifts);
     let farthest = max(max(far.x, far.y), max(far.z, far.w));
     let depths = depth + clamp(2.0 - farthest / frame.map.surface_reach, 0.0, 1.0) * shifts;
-    let four = vec4<f32>(
+    return vec4<f32>(
         texel_transmittance(low, depths.x),
         texel_transmittance(upper_right, depths.y),
         texel_transmittance(lower_left, depths.z),
         texel_transmittance(high, depths.w),
     );
-    return dot(weights, four);
+}
+
+// Bilinear interpolation between four texels whose shadows are moved to one common front.
+fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
+    let weights = four_weights(f);
+    return dot(weights, four_aligned(low, high, weights, depth));
 }
 
 // Transmittance at (u, v, depth); 1 outside of the map. Depending on the settings it is that of the
@@ -72,6 +81,31 @@ fn shadow_lookup(light: vec3<f32>) -> f32 {
     let four = four_transmittances(low, high, light.z);
     let rows = mix(four.xz, four.yw, f.x);
     return mix(rows.x, rows.y, f.y);
+}
+
+// Transmittances of the three channels at (u, v, depth), bilinear: those of each texel are raised to
+// the channels' ratios first.
+fn shadow_lookup_colours(light: vec3<f32>) -> vec3<f32> {
+    if (!(light.x >= 0.0 && light.x <= 1.0 && light.y >= 0.0 && light.y <= 1.0)) {
+        return vec3<f32>(1.0);
+    }
+    let last = frame.map.size - 1u;
+    let place = clamp(light.xy * f32(frame.map.size) - 0.5, vec2<f32>(0.0), vec2<f32>(f32(last)));
+    let low = vec2<u32>(place);
+    let high = min(low + 1u, vec2<u32>(last));
+    let weights = four_weights(fract(place));
+    var four: vec4<f32>;
+    if (!USUAL && frame.map.surface_reach > 0.0) {
+        four = four_aligned(low, high, weights, light.z);
+    } else {
+        four = four_transmittances(low, high, light.z);
+    }
+    let kept = max(four, vec4<f32>(1e-30));
+    return vec3<f32>(
+        dot(weights, pow(kept, vec4<f32>(frame.media.ratios.x))),
+        dot(weights, pow(kept, vec4<f32>(frame.media.ratios.y))),
+        dot(weights, pow(kept, vec4<f32>(frame.media.ratios.z))),
+    );
 }
 
 // The depth at which to look up the shadow of a point of a surface, which lies at (u, v, depth) in

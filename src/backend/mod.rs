@@ -41,12 +41,6 @@ pub trait Backend: Send + Sync {
         matches!(kind, MapKind::Threshold | MapKind::Fragments)
     }
 
-    /// Whether this backend's march respects [`Beam::ratios`] under `settings`, so that one map can
-    /// serve all channels ([`Scene::shared_beams`]).
-    fn shares_channels(&self, _settings: &Settings) -> bool {
-        false
-    }
-
     /// Prepares, before a scene is known, what pictures through maps of `kind` will need if their
     /// scene is as `expected`. It is a hint: if it is wrong, it only costs time.
     fn expect(&self, _kind: Option<MapKind>, _expected: Expected) {}

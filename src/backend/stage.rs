@@ -117,9 +117,7 @@ impl Stage for HostStage<'_> {
         let [width, height] = settings.image.size;
         let mut image = Image::filled(width, height, [0.0; 4]);
         let passes = self.passes;
-        let shared = passes.shares_channels(settings);
-        let beams = if shared { scene.shared_beams()? } else { scene.beams()? };
-        for (index, beam) in beams.iter().enumerate() {
+        for (index, beam) in scene.beams_for(settings)?.iter().enumerate() {
             let known = self.map(index, beam, settings, progress)?;
             beam.add(&passes.view(beam, settings, &known.1, progress)?, &mut image);
             self.keep(index, known);

@@ -26,7 +26,7 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::Media;
-use crate::settings::{MapKind, Settings, Shading};
+use crate::settings::MapKind;
 use crate::shadow::{Codec, Links, Map, Runs, Shadow, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
 pub use lazy_fragments::LazyFragments;
@@ -67,13 +67,6 @@ impl Backend for CpuBackend {
 
     fn builds(&self, _kind: MapKind) -> bool {
         true
-    }
-
-    /// With fragment maps whose texels are not mixed by wide filters, and single scattering.
-    fn shares_channels(&self, settings: &Settings) -> bool {
-        settings.map.kind.unwrap_or_default() == MapKind::Fragments
-            && settings.map.filter.window() == (0, false)
-            && settings.view.shading == Shading::Physical
     }
 
     fn passes(&self) -> &dyn Passes {

@@ -65,6 +65,7 @@ pub use lookup::{PREFIX, shadow_wgsl};
 pub use media::GpuMedia;
 pub use passes::{PassSource, pass_sources};
 pub use prepared::Prepared;
+use programs::Variant;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 pub use shadow::GpuShadow;
 pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
@@ -156,7 +157,7 @@ impl Backend for GpuBackend {
         };
         let passes = stage::passes(kind.unwrap_or_default());
         // An error occurs again, and is reported, when the pass is needed.
-        let _ = self.renderer.programs.compile(&passes, media, true);
+        let _ = self.renderer.programs.compile(&passes, media, Variant::USUAL);
     }
 
     fn check_room(&self, settings: &Settings) -> Result<()> {

@@ -40,8 +40,8 @@ pub(super) struct Declaration {
     pub(super) bindings: Vec<BindGroupLayoutEntry>,
     /// Workgroup size along x and y, as in the shader.
     pub(super) workgroup: [u32; 2],
-    /// Whether the shader has a shorter variant for the usual settings.
-    pub(super) usual: bool,
+    /// Whether the shader has variants for some frames.
+    pub(super) varies: bool,
 }
 
 macro_rules! source {
@@ -156,8 +156,8 @@ impl Pass {
             Self::RankRadiance => [16, 16],
             _ => [8, 8],
         };
-        let usual = matches!(name, "march_view" | "refine_view");
-        Declaration { name, source, map, media, bindings, workgroup, usual }
+        let varies = matches!(name, "march_view" | "refine_view");
+        Declaration { name, source, map, media, bindings, workgroup, varies }
     }
 }
 

@@ -30,13 +30,15 @@ pub struct Prepared {
 
 impl Prepared {
     /// Records the pass with the parameters that its frame holds when the commands are submitted.
-    /// When the usual settings, or others, occur for the first time, the driver compiles the pass
-    /// for them.
+    /// When a variant of the shader is needed for the first time, the driver compiles the pass for
+    /// it.
     ///
     /// # Errors
     /// If the device rejects the shader.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<()> {
-        let pipeline = self.program.pipeline(self.frame.as_ref().is_some_and(GpuFrame::usual))?;
+        let pipeline = self
+            .program
+            .pipeline(self.frame.as_ref().map(GpuFrame::variant).unwrap_or_default())?;
         if let Some(buffer) = &self.cleared {
             encoder.clear_buffer(buffer, 0, None);
         }

@@ -8,9 +8,50 @@ use super::bindings::{self, checked};
 use super::link::{self, MediaKind};
 use super::passes::{Declaration, Pass};
 use crate::error::{Error, ErrorKind, Result};
+use crate::frame::Frame;
 
-/// The shaders' constant that removes all code but that for the usual settings.
-const USUAL: &str = "USUAL";
+/// Which code of a shader a frame needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Variant {
+    /// Only that for the usual settings, to which the shaders' constant `USUAL` cuts it.
+    usual: bool,
+    /// That for channels of different extinction, which the constant `COLOURED` adds.
+    coloured: bool,
+}
+
+impl Variant {
+    /// For the usual settings and grey media.
+    pub(super) const USUAL: Self = Self { usual: true, coloured: false };
+
+    /// How many there are.
+    const COUNT: usize = 4;
+
+    pub(super) fn of(frame: &Frame) -> Self {
+        Self { usual: frame.is_usual(), coloured: frame.media.coloured == 1 }
+    }
+
+    /// A number below [`Self::COUNT`].
+    pub(super) fn index(self) -> u8 {
+        u8::from(self.usual) + 2 * u8::from(self.coloured)
+    }
+
+    pub(super) fn at(index: u8) -> Self {
+        Self { usual: index & 1 == 1, coloured: index & 2 == 2 }
+    }
+
+    /// The constants of a pipeline.
+    fn constants(self) -> Vec<(&'static str, f64)> {
+        let all = [("USUAL", self.usual), ("COLOURED", self.coloured)];
+        all.into_iter().filter(|(_, is)| *is).map(|(name, _)| (name, 1.0)).collect()
+    }
+}
+
+impl Default for Variant {
+    /// Code for all settings, and for grey media.
+    fn default() -> Self {
+        Self { usual: false, coloured: false }
+    }
+}
 
 /// A compute pass for one kind of media.
 #[derive(Debug)]
@@ -20,8 +61,8 @@ pub(super) struct Program {
     declaration: Declaration,
     media: MediaKind,
     pub(super) layout: wgpu::BindGroupLayout,
-    /// Pipelines for all settings, and for the usual ones.
-    compiled: [Mutex<Option<wgpu::ComputePipeline>>; 2],
+    /// By variant.
+    compiled: [Mutex<Option<wgpu::ComputePipeline>>; Variant::COUNT],
 }
 
 impl Program {
@@ -35,19 +76,20 @@ impl Program {
         self.declaration.workgroup
     }
 
-    /// The pipeline for the usual settings or for all; compiled at the first call.
-    pub(super) fn pipeline(&self, usual: bool) -> Result<wgpu::ComputePipeline> {
+    /// The pipeline for a variant, if the shader has it; compiled at the first call.
+    pub(super) fn pipeline(&self, variant: Variant) -> Result<wgpu::ComputePipeline> {
         let declaration = &self.declaration;
-        let usual = usual && declaration.usual;
+        let variant = if declaration.varies { variant } else { Variant::default() };
         // A thread that panicked left it empty or complete.
-        let mut compiled =
-            self.compiled[usize::from(usual)].lock().unwrap_or_else(PoisonError::into_inner);
+        let mut compiled = self.compiled[usize::from(variant.index())]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         if let Some(pipeline) = &*compiled {
             return Ok(pipeline.clone());
         }
         let pipeline = checked(&self.device, || {
             let module = module(&self.device, declaration, self.media)?;
-            let constants = if usual { &[(USUAL, 1.0)][..] } else { &[] };
+            let constants = &variant.constants()[..];
             Ok(self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(declaration.name),
                 layout: Some(&of_one_group(&self.device, declaration.name, &self.layout)),
@@ -205,8 +247,13 @@ impl Programs {
     ///
     /// # Errors
     /// If the device rejects a shader.
-    pub(super) fn compile(&self, passes: &[Pass], media: MediaKind, usual: bool) -> Result<()> {
-        let compile = |pass: Pass| self.compute(pass, media).pipeline(usual).map(drop);
+    pub(super) fn compile(
+        &self,
+        passes: &[Pass],
+        media: MediaKind,
+        variant: Variant,
+    ) -> Result<()> {
+        let compile = |pass: Pass| self.compute(pass, media).pipeline(variant).map(drop);
         let [first, others @ ..] = passes else { return Ok(()) };
         thread::scope(|scope| {
             let spawn = |&pass: &Pass| Builder::new().spawn_scoped(scope, move || compile(pass));

@@ -2,7 +2,7 @@
 //! queue, including the caller's own. Nothing is submitted or waited for unless requested.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use bytemuck::bytes_of;
 use wgpu::{BindGroupEntry, BindingResource};
@@ -11,7 +11,7 @@ use super::bindings::{FORMAT, at, entry};
 use super::link::MediaKind;
 use super::media::GpuMedia;
 use super::passes::Pass;
-use super::programs::Programs;
+use super::programs::{Programs, Variant};
 use super::shadow::GpuShadow;
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
@@ -24,8 +24,8 @@ pub(super) const TEXEL_BYTES: u32 = 16;
 #[derive(Clone, Debug)]
 pub struct GpuFrame {
     buffer: wgpu::Buffer,
-    /// Whether the camera march needs the usual settings only.
-    usual: Arc<AtomicBool>,
+    /// The variant of shaders that it needs, by its index.
+    variant: Arc<AtomicU8>,
 }
 
 impl GpuFrame {
@@ -34,8 +34,8 @@ impl GpuFrame {
         &self.buffer
     }
 
-    pub(super) fn usual(&self) -> bool {
-        self.usual.load(Ordering::Relaxed)
+    pub(super) fn variant(&self) -> Variant {
+        Variant::at(self.variant.load(Ordering::Relaxed))
     }
 }
 
@@ -220,7 +220,7 @@ impl Renderer {
     pub fn frame(&self, frame: &Frame, media: &GpuMedia) -> Result<GpuFrame> {
         let held = self.held(frame, media)?;
         let buffer = self.buffer("frame", bytes_of(&held), wgpu::BufferUsages::UNIFORM);
-        Ok(GpuFrame { buffer, usual: Arc::new(AtomicBool::new(frame.is_usual())) })
+        Ok(GpuFrame { buffer, variant: Arc::new(AtomicU8::new(Variant::of(frame).index())) })
     }
 
     /// Replaces the parameters that `known` holds by those of another frame of `media`, for
@@ -232,7 +232,7 @@ impl Renderer {
     pub fn update(&self, known: &GpuFrame, frame: &Frame, media: &GpuMedia) -> Result<()> {
         let held = self.held(frame, media)?;
         self.queue.write_buffer(&known.buffer, 0, bytes_of(&held));
-        known.usual.store(frame.is_usual(), Ordering::Relaxed);
+        known.variant.store(Variant::of(frame).index(), Ordering::Relaxed);
         Ok(())
     }
 

@@ -4,6 +4,7 @@
 use super::fragments::GpuFragments;
 use super::media::GpuMedia;
 use super::passes::Pass;
+use super::programs::Variant;
 use super::renderer::{GpuImage, GpuMap};
 use super::shadow::GpuShadow;
 use super::tile::Tile;
@@ -110,7 +111,7 @@ impl<'a> GpuStage<'a> {
         let passes = passes(kind);
         // Drivers take as long to compile as the upload of a volume takes.
         let (compiled, media) = rayon::join(
-            || gpu.programs.compile(&passes, media_kind, frame.is_usual()),
+            || gpu.programs.compile(&passes, media_kind, Variant::of(&frame)),
             || backend.upload(&beam.media),
         );
         compiled?;
@@ -269,7 +270,7 @@ impl Stage for GpuStage<'_> {
         progress: &dyn Progress,
     ) -> Result<Image> {
         settings.check()?;
-        let beams = scene.beams()?;
+        let beams = scene.beams_for(settings)?;
         let watch = &self.backend.watch;
         loop {
             self.counted.clear();

@@ -8,13 +8,14 @@
 //! one light is a single beam and costs no more than without colours.
 //!
 //! Where all media have the same tint, the optical depths of the channels are proportional, and one
-//! map and one march can serve all of them ([`Scene::shared_beams`]).
+//! map and one march can serve all of them ([`Scene::beams_for`]).
 
 use glam::{DVec3, Vec4};
 
 use super::{Body, Camera, Ground, Light, LightView, Media, Scene};
 use crate::error::{Error, Result};
 use crate::image::Image;
+use crate::settings::{MapKind, Settings, Shading};
 
 /// Largest ratio of the extinctions of two channels that share a beam. Tolerances are divided by it.
 const MOST_RATIO: f64 = 16.0;
@@ -105,16 +106,22 @@ impl Scene {
         self.beams_in(if grey { &all } else { &each })
     }
 
-    /// [`Scene::beams`] with all channels of a light's view in one beam where the media's tints
-    /// allow it: where they agree up to a factor, and no channel is more than sixteen times as
-    /// extinct as another. The beam's media then are those of the channel with the least
-    /// extinction. For passes that respect [`Beam::ratios`].
+    /// [`Scene::beams`] for pictures under `settings`: with all channels of a light's view in one
+    /// beam where that is possible. It is where the media's tints agree up to a factor, no channel
+    /// is more than sixteen times as extinct as another, fragment maps are looked up without wide
+    /// filters, and shading is physical. The beam's media then are those of the channel with the
+    /// least extinction, and [`Beam::ratios`] are those of the others to it.
     ///
     /// # Errors
     /// As [`Scene::beams`].
-    pub fn shared_beams(&self) -> Result<Vec<Beam>> {
-        let Some((least, ratios)) = self.common_tint() else { return self.beams() };
-        self.beams_in(&[(least, Channels::All, ratios)])
+    pub fn beams_for(&self, settings: &Settings) -> Result<Vec<Beam>> {
+        let can_share = settings.map.kind.unwrap_or_default() == MapKind::Fragments
+            && settings.map.filter.window() == (0, false)
+            && settings.view.shading == Shading::Physical;
+        match self.common_tint().filter(|_| can_share) {
+            Some((least, ratios)) => self.beams_in(&[(least, Channels::All, ratios)]),
+            None => self.beams(),
+        }
     }
 
     /// The channel with the least extinction, and the ratios of all channels to it, which are the

@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use super::{Choices, digits, finite, short};
 use crate::error::{Error, Result};
-use crate::math::Aabb;
 use crate::scene::file::CameraTable;
 use crate::scene::framing::{frame, middle_of};
 use crate::scene::{Camera, Projection};
@@ -134,14 +133,6 @@ pub(super) fn distance(table: &CameraTable) -> Result<Option<f64>> {
 /// What is up in a picture from the direction `eye`.
 pub(super) fn up(table: &CameraTable, eye: DVec3) -> Result<DVec3> {
     finite("camera.up", table.up.unwrap_or(upward(eye).to_array()))
-}
-
-/// Whether the camera is below everything within `bounds`, as far as the table says where it is.
-pub(super) fn is_below(table: &CameraTable, bounds: &Aabb) -> Result<bool> {
-    Ok(match table.position {
-        Some([_, y, _]) => y < bounds.min.y,
-        None => eye(table)?.y < 0.0,
-    })
 }
 
 /// Whether a table says from where the camera looks by angles.

@@ -130,11 +130,23 @@ pub fn complete(
     let visible = if visible.is_empty() { Media::none().world_corners().to_vec() } else { visible };
     let bounds = bounds_of(&visible);
     let lights = lights(file, &bounds, &mut choices)?;
-    let ground = ground(file, &bounds, surroundings, &mut choices)?;
-    choices.0.extend(of_media.0);
-    let casts = ground.filter(|_| fits_shadow);
-    let shown = shown_points(&visible, lights.first(), casts);
-    let camera = camera(&file.camera, (&visible, &shown), aspect(&settings), &mut choices)?;
+    let mut of_ground = Choices(Vec::new());
+    let mut ground = ground(&file.ground, &bounds, surroundings, &mut of_ground)?;
+    let view = |ground: Option<Ground>, choices: &mut Choices| {
+        let shown = shown_points(&visible, lights.first(), ground.filter(|_| fits_shadow));
+        camera(&file.camera, (&visible, &shown), aspect(&settings), choices)
+    };
+    let mut of_camera = Choices(Vec::new());
+    let mut camera = view(ground, &mut of_camera)?;
+    let is_chosen = file.ground == GroundTable::default();
+    if ground.is_some_and(|ground| is_chosen && camera.position.y < ground.height) {
+        // From below it would hide everything.
+        ground = None;
+        (of_ground, of_camera) = (Choices(Vec::new()), Choices(Vec::new()));
+        of_ground.took("ground (`ground.height`)", "none, seen from below".to_owned());
+        camera = view(None, &mut of_camera)?;
+    }
+    choices.0.extend(of_ground.0.into_iter().chain(of_media.0).chain(of_camera.0));
     let bodies = ingredients.into_iter().zip(mediums);
     let bodies = bodies.map(|(own, medium)| Body { volume: own.volume, medium });
     let media = Media::new(bodies.collect());
@@ -312,17 +324,12 @@ fn spot(
 }
 
 fn ground(
-    file: &SceneFile,
+    table: &GroundTable,
     bounds: &Aabb,
     surroundings: Surroundings,
     choices: &mut Choices,
 ) -> Result<Option<Ground>> {
-    let table = &file.ground;
     if table.enabled == Some(false) {
-        return Ok(None);
-    }
-    if *table == GroundTable::default() && camera::is_below(&file.camera, bounds)? {
-        choices.took("ground (`ground.height`)", "none, which would hide what is above".to_owned());
         return Ok(None);
     }
     let height = match table.height {

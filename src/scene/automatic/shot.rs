@@ -37,6 +37,7 @@ struct Sample {
     volumes: Vec<Option<OfVolume>>,
     visible: Vec<DVec3>,
     map_size: u32,
+    has_ground: bool,
 }
 
 struct OfVolume {
@@ -69,7 +70,8 @@ impl<'a> Shot<'a> {
         let visible = visible(ingredients, &mediums);
         let volumes = ingredients.iter().zip(scene.media.bodies());
         let volumes = volumes.map(|(own, body)| OfVolume::of(own, &body.medium)).collect();
-        self.samples.push(Sample { file, volumes, visible, map_size: settings.map.size });
+        let (map_size, has_ground) = (settings.map.size, scene.ground.is_some());
+        self.samples.push(Sample { file, volumes, visible, map_size, has_ground });
         Ok(())
     }
 
@@ -95,7 +97,11 @@ impl<'a> Shot<'a> {
         let bounds = bounds_of(&visible);
         let usual = lights(&first.file, &bounds, &mut choices)?;
         fix_lights(&mut file, &usual);
-        let ground = ground(&first.file, &bounds, self.surroundings, &mut choices)?;
+        let ground = if first.has_ground {
+            ground(&file.ground, &bounds, self.surroundings, &mut choices)?
+        } else {
+            None
+        };
         match ground {
             Some(ground) => {
                 file.ground.height = Some(ground.height);
