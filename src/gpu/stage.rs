@@ -8,7 +8,7 @@ use super::programs::Variant;
 use super::renderer::{GpuImage, GpuMap};
 use super::shadow::GpuShadow;
 use super::tile::Tile;
-use super::tiles::{FITTED_NODES, most_nodes};
+use super::tiles::{most_nodes, usual_nodes};
 use super::{GpuBackend, uploaded};
 use crate::backend::{Backend, Cause, Stage};
 use crate::error::{Error, Result};
@@ -25,7 +25,7 @@ pub(super) struct GpuStage<'a> {
     /// The maps of the last picture's beams, as far as there is room for them.
     lit: Vec<Option<Lit>>,
     image: Option<GpuImage>,
-    /// The capacity, in nodes per texel, of raw lists (at least) and of fitted lists.
+    /// The least capacity, in nodes per texel, of raw lists and of fitted lists.
     room: [u32; 2],
     /// The lists made for this picture, with their capacity and their counter of nodes.
     counted: Vec<Counted>,
@@ -84,7 +84,7 @@ impl Shadow {
 impl<'a> GpuStage<'a> {
     pub(super) fn new(backend: &'a GpuBackend) -> Self {
         let (lit, counted) = (Vec::new(), Vec::new());
-        Self { backend, lit, image: None, room: [0, FITTED_NODES], counted }
+        Self { backend, lit, image: None, room: [0; 2], counted }
     }
 
     /// Prepares media, programs and map of a beam, which is the `index`th of its scene.
@@ -158,7 +158,7 @@ impl<'a> GpuStage<'a> {
         let gpu = &backend.renderer;
         let size = frame.map.size;
         let fitted = frame.map.tolerance > 0.0;
-        let least = if fitted { 0 } else { most_nodes(&beam.media, frame) };
+        let least = if fitted { usual_nodes(frame) } else { most_nodes(&beam.media, frame) };
         let capacity = self.room[usize::from(fitted)].max(least);
         let tile = Tile::rows(size, 0, size, capacity);
         if settings.map.fragments.slices == Slices::Raster

@@ -14,7 +14,7 @@ use crate::shadow::{Node, Runs};
 
 /// Initial capacity of fitted lists, in nodes per texel: no preset's fit at the default tolerance
 /// needs more.
-pub(super) const FITTED_NODES: u32 = 32;
+const FITTED_NODES: u32 = 32;
 /// Initial capacity of drawn lists, in fragments per texel.
 const DRAWN_FRAGMENTS: u64 = 64;
 /// Rows of texels in a block.
@@ -33,7 +33,7 @@ pub(super) fn trace_slices(
     let budget = memory.min(gpu.largest_binding());
     let frame_buffer = gpu.frame(frame, gpu_media)?;
     let fitted = frame.map.tolerance > 0.0;
-    let mut capacity = if fitted { FITTED_NODES } else { most_nodes(media, frame) };
+    let mut capacity = if fitted { usual_nodes(frame) } else { most_nodes(media, frame) };
     let mut all = Runs::default();
     let mut first = 0;
     while first < size {
@@ -52,6 +52,12 @@ pub(super) fn trace_slices(
         progress.advance(u64::from(rows));
     }
     Ok(all)
+}
+
+/// Nodes per texel for which fitted lists get room at first. Polylines take nodes in proportion to
+/// the root of one over the tolerance, which channels of different extinction divide by their ratio.
+pub(super) fn usual_nodes(frame: &Frame) -> u32 {
+    (FITTED_NODES as f32 * frame.media.ratios.max_element().sqrt()).ceil() as u32
 }
 
 /// An upper bound for the number of nodes of a texel's raw list: one more than its slabs. (A gap
