@@ -1,9 +1,9 @@
 //! Benchmarks of the GPU backend: the shipped frame against brute force (table frame), frames drawn
-//! one after another (loops), volumes in blocks (blocks), the race of the paper (paper), and each
-//! pass on the presets in
-//! milliseconds per pass, from many passes in one submission (maps, drawn, views, filters). Prints
-//! the tables named as arguments, or all. Maps and pictures are 512 x 512, unless
-//! `DEEPSHADOW_BENCH_SIZE` makes them smaller; `DEEPSHADOW_BENCH_MAP` is the size of maps alone.
+//! one after another (loops), volumes in blocks (blocks), the race of the paper (paper), coloured
+//! media (colours), and each pass on the presets in milliseconds per pass, from many passes in one
+//! submission (maps, drawn, views, filters). Prints the tables named as arguments, or all. Maps and
+//! pictures are 512 x 512, unless `DEEPSHADOW_BENCH_SIZE` makes them smaller;
+//! `DEEPSHADOW_BENCH_MAP` is the size of maps alone.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench;
@@ -11,6 +11,7 @@ mod blocks;
 mod brute_force;
 mod clock;
 mod cloud;
+mod colours;
 mod device;
 mod frame;
 mod loops;
@@ -34,9 +35,12 @@ fn main() {
     if asked("frame") {
         frame::table(&gpu);
     }
-    for (name, table) in
-        [("loops", loops::table as fn(&Gpu)), ("blocks", blocks::table), ("paper", paper::table)]
-    {
+    for (name, table) in [
+        ("loops", loops::table as fn(&Gpu)),
+        ("blocks", blocks::table),
+        ("paper", paper::table),
+        ("colours", colours::table),
+    ] {
         if asked(name) {
             table(&gpu);
         }
