@@ -135,6 +135,12 @@ fn from_below_no_ground_is_in_the_way() {
     };
     assert!(middle("--view bottom --background 0,0,0") > 8.0);
     assert!(middle("--elevation -30 --background 0,0,0") > 8.0);
+    let hidden = format!("render ball.npy {SMALL} --elevation -60 --ground 0 -o a.png");
+    let output = folder.run(&hidden);
+    must_succeed(&output);
+    assert!(stderr(&output).contains("below the ground"), "{}", stderr(&output));
+    let catch = "--elevation -30 --transparent --catch-shadow";
+    must_fail(&folder, &format!("render ball.npy {SMALL} {catch} -o b.png"), 2, &["no ground"]);
 }
 
 #[test]

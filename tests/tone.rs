@@ -277,5 +277,6 @@ fn thin_white_wisps_are_not_cut_off() {
     let wisps = Image::filled(16, 16, [0.054, 0.054, 0.054, 0.05]);
     assert!(!wisps.is_cut_off(1.0));
     assert!(Image::filled(16, 16, [1.08, 1.08, 1.08, 1.0]).is_cut_off(1.0));
+    assert!(!Image::filled(16, 16, [0.86, 0.86, 0.86, 0.8]).is_cut_off(1.0));
     assert!(Image::filled(16, 16, [0.6, 0.6, 0.6, 0.5]).is_cut_off(1.0));
 }

@@ -248,6 +248,9 @@ const WHITE: f64 = 0.9;
 const SHARE: f64 = 0.99;
 /// Share of a picture's pixels that may be above 1 without anybody missing them.
 const LOST: f64 = 1.0 / 500.0;
+/// Straight radiance above white that is not missed of transparent pixels: lit media under a sky are
+/// about so bright, and behind a curve they would not match the same picture with a background.
+const WISPS: f32 = 1.15;
 /// Radiance above 1 that counts as lost; up to this a screen's white is right to 8 bits.
 const VISIBLY_ABOVE: f32 = 1.01;
 
@@ -268,9 +271,11 @@ impl Image {
     pub fn is_cut_off(&self, exposure: f64) -> bool {
         let exposure = exposure as f32;
         let is_lost = |&[r, g, b, a]: &[f32; 4]| {
-            // What is seen of a transparent pixel is premultiplied.
+            // What is seen of a transparent pixel is premultiplied, and something else shines
+            // through it.
             let covered = if a > 0.0 { a.min(1.0) } else { 0.0 };
-            covered > 0.0 && r.max(g).max(b) * exposure > covered + VISIBLY_ABOVE - 1.0
+            let white = if covered < 1.0 { WISPS * covered } else { 1.0 };
+            covered > 0.0 && r.max(g).max(b) * exposure > white + VISIBLY_ABOVE - 1.0
         };
         let lost = self.pixels.iter().filter(|pixel| is_lost(pixel)).count();
         lost as f64 > self.pixels.len() as f64 * LOST

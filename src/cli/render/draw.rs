@@ -84,6 +84,12 @@ impl Drawing<'_> {
         watch: &Stopwatch<'_>,
     ) -> Result<Lit> {
         check(job, target)?;
+        if self.picture.stage.catch_shadow && job.scene.ground.is_none() {
+            return Err(Error::value(
+                "catch-shadow",
+                "there is no ground, or it is seen from below",
+            ));
+        }
         if let Some(chosen) = self.goal.picture(job, (self.scene, self.picture), watch)? {
             let Chosen { image, settings, error, .. } = chosen;
             let (size, quality) = (settings.map.size, settings.quality);

@@ -65,6 +65,9 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let file = target.open(&request.inputs)?;
     let saved = save_scene.map(|path| scene_output(&path, &request.inputs)).transpose()?;
     let job = request.load()?;
+    if job.scene.ground.is_some_and(|ground| job.scene.camera.position.y < ground.height) {
+        job.note("the camera is below the ground, which hides what is above it");
+    }
     let watch = Stopwatch::new(&*job.progress);
     let mut lit = drawing.draw(&job, &target, &mut *drawing.stage(job.backend), &watch)?;
     let [map_time, view_time] = ["shadow map", "picture"].map(|work| watch.time(work));

@@ -85,6 +85,11 @@ pub(super) fn render(
         saved.finish_with(text.as_bytes())?;
         if drawing.scene.source.transparent {
             sequence.crew.note(NO_BACKGROUND);
+        } else if sequence.file.background.radiance.is_none() {
+            sequence.crew.note(
+                "the background follows the light, which the saved scene does not say: it is black \
+                 there unless --background gives one",
+            );
         }
     }
     sequence.run()

@@ -100,6 +100,9 @@ impl<'a> Shot<'a> {
         let ground = if first.has_ground {
             ground(&file.ground, &bounds, self.surroundings, &mut choices)?
         } else {
+            if file.ground.enabled.is_none() {
+                choices.took("ground (`ground.height`)", "none, seen from below".to_owned());
+            }
             None
         };
         match ground {
