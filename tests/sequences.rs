@@ -264,10 +264,21 @@ fn mistakes_about_frames_are_named() {
     ] {
         must_fail(&folder, &format!("{arguments} --backend cpu"), code, &[named]);
     }
+    let own = "render p.#.npy --format png -o t.#.toml --save-scene ./t.2.toml";
+    must_fail(&folder, own, 2, &["t.2.toml"]);
     assert_eq!(folder.names(), before);
     let output = folder.run(&format!("render p.#.npy {SMALL} -o q.#.png"));
     must_succeed(&output);
     assert!(stderr(&output).contains("no file for frame 3"), "{}", stderr(&output));
+}
+
+/// A file whose own name has a # is no sequence, whatever moves.
+#[test]
+fn a_name_of_a_file_is_no_pattern() {
+    let folder = Folder::new();
+    folder.write_npy("a#.npy", &puff(2));
+    must_succeed(&folder.run(&format!("render a#.npy {SMALL} --turntable 2 -o t.%d.png")));
+    assert!(folder.names().contains(&"t.2.png".to_owned()), "{:?}", folder.names());
 }
 
 /// A still scene that is saved and then turned stays on its spot, and its first picture is the

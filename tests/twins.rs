@@ -10,7 +10,7 @@ use crate::support::project;
 
 /// Functions of shaders whose twin has another name or file: `file::function` and `file::function`;
 /// methods have their own name.
-const OTHERWISE: [(&str, &str); 54] = [
+const OTHERWISE: [(&str, &str); 55] = [
     ("kernel/blocks::sample_density", "kernel/density::sample_density"),
     ("kernel/fitting::fitter_start", "kernel/fitting::new"),
     ("kernel/fitting::fitter_add", "kernel/fitting::add"),
@@ -37,7 +37,8 @@ const OTHERWISE: [(&str, &str); 54] = [
     ("kernel/ray::ray_at", "kernel/ray::at"),
     ("kernel/ray::index_ray_of", "kernel/ray::transformed"),
     ("kernel/shadow::four_aligned", "shadow/mod::alignment"),
-    ("kernel/shadow::shadow_lookup_colours", "shadow/mod::bilinear_colours"),
+    ("kernel/shadow::four_weights", "shadow/mod::four_weights"),
+    ("kernel/shadow::shadow_lookup_colours", "shadow/fragments/mod::bilinear_colours"),
     ("kernel/shadow::aligned", "shadow/mod::aligned"),
     ("kernel/shadow::brute_force_mean", "shadow/mod::brute_force_mean"),
     ("kernel/shadow::shadow_lookup", "shadow/mod::filtered"),
@@ -68,7 +69,7 @@ const OTHERWISE: [(&str, &str); 54] = [
 ];
 
 /// Functions of shaders that Rust does not need, with the reason.
-const ALONE: [(&str, &str); 28] = [
+const ALONE: [(&str, &str); 27] = [
     ("kernel/curves::keep_curve", "curves are arrays there"),
     ("kernel/fitting::fitter_slopes", "a part of `point` there"),
     ("kernel/fragments::list_of_run", "runs have one layout there"),
@@ -77,7 +78,6 @@ const ALONE: [(&str, &str); 28] = [
     ("kernel/march::four_samples", "a part of `cut` there"),
     ("kernel/march::light_coordinates_of", "coordinates are computed point by point there"),
     ("kernel/march::light_place", "the same"),
-    ("kernel/shadow::four_weights", "a part of `alignment` there"),
     ("kernel/shadow::shadow_at", "for other programs' shaders"),
     ("kernel/threshold::piece_of", "a curve is a value there"),
     ("map/fragments::four_searches", "four lists at once hide what memory takes"),

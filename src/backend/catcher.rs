@@ -6,7 +6,7 @@ use super::{Backend, Stage};
 use crate::error::Result;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{Media, Scene};
+use crate::scene::{Ground, Scene};
 use crate::settings::Settings;
 
 /// Makes pictures of scenes in front of nothing in which the ground is invisible but for its
@@ -40,9 +40,9 @@ impl Stage for ShadowCatcher<'_> {
         let without = Scene { ground: None, background: None, ..scene.clone() };
         let mut picture = self.media.render(&without, settings, progress)?;
         let Some(ground) = scene.ground else { return Ok(picture) };
-        let white = crate::scene::Ground { albedo: 1.0, ..ground };
-        let media = black(&scene.media);
-        let of_ground = Scene { media, ground: Some(white), background: None, ..scene.clone() };
+        let media = scene.media.black();
+        let white = Some(Ground { albedo: 1.0, ..ground });
+        let of_ground = Scene { media, ground: white, background: None, ..scene.clone() };
         let arriving = self.ground.render(&of_ground, settings, progress)?;
         let [width, height] = settings.image.size.map(f64::from);
         let rays = scene.camera.rays(width / height);
@@ -55,7 +55,9 @@ impl Stage for ShadowCatcher<'_> {
             if !(distance > 0.0 && distance.is_finite()) {
                 continue;
             }
-            let full = unshadowed(scene, origin + distance * direction).as_vec3();
+            let at = origin + distance * direction;
+            let direct = scene.lights.iter().map(|light| light.on_ground_at(at)).sum::<DVec3>();
+            let full = (direct + scene.ambient).as_vec3();
             let share = Vec3::new(r, g, b) / full;
             // Light that does not reach the ground at all leaves no shadow on it.
             let of_channels = share.to_array().into_iter().zip(full.to_array());
@@ -68,23 +70,4 @@ impl Stage for ShadowCatcher<'_> {
         }
         Ok(picture)
     }
-}
-
-/// The same media, which let as much light through but scatter and emit none.
-fn black(media: &Media) -> Media {
-    let mut black = media.clone();
-    for medium in black.mediums_mut() {
-        medium.albedo = DVec3::ZERO;
-        medium.emission = None;
-    }
-    black
-}
-
-/// The radiance of a white ground at world position `at`, without shadows.
-fn unshadowed(scene: &Scene, at: DVec3) -> DVec3 {
-    let direct = scene.lights.iter().map(|light| {
-        let cosine = (-light.direction_at(at).y).max(0.0);
-        light.irradiance_at(at) * (cosine / std::f64::consts::PI)
-    });
-    direct.sum::<DVec3>() + scene.ambient
 }

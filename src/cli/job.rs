@@ -4,8 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use glam::DVec3;
-
 use super::arguments::{PictureArguments, SceneArguments, SourceArguments};
 use super::backend::{BackendChoice, Opening};
 use super::progress::Bars;
@@ -35,10 +33,8 @@ pub(super) struct Request<'a> {
     pub surroundings: Surroundings,
     /// What there is to say of it so far.
     said: Vec<String>,
-    /// The patient's side from which the camera shall look.
-    side: Option<(&'static str, DVec3)>,
-    /// Whether the camera stands at the scene's side of that name if there is no patient.
-    has_other: bool,
+    /// The side from which the camera shall look.
+    side: Option<Side>,
     /// Whether a picture is requested.
     picture: bool,
     /// All files from which the request is read, without those of numbered names.
@@ -73,12 +69,8 @@ impl<'a> Request<'a> {
                 None => _ = file.shadow.size.get_or_insert(MAP_SIZE),
             }
         })?;
-        let (side, has_other) = match picture.and_then(|picture| picture.stage.view) {
-            Some(Side::Patient(name, from)) => (Some((name, from)), false),
-            Some(Side::Either(name, _, from)) => (Some((name, from)), true),
-            _ => (None, false),
-        };
-        Ok(Self { picture: picture.is_some(), side, has_other, ..request })
+        let side = picture.and_then(|picture| picture.stage.view);
+        Ok(Self { picture: picture.is_some(), side, ..request })
     }
 
     /// The request for `source`. `overlay` changes its scene file, and `choice` selects the
@@ -96,17 +88,7 @@ impl<'a> Request<'a> {
         for table in file.volume.iter().filter(|table| !is_numbered(table)) {
             inputs.extend(source_files(table)?);
         }
-        Ok(Self {
-            source,
-            choice,
-            file,
-            surroundings,
-            said,
-            side: None,
-            has_other: false,
-            picture: false,
-            inputs,
-        })
+        Ok(Self { source, choice, file, surroundings, said, side: None, picture: false, inputs })
     }
 
     /// Loads the requested volumes, chooses the missing values, and reports the choices. Of a scene
@@ -118,7 +100,7 @@ impl<'a> Request<'a> {
             return Err(Error::contents(path, why));
         }
         if let Some(keyframes) = self.file.keyframes()? {
-            self.file = self.file.at_frame(*keyframes.start())?;
+            self.file = at_frame(&self.file, *keyframes.start())?;
         }
         self.stand_up(&self.file.clone())?;
         let (crew, said) = self.crew();
@@ -152,13 +134,12 @@ impl<'a> Request<'a> {
             known = known.or(Some(up));
         }
         match (self.side, known) {
-            (None, _) => Ok(()),
-            (Some(_), None) if self.has_other => Ok(()),
-            (Some((_, from)), Some(up)) => {
+            (Some(Side::Patient(_, from) | Side::Either(_, from)), Some(up)) => {
                 look_at_patient(&mut self.file.camera, from, up);
                 Ok(())
             }
-            (Some((name, _)), None) => {
+            (None | Some(Side::Scene(_) | Side::Either(..)), _) => Ok(()),
+            (Some(Side::Patient(name, _)), None) => {
                 let why = format!(
                     "'{name}' needs a scan that knows its patient's axes (NIfTI, or NRRD and \
                      MetaImage that name them); front, back, left, right, top and bottom need none"
@@ -292,7 +273,7 @@ fn described(input: &str) -> Result<Described> {
     let mut file = SceneFile::default();
     if Preset::from_str(input).is_ok() && !path.is_file() {
         file.volume.one_mut().preset = Some(input.to_owned());
-    } else if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+    } else if is_scene_file(path) {
         let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
         file = SceneFile::parse(&text, path)?;
     } else if path.exists() || NumberedName::of(path).is_some() {
@@ -316,6 +297,22 @@ fn described(input: &str) -> Result<Described> {
         }
     }
     Ok(Described { file, surroundings, said })
+}
+
+/// Whether a name is that of a scene file.
+pub(super) fn is_scene_file(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
+
+/// The scene file of a frame. A name that is that of a file keeps its `#`.
+pub(super) fn at_frame(file: &SceneFile, frame: i64) -> Result<SceneFile> {
+    let mut of_frame = file.at_frame(frame)?;
+    for (own, table) in of_frame.volume.iter_mut().zip(file.volume.iter()) {
+        if !is_numbered(table) {
+            own.path.clone_from(&table.path);
+        }
+    }
+    Ok(of_frame)
 }
 
 /// Whether a table's volume is a sequence of files.

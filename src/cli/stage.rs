@@ -68,7 +68,7 @@ impl StageArguments {
             (camera.azimuth_degrees, camera.elevation_degrees) = (None, None);
         }
         let (azimuth, elevation) = match self.view {
-            Some(Side::Scene([azimuth, elevation]) | Side::Either(_, [azimuth, elevation], _)) => {
+            Some(Side::Scene([azimuth, elevation]) | Side::Either([azimuth, elevation], _)) => {
                 (Some(azimuth), self.elevation.or(Some(elevation)))
             }
             // Set once the patient's axes are known.
@@ -176,14 +176,14 @@ pub(super) enum Side {
     /// Its name and its direction in a patient's space, LPS.
     Patient(&'static str, DVec3),
     /// The patient's side if the scan knows it, else that of the scene.
-    Either(&'static str, [f64; 2], DVec3),
+    Either([f64; 2], DVec3),
 }
 
 const SIDES: [(&str, Side); 10] = [
     ("front", Side::Scene([0.0, 0.0])),
     ("back", Side::Scene([180.0, 0.0])),
-    ("left", Side::Either("left", [-90.0, 0.0], DVec3::X)),
-    ("right", Side::Either("right", [90.0, 0.0], DVec3::NEG_X)),
+    ("left", Side::Either([-90.0, 0.0], DVec3::X)),
+    ("right", Side::Either([90.0, 0.0], DVec3::NEG_X)),
     ("top", Side::Scene([0.0, 90.0])),
     ("bottom", Side::Scene([0.0, -90.0])),
     ("anterior", Side::Patient("anterior", DVec3::NEG_Y)),

@@ -10,8 +10,8 @@ use super::passes::{Declaration, Pass};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 
-/// Which code of a shader a frame needs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Which code of a shader a frame needs: by default that for all settings and for grey media.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Variant {
     /// Only that for the usual settings, to which the shaders' constant `USUAL` cuts it.
     usual: bool,
@@ -43,13 +43,6 @@ impl Variant {
     fn constants(self) -> Vec<(&'static str, f64)> {
         let all = [("USUAL", self.usual), ("COLOURED", self.coloured)];
         all.into_iter().filter(|(_, is)| *is).map(|(name, _)| (name, 1.0)).collect()
-    }
-}
-
-impl Default for Variant {
-    /// Code for all settings, and for grey media.
-    fn default() -> Self {
-        Self { usual: false, coloured: false }
     }
 }
 

@@ -89,6 +89,12 @@ impl Light {
         }
     }
 
+    /// Unshadowed radiance of a white ground at world position `point`, per channel.
+    pub fn on_ground_at(&self, point: DVec3) -> DVec3 {
+        let cosine = (-self.direction_at(point).y).max(0.0);
+        self.irradiance_at(point) * (cosine / std::f64::consts::PI)
+    }
+
     /// Unshadowed irradiance at world position `point`, on a plane that faces the light, per
     /// channel.
     pub fn irradiance_at(&self, point: DVec3) -> DVec3 {

@@ -98,6 +98,17 @@ impl Media {
         }
     }
 
+    /// The same media, which let as much light through but scatter and emit none.
+    #[must_use]
+    pub fn black(&self) -> Self {
+        let mut black = self.clone();
+        black.remove_emission();
+        for Body { medium, .. } in &mut black.bodies {
+            medium.albedo = DVec3::ZERO;
+        }
+        black
+    }
+
     /// Multiplies all extinction.
     pub(super) fn make_thicker(&mut self, factor: f64) {
         for Body { medium, .. } in &mut self.bodies {

@@ -112,22 +112,6 @@ pub trait TexelMap: Shadow {
         upper + (lower - upper) * fy
     }
 
-    /// [`TexelMap::bilinear`] at (u, v, depth) of transmittances raised to the powers `ratios`.
-    fn bilinear_colours(&self, place: Vec3, ratios: Vec3) -> Vec3 {
-        let [u, v, depth] = place.to_array();
-        if !inside(u, v) {
-            return Vec3::ONE;
-        }
-        let ([xs, ys], [fx, fy]) = four_texels(self.size(), u, v);
-        let mut light = Vec3::ZERO;
-        let (shifts, weights) = alignment(self, [xs, ys], [fx, fy]);
-        for (i, (shift, weight)) in shifts.into_iter().zip(weights).enumerate() {
-            let (x, y) = (xs[i & 1], ys[i >> 1]);
-            light += weight * powers(self.texel_transmittance(x, y, depth + shift), ratios);
-        }
-        light
-    }
-
     /// Mean transmittance at (u, v, depth) over `width` x `width` texels around the one that
     /// contains the point (percentage-closer filtering, Reeves et al. 1987); 1 outside of the map.
     /// Windows end at the map's edge.
@@ -179,6 +163,12 @@ fn aligned(
     light
 }
 
+/// Bilinear weights of four texels: upper left, upper right, lower left, lower right.
+#[inline]
+fn four_weights([fx, fy]: [f32; 2]) -> [f32; 4] {
+    [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy]
+}
+
 /// By how much the shadows of four texels are moved in depth, and the texels' bilinear weights:
 /// upper left, upper right, lower left, lower right.
 fn alignment(
@@ -187,10 +177,7 @@ fn alignment(
     [fx, fy]: [f32; 2],
 ) -> ([f32; 4], [f32; 4]) {
     let texels = [[xs[0], ys[0]], [xs[1], ys[0]], [xs[0], ys[1]], [xs[1], ys[1]]];
-    let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
-    if map.reach() <= 0.0 {
-        return ([0.0; 4], weights);
-    }
+    let weights = four_weights([fx, fy]);
     let fronts = texels.each(|[x, y]| map.front(x, y));
     let (mut sum, mut all) = (0.0, 0.0);
     for (front, weight) in fronts.iter().zip(weights) {

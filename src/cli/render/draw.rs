@@ -33,6 +33,8 @@ pub(super) struct Lit {
     deep: Option<Vec<u8>>,
     /// The settings of the last map, and of the picture.
     pub settings: Settings,
+    /// The number of maps.
+    pub maps: usize,
     /// Certificates of all maps that keep a limit.
     pub certificates: Vec<String>,
 }
@@ -98,13 +100,15 @@ impl Drawing<'_> {
                 "error {error}; repeated by --map-size {size} --quality {quality} \
                  --picture-tolerance {tolerance}"
             )];
-            Ok(Lit { image, deep: None, settings, certificates })
+            let maps = job.scene.beams_for(&settings)?.len();
+            Ok(Lit { image, deep: None, settings, maps, certificates })
         } else if target.is_deep() || self.limits.any() {
             beam_by_beam((job, &job.scene.beams()?), self.scene, self.limits, target, watch)
         } else {
             let image = stage.render(&job.scene, &job.settings, watch)?;
             let settings = job.settings.clone();
-            Ok(Lit { image, deep: None, settings, certificates: Vec::new() })
+            let maps = job.scene.beams_for(&settings)?.len();
+            Ok(Lit { image, deep: None, settings, maps, certificates: Vec::new() })
         }
     }
 }
@@ -145,8 +149,8 @@ fn beam_by_beam(
 ) -> Result<Lit> {
     let [width, height] = job.settings.image.size;
     let image = Image::filled(width, height, [0.0; 4]);
-    let mut lit =
-        Lit { image, deep: None, settings: job.settings.clone(), certificates: Vec::new() };
+    let (settings, maps) = (job.settings.clone(), beams.len());
+    let mut lit = Lit { image, deep: None, settings, maps, certificates: Vec::new() };
     for beam in beams {
         watch.begin("shadow map", 1);
         let (map, settings) = match limits.choose(job, beam, arguments, |_| true)? {

@@ -44,10 +44,10 @@ fn with_other_digits(name: &NumberedName, folder: &Path) -> Option<String> {
 /// What to say of numbers between the first and the last for which there is no file, if there is
 /// one for every other number or more.
 pub(super) fn gaps(numbers: &[i64]) -> Option<String> {
-    let steps = numbers.windows(2).map(|pair| pair[1] - pair[0]);
+    let steps = numbers.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
     let step = steps.clone().min()?;
-    let (at, gap) = steps.enumerate().find(|(_, gap)| *gap != step)?;
-    let (from, to) = (numbers[at] + step, numbers[at] + gap - step);
+    let (at, _) = steps.enumerate().find(|(_, gap)| *gap != step)?;
+    let (from, to) = (numbers[at].saturating_add(step), numbers[at + 1].saturating_sub(step));
     let which = if from == to { from.to_string() } else { format!("{from} to {to}") };
     Some(format!("no file for frame {which}, which stays out of the sequence"))
 }

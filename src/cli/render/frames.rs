@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::files::{check_files, common_name, gaps, on_disk};
 use crate::cli::arguments::parse;
-use crate::cli::job::is_numbered;
+use crate::cli::job::{at_frame, is_numbered, is_scene_file};
 use crate::error::{Error, Result};
 use crate::scene::{NumberedName, SceneFile};
 
@@ -203,7 +203,8 @@ impl FrameArguments {
         }
         let first = match &file.volume[..] {
             [table]
-                if !is_scene(Path::new(input)) && self.more.iter().all(|path| !is_scene(path)) =>
+                if !is_scene_file(Path::new(input))
+                    && self.more.iter().all(|path| !is_scene_file(path)) =>
             {
                 table.path.clone()
             }
@@ -239,7 +240,7 @@ impl Wanted {
     /// # Errors
     /// As [`SceneFile::at_frame`].
     pub(super) fn file_at(&self, file: &SceneFile, frame: i64) -> Result<SceneFile> {
-        let mut file = file.at_frame(frame)?;
+        let mut file = at_frame(file, frame)?;
         if let Some(path) = listed_at(&self.listed, frame) {
             file.volume.one_mut().path = Some(path.clone());
         }
@@ -265,16 +266,12 @@ fn listed_at(listed: &[PathBuf], frame: i64) -> Option<&PathBuf> {
     listed.get(usize::try_from(frame.checked_sub(1)?).ok()?)
 }
 
-fn is_scene(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
-}
-
 /// The name after which pictures are called: that of a numbered volume which is the input, or else
 /// the input's with a place for a number.
 fn numbered_name(input: &str, file: &SceneFile) -> String {
     if let [table] = &file.volume[..]
         && is_numbered(table)
-        && !is_scene(Path::new(input))
+        && !is_scene_file(Path::new(input))
     {
         return table.path.clone().unwrap_or_default().display().to_string();
     }

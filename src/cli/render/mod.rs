@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::arguments::{PictureArguments, SceneArguments};
 use super::goal::GoalArguments;
-use super::job::Request;
+use super::job::{Request, is_scene_file};
 use super::limits::LimitArguments;
 use super::picture::FileOptions;
 use super::progress::Stopwatch;
@@ -54,7 +54,10 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let wanted = frames.wanted(&scene.source.input, &mut request.file)?;
     let input = wanted.as_ref().map_or(&scene.source.input, |wanted| &wanted.name);
     let target = file.target(input, scene.source.transparent)?;
-    if let Some(path) = save_scene.as_ref().filter(|path| target.is(path)) {
+    let mut targets = wanted.iter().flat_map(|wanted| &wanted.mine).map(|&frame| target.at(frame));
+    if let Some(path) = save_scene.as_ref()
+        && (target.is(path) || targets.any(|target| target.is(path)))
+    {
         let why = format!("'{}' is the picture's own name", path.display());
         return Err(Error::value("save-scene", why));
     }
@@ -84,8 +87,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         }
     }
     let [width, height] = job.settings.image.size;
-    let count = job.scene.beams()?.len();
-    let maps = if count > 1 { format!("{count} maps") } else { "map".to_owned() };
+    let maps = if lit.maps > 1 { format!("{} maps", lit.maps) } else { "map".to_owned() };
     job.note(&format!(
         "wrote {}: {width}x{height}, {maps} {1}x{1} in {2:.2} s, view in {3:.2} s, {4}",
         target.name(),
@@ -106,7 +108,7 @@ const NO_BACKGROUND: &str = "the saved scene needs --transparent as well, and --
 
 /// The scene file to be written to `path`.
 fn scene_output(path: &Path, inputs: &Inputs) -> Result<PendingFile> {
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+    if is_scene_file(path) {
         return PendingFile::create(path, inputs);
     }
     let path = path.display();

@@ -99,9 +99,7 @@ impl Sequence<'_> {
     /// Chooses what all frames have in common.
     fn choose(&mut self) -> Result<()> {
         let scan = self.surroundings == Surroundings::Studio;
-        let frames = &self.wanted.chosen_for;
-        let (first, last) = (frames[0], frames[frames.len() - 1]);
-        let mut shot = Shot::new(&self.file, first..=last, self.surroundings);
+        let mut shot = Shot::new(&self.file, &self.wanted.chosen_for, self.surroundings)?;
         let mut looked_at = None;
         for frame in self.wanted.some(MOST_SAMPLES) {
             let file = self.wanted.file_at(&self.file, frame)?;
@@ -146,7 +144,9 @@ impl Sequence<'_> {
         let Some((job, width)) = last else { return Ok(()) };
         let height = (pixels.len() / width.max(1) as usize) as u32;
         let Tone { exposure, map, .. } = tone(&job, &Image { width, height, pixels });
-        self.file.image.exposure = Some(ExposureValue::Factor(exposure.into()));
+        if self.file.image.exposure()? == Exposure::Auto {
+            self.file.image.exposure = Some(ExposureValue::Factor(exposure.into()));
+        }
         self.file.image.tonemap = Some(map.name().to_owned());
         Ok(())
     }

@@ -1,7 +1,10 @@
 //! Seals: a few bytes in a picture's file from which a later run sees that the file is whole and
 //! was made with the same settings. Programs that read pictures skip them.
 
+use std::fs::Metadata;
 use std::path::Path;
+
+use crate::error::memory;
 
 /// The end of a PNG file: its last chunk, which is empty.
 const PNG_END: [u8; 12] = *b"\0\0\0\0IEND\xaeB`\x82";
@@ -20,8 +23,14 @@ pub fn sealed(mut contents: Vec<u8>, settings: &str) -> Vec<u8> {
     contents
 }
 
-/// Whether the file `path` is as [`sealed`] made it for `settings`. False if it cannot be read.
+/// Whether the file `path` is as [`sealed`] made it for `settings`. False if it cannot be read, is a
+/// pipe or a device, or does not fit memory.
 pub fn is_sealed(path: &Path, settings: &str) -> bool {
+    let fits = |facts: &Metadata| memory::check(facts.len(), "a picture").is_ok();
+    let is_picture = |facts: &Metadata| facts.is_file() && fits(facts);
+    if !std::fs::metadata(path).is_ok_and(|facts| is_picture(&facts)) {
+        return false;
+    }
     let Ok(mut contents) = std::fs::read(path) else { return false };
     let is_png = contents.ends_with(&PNG_END);
     let length = seal(0, is_png).len();
@@ -85,6 +94,9 @@ mod tests {
             }
         }
         assert!(!is_sealed(&folder.path().join("none"), "a"));
+        // Devices have no end.
+        #[cfg(unix)]
+        assert!(!is_sealed(Path::new("/dev/zero"), "a"));
     }
 
     #[test]

@@ -242,11 +242,7 @@ fn short(v: DVec3) -> String {
 /// radiance has no visible horizon.
 fn lit_ground(lights: &[Light], ground: Option<Ground>, ambient: DVec3, at: DVec3) -> DVec3 {
     let albedo = ground.map_or(GROUND_ALBEDO, |ground| ground.albedo);
-    let direct = |light: &Light| {
-        let cosine = (-light.direction_at(at).y).max(0.0);
-        light.irradiance_at(at) * (cosine / std::f64::consts::PI)
-    };
-    albedo * (lights.iter().map(direct).sum::<DVec3>() + ambient)
+    albedo * (lights.iter().map(|light| light.on_ground_at(at)).sum::<DVec3>() + ambient)
 }
 
 fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Light> {

@@ -1,8 +1,6 @@
 //! Choices for the frames of a shot, made once for all of them, so that growth is seen and nothing
 //! flickers.
 
-use std::ops::RangeInclusive;
-
 use glam::{DQuat, DVec3};
 
 use super::camera::{camera, eye, fits_shadow, fov_y_degrees, up};
@@ -20,12 +18,13 @@ use crate::scene::saved::place;
 use crate::scene::{Light, Medium, Projection};
 
 /// Most directions of the camera for which a shot is framed.
-const MOST_EYES: i64 = 72;
+const MOST_EYES: usize = 72;
 
 /// What is seen of a shot before anything is chosen for it.
 pub struct Shot<'a> {
     file: &'a SceneFile,
-    frames: RangeInclusive<i64>,
+    /// Rising, at least one.
+    frames: &'a [i64],
     surroundings: Surroundings,
     samples: Vec<Sample>,
 }
@@ -50,13 +49,15 @@ struct OfVolume {
 }
 
 impl<'a> Shot<'a> {
-    /// A shot over `frames` of `file`, of which nothing is known yet.
-    pub fn new(
-        file: &'a SceneFile,
-        frames: RangeInclusive<i64>,
-        surroundings: Surroundings,
-    ) -> Self {
-        Self { file, frames, surroundings, samples: Vec::new() }
+    /// A shot of the rising numbers `frames` of `file`, of which nothing is known yet.
+    ///
+    /// # Errors
+    /// If there is no frame.
+    pub fn new(file: &'a SceneFile, frames: &'a [i64], surroundings: Surroundings) -> Result<Self> {
+        if frames.is_empty() {
+            return Err(Error::value("frames", "there is none"));
+        }
+        Ok(Self { file, frames, surroundings, samples: Vec::new() })
     }
 
     /// Takes frame `frame` into account, whose volumes are `ingredients`.
@@ -181,7 +182,7 @@ impl<'a> Shot<'a> {
         if file.camera.keyframes.iter().flatten().any(orbits) {
             return self.fix_orbit(file, (visible, shown), aspect, choices);
         }
-        let table = file.at_frame(*self.frames.start())?.camera;
+        let table = file.at_frame(self.frames[0])?.camera;
         let chosen = camera(&table, (visible, shown), aspect, choices)?;
         let camera = &mut file.camera;
         (camera.azimuth_degrees, camera.elevation_degrees, camera.distance) = (None, None, None);
@@ -198,12 +199,12 @@ impl<'a> Shot<'a> {
     /// or around the middle of the volume if its position is given, so that the volume turns on the
     /// spot.
     fn turn(&self, camera: &mut CameraTable, turns: u32, visible: &[DVec3]) {
-        let (first, last) = (*self.frames.start(), *self.frames.end());
+        let (first, last) = (self.frames[0], self.frames[self.frames.len() - 1]);
         let middle = middle_of(visible);
         if let Some(position) = camera.position {
             let target = camera.target.unwrap_or(middle.to_array());
             let keyframe = |frame: i64| {
-                let share = (frame - first) as f64 / f64::from(turns);
+                let share = frame.saturating_sub(first) as f64 / f64::from(turns);
                 let turn = DQuat::from_rotation_y(std::f64::consts::TAU * share);
                 let turned = |at: [f64; 3]| (middle + turn * (DVec3::from(at) - middle)).to_array();
                 CameraKeyframe {
@@ -214,14 +215,14 @@ impl<'a> Shot<'a> {
                     ..CameraKeyframe::default()
                 }
             };
-            camera.keyframes = Some((first..=last).map(keyframe).collect());
+            camera.keyframes = Some(self.frames.iter().copied().map(keyframe).collect());
             return;
         }
         let azimuth = camera.azimuth_degrees.unwrap_or(angles_of(super::camera::EYE_DIRECTION)[0]);
         let turns = i64::from(turns);
-        let rounds = (last - first) / turns + 1;
+        let rounds = last.saturating_sub(first) / turns + 1;
         let at = |round: i64| CameraKeyframe {
-            frame: Some(first + round * turns),
+            frame: Some(first.saturating_add(round.saturating_mul(turns))),
             azimuth_degrees: Some(azimuth + 360.0 * round as f64),
             ..CameraKeyframe::default()
         };
@@ -236,15 +237,13 @@ impl<'a> Shot<'a> {
         aspect: f64,
         choices: &mut Choices,
     ) -> Result<()> {
-        let (first, last) = (*self.frames.start(), *self.frames.end());
-        let step = ((last - first) / MOST_EYES).max(1) as usize;
         let mut eyes = Vec::new();
-        for frame in (first..=last).step_by(step) {
+        for &frame in self.frames.iter().step_by(self.frames.len().div_ceil(MOST_EYES)) {
             let table = file.at_frame(frame)?.camera;
             let eye = eye(&table)?.normalize_or(DVec3::Z);
             eyes.push((eye, up(&table, eye)?));
         }
-        let table = file.at_frame(first)?.camera;
+        let table = file.at_frame(self.frames[0])?.camera;
         let fov = fov_y_degrees(&table)?;
         let target = match table.target {
             Some(target) => target.into(),

@@ -16,7 +16,7 @@ pub use lists::{Fragment, FragmentLists, Runs, truncate};
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-use super::{Shadow, TexelMap, aligned, alignment, four_texels, inside, powers};
+use super::{Shadow, TexelMap, aligned, alignment, four_texels, four_weights, inside, powers};
 use crate::error::{ErrorKind, Result};
 use crate::frame::Frame;
 use crate::kernel::exponential::four_transmitted;
@@ -123,6 +123,31 @@ impl FragmentMap {
         (-optical_depth_between(nodes, place.before, depth)).exp()
     }
 
+    /// Bilinear interpolation of the texels' transmittances raised to the powers `ratios`.
+    fn bilinear_colours(&self, place: Vec3, ratios: Vec3) -> Vec3 {
+        let [u, v, depth] = place.to_array();
+        if !inside(u, v) {
+            return Vec3::ONE;
+        }
+        let ([xs, ys], [fx, fy]) = four_texels(self.size, u, v);
+        let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].each(|[x, y]| self.texel(xs[x], ys[y]));
+        let (depths, weights) = if self.reach > 0.0 {
+            let (shifts, weights) = alignment(self, [xs, ys], [fx, fy]);
+            let one = |(texel, shift): (usize, f32)| {
+                let nodes = self.runs.of(texel);
+                let depth = depth + shift;
+                optical_depth_between(nodes, nodes_before(nodes, depth), depth)
+            };
+            (Vec4::from_array([0, 1, 2, 3].each(|i| one((corners[i], shifts[i])))), weights)
+        } else {
+            let lists = corners.each(|texel| self.runs.of(texel));
+            (four_optical_depths(lists, depth), four_weights([fx, fy]))
+        };
+        // The four texels' transmittances in one channel.
+        let channel = |ratio: f32| four_transmitted(depths * ratio).dot(Vec4::from_array(weights));
+        Vec3::from_array(ratios.to_array().each(channel))
+    }
+
     /// Mean over a window of texels, which follows the links from the lower left texel.
     fn linked_mean(&self, links: &Links, window: [[u32; 2]; 2], depth: f32) -> f32 {
         let [[x0, x1], [y0, y1]] = window;
@@ -186,29 +211,6 @@ impl TexelMap for FragmentMap {
         let (left, right) = (four.xz(), four.yw());
         let rows = left + (right - left) * fx;
         rows.x + (rows.y - rows.x) * fy
-    }
-
-    fn bilinear_colours(&self, place: Vec3, ratios: Vec3) -> Vec3 {
-        let [u, v, depth] = place.to_array();
-        if !inside(u, v) {
-            return Vec3::ONE;
-        }
-        let ([xs, ys], [fx, fy]) = four_texels(self.size, u, v);
-        let (shifts, weights) = alignment(self, [xs, ys], [fx, fy]);
-        let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].each(|[x, y]| self.texel(xs[x], ys[y]));
-        let depths = if self.reach > 0.0 {
-            let one = |(texel, shift): (usize, f32)| {
-                let nodes = self.runs.of(texel);
-                let depth = depth + shift;
-                optical_depth_between(nodes, nodes_before(nodes, depth), depth)
-            };
-            Vec4::from_array([0, 1, 2, 3].each(|i| one((corners[i], shifts[i]))))
-        } else {
-            four_optical_depths(corners.each(|texel| self.runs.of(texel)), depth)
-        };
-        // The four texels' transmittances in one channel.
-        let channel = |ratio: f32| four_transmitted(depths * ratio).dot(Vec4::from_array(weights));
-        Vec3::from_array(ratios.to_array().each(channel))
     }
 
     fn front(&self, x: u32, y: u32) -> Option<f32> {
