@@ -81,6 +81,7 @@ pub mod reference;
 pub mod scene;
 pub mod settings;
 pub mod shadow;
+pub mod surface;
 pub mod volume;
 
 pub use backend::Backend;

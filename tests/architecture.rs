@@ -8,7 +8,7 @@ use crate::support::project;
 /// The lowest layer first.
 const LAYERS: [&[&str]; 10] = [
     &["error", "math", "parallel", "progress"],
-    &["image", "settings", "volume"],
+    &["image", "settings", "surface", "volume"],
     &["scene"],
     &["frame"],
     &["kernel", "reference"],
