@@ -198,8 +198,8 @@ fn files_that_are_no_volumes_are_called_what_they_are() {
     fs::write(folder.path().join("m.ply"), "ply\nformat ascii 1.0\n").unwrap();
     for (name, what) in [
         ("empty.vdb", "empty"),
-        ("m.obj", "a mesh"),
-        ("m.ply", "a mesh"),
+        ("m.obj", "mesh"),
+        ("m.ply", "a mesh in PLY"),
         ("p.png", "a picture (PNG)"),
         ("p.jpg", "a picture (JPEG)"),
     ] {

@@ -1,5 +1,5 @@
-//! The formats of volumes and deep images, recognised by the first bytes of a file. Knows nothing
-//! else of their contents.
+//! The formats of volumes, deep images, hair and meshes, recognised by the first bytes of a file.
+//! Knows nothing else of their contents.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,10 +8,11 @@ use std::path::Path;
 use flate2::read::GzDecoder;
 
 use super::deep_exr::DeepFile;
+use super::surface;
 use super::vdb::VdbFile;
 use crate::error::{Error, Result};
 
-/// A format that can be read; all are formats of volumes except deep images.
+/// A format that can be read; all are formats of volumes except deep images, hair and meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
@@ -37,11 +38,19 @@ pub enum Format {
     Den,
     /// Deep OpenEXR, `.exr`: not a volume, but a map or a camera's deep image of one.
     DeepExr,
+    /// Cem Yuksel's hair models, `.hair`, compressed by gzip or not.
+    Hair,
+    /// AMD's TressFX 4 hair, `.tfx`.
+    TressFx,
+    /// Wavefront meshes, `.obj`.
+    Obj,
+    /// glTF 2.0 meshes, `.gltf` and `.glb`.
+    Gltf,
     /// Numbers without a header.
     Raw,
 }
 
-const NAMES: [(&str, Format); 12] = [
+const NAMES: [(&str, Format); 16] = [
     ("openvdb", Format::OpenVdb),
     ("nanovdb", Format::NanoVdb),
     ("npy", Format::Npy),
@@ -53,16 +62,36 @@ const NAMES: [(&str, Format); 12] = [
     ("mitsuba-vol", Format::MitsubaVol),
     ("den", Format::Den),
     ("deep-exr", Format::DeepExr),
+    ("hair", Format::Hair),
+    ("tfx", Format::TressFx),
+    ("obj", Format::Obj),
+    ("gltf", Format::Gltf),
     ("raw", Format::Raw),
 ];
 
-/// Number of bytes examined: NIfTI's magic number comes last, and XML may begin with comments.
-const START: u64 = 2048;
+/// Number of bytes examined: NIfTI's magic number comes last, and XML and `.obj` may begin with
+/// comments.
+const START: u64 = 1 << 14;
 
 impl Format {
     /// The format's name, as `--from` takes it.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, format)| *format == self).map_or("", |(name, _)| name)
+    }
+
+    /// Whether it is a format of hair or meshes, which [`read_surface`](super::read_surface) reads.
+    pub fn is_surface(self) -> bool {
+        matches!(self, Self::Hair | Self::TressFx | Self::Obj | Self::Gltf)
+    }
+
+    /// What a file of this format is, if that is no volume.
+    pub(super) fn no_volume(self) -> Option<&'static str> {
+        match self {
+            Self::DeepExr => Some("a deep image, not a volume"),
+            Self::Hair | Self::TressFx => Some("hair, not a volume"),
+            Self::Obj | Self::Gltf => Some("a mesh, not a volume"),
+            _ => None,
+        }
     }
 
     /// The format of the file `path`, by its first bytes. A file without a known magic number is
@@ -105,6 +134,8 @@ impl Format {
             let _ = GzDecoder::new(start).take(352).read_to_end(&mut inner);
             return if is_nifti(&inner) {
                 Ok(Self::Nifti)
+            } else if inner.starts_with(b"HAIR") {
+                Ok(Self::Hair)
             } else {
                 Err("a gzip file that contains nothing this program can read; unpack it first")
             };
@@ -122,6 +153,8 @@ impl Format {
             return Err("a zip archive (NumPy's .npz?), which is not supported; unpack it first");
         } else if begins(b"<?xml") {
             return Err("an XML file, but not a VTK one");
+        } else if let Some(surface) = surface::recognized(start, size) {
+            surface
         } else {
             Self::Raw
         };

@@ -1,6 +1,7 @@
 //! Reads and writes files: one module per format. Formats are recognised by content and not by
 //! name. Knows no backend.
 
+mod base64;
 mod body;
 pub mod coded_map;
 pub mod deep_exr;
@@ -20,6 +21,7 @@ pub mod png;
 pub mod raw;
 pub mod remap;
 mod sidecar;
+mod surface;
 pub mod vdb;
 
 pub use body::load_ingredients;
@@ -29,3 +31,4 @@ pub use load::{load_color, load_volume, open, source_files, superior_axis};
 pub use options::ReadOptions;
 pub use output::{Inputs, PendingFile, PendingFolder};
 pub use picture::{PictureFormat, PictureOptions};
+pub use surface::{SurfaceFile, read_surface, read_surface_as, surface_files, surface_up};

@@ -93,10 +93,12 @@ impl ReadOptions {
     /// # Errors
     /// With the name of the first option that does not apply.
     pub fn check(&self, path: &Path, format: Format) -> Result<()> {
+        if let Some(what) = format.no_volume() {
+            return Err(Error::contents(path, what));
+        }
         let what = format!("{} (format {})", path.display(), format.name());
         match format {
             Format::Raw => Ok(()),
-            Format::DeepExr => Err(Error::contents(path, "a deep image, not a volume")),
             Format::OpenVdb => self.refuse(&what, &["dims", "type", "endian", "spacing"]),
             _ => self.refuse(&what, &["dims", "type", "endian"]),
         }

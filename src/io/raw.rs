@@ -90,22 +90,15 @@ fn no_volume(start: &[u8]) -> Option<&'static str> {
         (b"MM\0*", "a picture (TIFF), which is not supported as a volume"),
         (b"#?RADIANCE", "a picture (Radiance), not a volume"),
     ];
-    const MESHES: [&[u8]; 4] = [b"glTF", b"ply\n", b"ply\r", b"solid "];
-    const OBJ_WORDS: [&str; 8] = ["v", "vn", "vt", "f", "o", "g", "mtllib", "usemtl"];
+    const MESHES: [&[u8]; 3] = [b"ply\n", b"ply\r", b"solid "];
     if start.is_empty() {
         return Some("an empty file");
     }
     if let Some((_, what)) = PICTURES.iter().find(|(mark, _)| start.starts_with(mark)) {
         return Some(what);
     }
-    // The first line of an .obj that is no comment begins with one of few words.
-    let text = String::from_utf8_lossy(start);
-    let obj = text.lines().find_map(|line| {
-        let word = line.split_whitespace().next().filter(|word| !word.starts_with('#'))?;
-        Some(OBJ_WORDS.contains(&word))
-    });
-    if obj == Some(true) || MESHES.iter().any(|mark| start.starts_with(mark)) {
-        return Some("a mesh, which cannot be rendered yet; volumes can");
+    if MESHES.iter().any(|mark| start.starts_with(mark)) {
+        return Some("a mesh in PLY or STL, which is not supported yet; .obj and .gltf are");
     }
     None
 }

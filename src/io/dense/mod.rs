@@ -106,7 +106,10 @@ impl DenseFile {
                 let payload = Payload::bare(path, 0);
                 raw::describe(path, input.size, options).map(|header| (header, payload))
             }
-            other => Err(input.bad(format!("{} is not a dense format", other.name()))),
+            other => Err(input.bad(match other.no_volume() {
+                Some(what) => what.to_owned(),
+                None => format!("{} is not a dense format", other.name()),
+            })),
         }?;
         if !(1..=MAX_COMPONENTS).contains(&header.components) {
             let why =

@@ -6,6 +6,7 @@ use std::io::Read;
 use flate2::read::ZlibDecoder;
 
 use crate::error::memory;
+use crate::io::base64;
 use crate::io::number::Endian;
 
 /// The compression of the blocks.
@@ -77,9 +78,10 @@ impl Coding {
         Ok(unpacked)
     }
 
-    /// The same for an array in base64.
+    /// The same for an array in base64, which ends at the first `<`.
     pub(super) fn base64(self, text: &[u8], due: usize) -> Result<Vec<u8>, String> {
-        self.raw(&decode_base64(text)?, due)
+        let end = text.iter().position(|&byte| byte == b'<').unwrap_or(text.len());
+        self.raw(&base64::decode(&text[..end])?, due)
     }
 
     fn length(self, rest: &mut &[u8]) -> Result<usize, String> {
@@ -130,33 +132,4 @@ impl Coding {
 /// An error of memory as text.
 fn refused<T>(result: crate::Result<T>) -> Result<T, String> {
     result.map_err(|error| error.to_string())
-}
-
-/// Decodes base64 up to the first `<`. After padding another run may follow, because the lengths of
-/// compressed arrays are encoded separately.
-fn decode_base64(text: &[u8]) -> Result<Vec<u8>, String> {
-    let mut bytes = refused(memory::room(text.len() / 4 * 3 + 3, "voxels"))?;
-    let (mut group, mut count, mut padding) = (0_u32, 0, 0);
-    for &byte in text.iter().take_while(|&&byte| byte != b'<') {
-        let digit = match byte {
-            b'A'..=b'Z' => byte - b'A',
-            b'a'..=b'z' => byte - b'a' + 26,
-            b'0'..=b'9' => byte - b'0' + 52,
-            b'+' => 62,
-            b'/' => 63,
-            b'=' => {
-                padding += 1;
-                0
-            }
-            byte if byte.is_ascii_whitespace() => continue,
-            other => return Err(format!("byte {other} is not base64")),
-        };
-        (group, count) = (group << 6 | u32::from(digit), count + 1);
-        if count == 4 {
-            let [_, a, b, c] = group.to_be_bytes();
-            bytes.extend([a, b, c].iter().take(3_usize.saturating_sub(padding)));
-            (group, count, padding) = (0, 0, 0);
-        }
-    }
-    if count == 0 { Ok(bytes) } else { Err("its base64 ends early".to_owned()) }
 }
