@@ -16,6 +16,9 @@ pub(super) fn write(report: &Report) -> String {
     if let Some(deep) = &report.deep {
         object["deep"] = deep.json();
     }
+    if let Some(surface) = &report.surface {
+        object["surface"] = surface.json();
+    }
     if let Some(why) = &report.unreachable {
         object["unreachable"] = why.as_str().into();
     }

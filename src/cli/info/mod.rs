@@ -1,8 +1,9 @@
-//! Command `info`: describes a volume file or a deep image, for people or for programs.
+//! Command `info`: describes a volume, a deep image, hair or a mesh, for people or for programs.
 
 mod deep;
 mod json;
 mod report;
+mod surface;
 mod text;
 
 use std::path::PathBuf;
@@ -21,7 +22,7 @@ use report::Report;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Volume file, preset (box, bucky, rods, clouds) or deep OpenEXR image.
+    /// Volume file, preset (box, bucky, rods, clouds), deep OpenEXR image, hair or mesh.
     file: PathBuf,
     /// Print one JSON object on stdout, for programs.
     #[arg(long)]

@@ -7,6 +7,7 @@ use serde_json::Value as Json;
 
 use super::deep::DeepReport;
 use super::json;
+use super::surface::SurfaceReport;
 use crate::cli::say;
 use crate::error::{Error, Result};
 use crate::io::dense::DenseFile;
@@ -28,6 +29,8 @@ pub(super) struct Report {
     pub grids: Vec<GridReport>,
     /// The report on a deep image, which has no grids.
     pub deep: Option<DeepReport>,
+    /// The report on hair or a mesh, which has no grids.
+    pub surface: Option<SurfaceReport>,
 }
 
 /// A grid; `None` for what is not known.
@@ -70,6 +73,7 @@ impl Report {
             unreachable: None,
             grids: Vec::new(),
             deep: None,
+            surface: None,
         };
         match format {
             Format::OpenVdb => {
@@ -79,6 +83,11 @@ impl Report {
                 let deep = DeepReport::of(path, options.max_bytes, statistics)?;
                 report.metadata = deep.metadata();
                 report.deep = Some(deep);
+            }
+            _ if format.is_surface() => {
+                let what = format!("{} (format {})", path.display(), format.name());
+                options.refuse(&what, &["dims", "type", "endian", "spacing", "grid", "class"])?;
+                report.surface = Some(SurfaceReport::of(path, format, options.max_bytes)?);
             }
             _ => {
                 let file = DenseFile::open(path, format, options)?;
@@ -109,6 +118,7 @@ impl Report {
             unreachable: None,
             grids: vec![GridReport::of_volume(&volume, values, values && histograms)],
             deep: None,
+            surface: None,
         })
     }
 

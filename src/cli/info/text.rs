@@ -22,10 +22,15 @@ impl Lines {
 pub(super) fn write(report: &Report) -> String {
     let mut text = Lines(String::new());
     let (name, format) = (report.path.display(), report.format);
-    match (&report.deep, report.grids.len()) {
-        (Some(_), _) => text.add(format_args!("{name}: {format}")),
-        (None, 1) => text.add(format_args!("{name}: {format}, 1 grid")),
-        (None, count) => text.add(format_args!("{name}: {format}, {count} grids")),
+    match report.grids.len() {
+        0 if report.deep.is_some() || report.surface.is_some() => {
+            text.add(format_args!("{name}: {format}"));
+        }
+        1 => text.add(format_args!("{name}: {format}, 1 grid")),
+        count => text.add(format_args!("{name}: {format}, {count} grids")),
+    }
+    if let Some(surface) = &report.surface {
+        surface.text(&mut text);
     }
     if let Some(deep) = &report.deep {
         deep.text(&mut text);
