@@ -6,7 +6,7 @@ use deepshadow::io::deep_exr::{DeepHeader, Slab, encode_slabs};
 use serde_json::{Value as Json, json};
 
 use super::cli::{Folder, must_succeed, stderr};
-use super::formats::{vdb_fixture, vdb_fixture_files};
+use super::formats::{MATERIALS, OBJ, surface_seeds, vdb_fixture, vdb_fixture_files};
 
 fn with_scan() -> Folder {
     let folder = Folder::new();
@@ -189,6 +189,80 @@ fn deep_images_are_told_by_their_samples() {
     let output = folder.run("render map.exr --backend cpu");
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("a deep image, not a volume"), "{}", stderr(&output));
+}
+
+#[test]
+fn hair_and_meshes_are_told_by_their_parts() {
+    let folder = Folder::new();
+    for (_, name, bytes) in surface_seeds() {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    fs::write(folder.path().join("of it.mtl"), MATERIALS).unwrap();
+    let found = json_of(&folder, "info h.hair.gz --json");
+    assert_eq!((&found["format"], &found["grids"]), (&json!("hair"), &json!([])));
+    let file_bytes = fs::metadata(folder.path().join("h.hair.gz")).unwrap().len();
+    let expected = json!({
+        "kind": "strands",
+        "strands": 2,
+        "points": 6,
+        "segments": 4,
+        "vertices": null,
+        "triangles": null,
+        "bounds": [[0.0, -4.5, 0.0], [5.0, 0.5, 10.0]],
+        "thickness": [0.5, 5.5],
+        "opacity": [0.6875, 1.0],
+        "materials": [],
+        "skipped": 0,
+        "file_bytes": file_bytes,
+        "memory_bytes": 6 * (12 + 4 + 4 + 12) + 3 * 4,
+    });
+    assert_eq!(found["surface"], expected);
+
+    let output = folder.run("info m.obj --json");
+    must_succeed(&output);
+    assert!(stderr(&output).contains("1 texture is not read"), "{}", stderr(&output));
+    let found: Json = serde_json::from_slice(&output.stdout).unwrap();
+    let expected = json!({
+        "kind": "mesh",
+        "strands": null,
+        "points": null,
+        "segments": null,
+        "vertices": 5,
+        "triangles": 4,
+        "bounds": [[0.0, 0.0, 0.0], [1.0, 1.0, 2.0]],
+        "thickness": null,
+        "opacity": [0.75, 0.75],
+        "materials": [
+            { "name": "red", "albedo": [0.5, 0.25, 0.125], "opacity": 0.75 },
+            { "name": "thin glass", "albedo": [0.5, 0.5, 0.5], "opacity": 0.75 },
+        ],
+        "skipped": 0,
+        "file_bytes": OBJ.len(),
+        "memory_bytes": 5 * 12 + 4 * 16,
+    });
+    assert_eq!((&found["format"], &found["surface"]), (&json!("obj"), &expected));
+
+    for (name, parts) in [
+        ("h.hair", ["h.hair: hair\n", "6, 4 segments", "thickness   0.5 .. 5.5"]),
+        ("m.glb", ["m.glb: gltf\n", "triangles   8", "glass: albedo 0.5,0.25,1, opacity 0.25"]),
+    ] {
+        let output = folder.run(&format!("info {name}"));
+        must_succeed(&output);
+        let text = String::from_utf8(output.stdout).unwrap();
+        for part in parts {
+            assert!(text.contains(part), "'{part}' is missing in:\n{text}");
+        }
+    }
+    for (arguments, code, word) in [
+        ("info h.tfx --dims 1,2,3 --from tfx", 2, "dims: does not apply to h.tfx (format tfx)"),
+        ("info m.obj --from gltf", 1, "its JSON"),
+        ("render h.tfx --backend cpu", 1, "h.tfx: hair, not a volume"),
+        ("convert m.glb out.vdb", 1, "m.glb: a mesh, not a volume"),
+    ] {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments}: {}", stderr(&output));
+        assert!(stderr(&output).contains(word), "{arguments}: {}", stderr(&output));
+    }
 }
 
 #[test]

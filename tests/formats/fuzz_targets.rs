@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::deep_exr::{COMPRESSIONS, small_image};
 use super::dense_fixtures::cases;
 use super::nanovdb_fixtures::{BUMPS, bytes_of};
+use super::surface_fixtures;
 use super::vdb_hostile::{Random, fixtures, mutate};
 use crate::readers::{READERS, read};
 use crate::support::project;
@@ -30,6 +31,10 @@ fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     seeds.extend(BUMPS.map(|(name, _)| ("nanovdb", bytes_of(name))));
     let images = COMPRESSIONS.map(|compression| small_image(compression).encode().unwrap());
     seeds.extend(images.map(|bytes| ("deep_exr", bytes)));
+    seeds.extend(surface_fixtures::seeds().into_iter().map(|(target, _, bytes)| match target {
+        "obj" => (target, [surface_fixtures::MTL, &[0], &bytes].concat()),
+        _ => (target, bytes),
+    }));
     let scene = "[volume]\npath = \"a.vdb\"\ndims = [1, 2, 3]\nwindow = [0.0, 1.5]\n[light]\n\
                  kind = \"spot\"\nposition = [0, 1, 2]\n[image]\nwidth = 7\n[ground]\nenabled = true\n";
     seeds.push(("scene", scene.into()));

@@ -1,4 +1,4 @@
-//! Claims about volume files. Each format has files of its own.
+//! Claims about files of volumes, hair and meshes. Each format has files of its own.
 
 mod deep_by_others;
 mod deep_exr;
@@ -13,6 +13,10 @@ mod dense_write;
 mod fixture_list;
 mod fuzz_targets;
 mod nanovdb_fixtures;
+mod surface_fixtures;
+mod surfaces;
+mod surfaces_hostile;
+mod surfaces_mesh;
 mod vdb_blocks;
 mod vdb_bytes;
 mod vdb_dense;
@@ -26,5 +30,6 @@ mod vdb_write;
 pub use deep_exr::{COMPRESSIONS as DEEP_COMPRESSIONS, small_image as small_deep_image};
 pub use dense_fixtures::{cases as dense_cases, gzip};
 pub use nanovdb_fixtures::{BUMPS as NANOVDB_FIXTURES, bytes_of as nanovdb_fixture};
+pub use surface_fixtures::{MTL as MATERIALS, OBJ, seeds as surface_seeds};
 pub use vdb_fixtures::fixture as vdb_fixture;
 pub use vdb_hostile::{Random as Xorshift, fixtures as vdb_fixture_files, mutate};

@@ -3,11 +3,13 @@
 
 use std::path::Path;
 
+use deepshadow::glam::Vec3;
 use deepshadow::io::Format;
 use deepshadow::io::ReadOptions;
 use deepshadow::io::deep_exr::DeepFile;
 use deepshadow::io::dense::DenseFile;
 use deepshadow::io::vdb::{IndexBox, SurveyDepth, VdbFile};
+use deepshadow::io::{SurfaceFile, read_surface, surface_files};
 use deepshadow::scene::SceneFile;
 
 /// Memory that a reader may use for voxels, in bytes.
@@ -16,7 +18,7 @@ const LIMIT: u64 = 1 << 26;
 type Reader = fn(&[u8]);
 
 /// All targets.
-pub const READERS: [(&str, Reader); 13] = [
+pub const READERS: [(&str, Reader); 17] = [
     ("vdb", vdb),
     ("nanovdb", |bytes| dense(Format::NanoVdb, bytes)),
     ("npy", |bytes| dense(Format::Npy, bytes)),
@@ -29,6 +31,10 @@ pub const READERS: [(&str, Reader); 13] = [
     ("den", |bytes| dense(Format::Den, bytes)),
     ("raw", raw),
     ("deep_exr", deep_exr),
+    ("hair", surface),
+    ("tfx", surface),
+    ("obj", obj),
+    ("gltf", surface),
     ("scene", scene),
 ];
 
@@ -91,6 +97,37 @@ fn deep_exr(bytes: &[u8]) {
         let again = DeepFile::from_bytes("again", written, u64::MAX).unwrap().read().unwrap();
         assert_eq!(again.rows.len(), image.rows.len());
     }
+}
+
+/// Reads hair or a mesh.
+fn surface(bytes: &[u8]) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("fuzz.bin");
+    std::fs::write(&path, bytes).unwrap();
+    let Ok((surface, _)) = read_surface(&path, LIMIT) else { return };
+    assert!(surface_files(&path).unwrap().contains(&path));
+    match surface {
+        SurfaceFile::Mesh(mesh) => {
+            let mut corners = (0..mesh.triangles().len()).flat_map(|index| mesh.corners(index));
+            assert!(corners.all(Vec3::is_finite));
+        }
+        SurfaceFile::Strands(strands) => {
+            let segments = (0..strands.count()).map(|index| strands.strand(index).len() - 1);
+            assert_eq!(segments.sum::<usize>(), strands.points().len() - strands.count());
+        }
+    }
+}
+
+/// The bytes are a material file, a zero byte, and a mesh.
+fn obj(bytes: &[u8]) {
+    let mut parts = bytes.splitn(2, |&byte| byte == 0);
+    let (materials, mesh) = (parts.next().unwrap_or_default(), parts.next());
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("fuzz.mtl"), materials).unwrap();
+    let path = folder.path().join("fuzz.obj");
+    let mesh = mesh.unwrap_or(materials);
+    std::fs::write(&path, [b"mtllib fuzz.mtl\n", mesh].concat()).unwrap();
+    let _ = read_surface(&path, LIMIT);
 }
 
 fn scene(bytes: &[u8]) {

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use super::messages::{fault, steering};
 use crate::cli::program;
 use crate::formats::{
-    DEEP_COMPRESSIONS, NANOVDB_FIXTURES, Xorshift, dense_cases, mutate, nanovdb_fixture,
-    small_deep_image, vdb_fixture_files,
+    DEEP_COMPRESSIONS, MATERIALS, NANOVDB_FIXTURES, Xorshift, dense_cases, mutate, nanovdb_fixture,
+    small_deep_image, surface_seeds, vdb_fixture_files,
 };
 
 /// KiB of address space, and seconds of processor time, that a run may take.
@@ -44,6 +44,7 @@ const VOLUME: &[&str] = &[
     "map FILE MAP -o out.exr --map threshold",
     "map FILE MAP -o out.exr --map nested",
 ];
+const SURFACE: &[&str] = &["info FILE", "info FILE --json", "convert FILE out.vdb --quiet"];
 const SCENE: &[&str] =
     &["render FILE SMALL -o out.png", "render FILE SMALL -o out.exr", "map FILE MAP -o out.exr"];
 const TRANSFER: &[&str] =
@@ -78,6 +79,10 @@ fn seeds() -> Vec<Seed> {
         let bytes = small_deep_image(compression).encode().unwrap();
         let files = vec![("deep.exr".to_owned(), bytes)];
         seeds.push(Seed { name: "deep_exr".to_owned(), files, commands: VOLUME });
+    }
+    for (_, name, bytes) in surface_seeds() {
+        let files = vec![(name.to_owned(), bytes), ("of it.mtl".to_owned(), MATERIALS.to_vec())];
+        seeds.push(Seed { name: name.to_owned(), files, commands: SURFACE });
     }
     for (name, text) in [("scene_full", FULL), ("scene_several", SEVERAL)] {
         let files =
