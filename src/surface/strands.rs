@@ -100,7 +100,7 @@ impl Strands {
             return wrong(format!("a thickness of {bad}"));
         }
         // NaN passes here; its strand is left out below.
-        let outside = |x: f32| x < 0.0 || x > 1.0;
+        let outside = |x: f32| !x.is_nan() && !(0.0..=1.0).contains(&x);
         if let Some(bad) = opacity.values().iter().find(|&&value| outside(value)) {
             return wrong(format!("an opacity of {bad}, which is not in 0..1"));
         }
