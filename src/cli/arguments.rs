@@ -113,7 +113,7 @@ pub(super) struct SceneArguments {
 #[derive(Debug, Args)]
 pub(super) struct FileArguments {
     /// Format of the file, regardless of how it begins: openvdb, npy, nrrd, metaimage, pvm, nifti,
-    /// vti, mitsuba-vol, den, nanovdb, deep-exr, raw.
+    /// vti, mitsuba-vol, den, nanovdb, deep-exr, hair, tfx, obj, gltf, raw.
     #[arg(long, value_name = "FORMAT", value_parser = valid::<Format>, help_heading = "Volume")]
     pub from: Option<String>,
     /// Grid to read from a file that holds several.
