@@ -76,6 +76,7 @@ pub mod io;
 pub mod kernel;
 pub mod math;
 mod parallel;
+pub mod probe;
 pub mod progress;
 pub mod reference;
 pub mod scene;

@@ -15,7 +15,7 @@ const LAYERS: [&[&str]; 10] = [
     &["shadow"],
     &["accuracy", "backend"],
     &["cpu", "gpu", "io"],
-    &["compare"],
+    &["compare", "probe"],
     &["cli"],
 ];
 

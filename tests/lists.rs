@@ -34,7 +34,7 @@ fn lists(backend: &dyn Passes, scene: &Scene, frame: &Frame, drawn: bool, memory
     let built = if drawn {
         backend.raster_slices(volume, frame, memory, &Silent)
     } else {
-        backend.trace_slices(volume, frame, memory, &Silent)
+        backend.trace_slices(volume.into(), frame, memory, &Silent)
     };
     built.unwrap()
 }

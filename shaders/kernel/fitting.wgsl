@@ -55,9 +55,12 @@ fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
     }
     let start = fitter.last;
     let across = vec2<f32>(max(bounds.y - start.x, 0.0), optical_depth);
-    let extinction = optical_depth / max(across.x, SMALLEST);
-    fitter.bend = abs(extinction - fitter.extinction) * across.x * BEND;
-    fitter.extinction = extinction;
+    fitter.bend = 0.0;
+    if (across.x > 0.0) {
+        let extinction = optical_depth / max(across.x, SMALLEST);
+        fitter.bend = abs(extinction - fitter.extinction) * across.x * BEND;
+        fitter.extinction = extinction;
+    }
     if (optical_depth > POINT_SPACING && fitter.tolerance > 0.0 && across.x > 0.0) {
         let pieces = ceil(optical_depth / POINT_SPACING);
         for (var i: f32 = 1.0; i < pieces; i += 1.0) {

@@ -99,7 +99,7 @@ struct FrameMap {
     planes: u32,
     follows_links: u32,
     bias: f32,
-    unused: u32,
+    covers: u32,
 }
 
 struct Frame {

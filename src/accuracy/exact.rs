@@ -16,14 +16,14 @@ pub struct ExactTexels<'a> {
 impl<'a> ExactTexels<'a> {
     /// The rays of a map of `beam` with `size` squared texels.
     pub fn new(beam: &'a Beam, size: u32) -> Self {
-        Self { extinction: Extinction::of(&beam.media), view: beam.view, size }
+        Self { extinction: Extinction::of(beam.casters()), view: beam.view, size }
     }
 
     /// Exact transmittance from the light to `depth` (in world lengths) along the ray through (u,
     /// v), each 0..1 over the map.
     pub fn transmittance(&self, u: f64, v: f64, depth: f64) -> f64 {
         let (origin, direction) = self.view.ray(u, v);
-        (-self.extinction.optical_depth(origin, direction, [0.0, depth])).exp()
+        self.extinction.transmittance(origin, direction, [0.0, depth])
     }
 
     /// The exact integrals behind it.

@@ -41,6 +41,11 @@ pub trait Backend: Send + Sync {
         matches!(kind, MapKind::Threshold | MapKind::Fragments)
     }
 
+    /// Whether this backend builds maps of surfaces.
+    fn draws_surfaces(&self) -> bool {
+        false
+    }
+
     /// Prepares, before a scene is known, what pictures through maps of `kind` will need if their
     /// scene is as `expected`. It is a hint: if it is wrong, it only costs time.
     fn expect(&self, _kind: Option<MapKind>, _expected: Expected) {}

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{Beam, Media};
+use crate::scene::{Beam, Casters, Media};
 use crate::settings::{MapKind, Settings, Slices};
 use crate::shadow::{
     Codec, CodedMap, FragmentMap, GridMap, Links, Map, Runs, ThresholdMap, VisibilityMap,
@@ -28,16 +28,16 @@ pub trait Passes: Backend {
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>>;
 
-    /// Pass `trace_slices`: integrates the slabs of every texel's ray, in order, and turns them
-    /// into nodes: all of them, or as few as keep the frame's tolerance. Returns the texels row by
-    /// row, row 0 at v = 0. `memory` is the largest number of bytes to reserve at a time, for
+    /// Pass `trace_slices`: integrates the slabs of every texel's ray, in order, adds what surfaces
+    /// leave on it, and turns both into nodes: all of them, or as few as keep the frame's tolerance.
+    /// Returns the texels row by row, row 0 at v = 0. `memory` is the largest number of bytes to reserve at a time, for
     /// backends that do; larger maps are built in tiles.
     ///
     /// # Errors
     /// If the device fails or runs out of memory, or if the number of nodes exceeds 32 bits.
     fn trace_slices(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         memory: u64,
         progress: &dyn Progress,
@@ -87,7 +87,7 @@ pub trait Passes: Backend {
     /// If this backend does not build such maps, or if the number of points exceeds 32 bits.
     fn trace_visibility(
         &self,
-        _media: &Media,
+        _casters: Casters<'_>,
         _frame: &Frame,
         _tolerance: f32,
         _progress: &dyn Progress,
@@ -135,8 +135,12 @@ pub(super) fn build_map(
     progress: &dyn Progress,
 ) -> Result<Map> {
     let frame = Frame::new(beam, settings)?;
-    let (media, view) = (&beam.media, beam.view);
-    match settings.map.kind.unwrap_or_default() {
+    let (media, view, casters) = (&beam.media, beam.view, beam.casters());
+    let kind = settings.map.kind.unwrap_or_default();
+    if !beam.surfaces.is_empty() {
+        check_surfaces(passes, kind, settings)?;
+    }
+    match kind {
         MapKind::Threshold => {
             let texels = passes.trace_threshold(media, &frame, progress)?;
             Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)))
@@ -149,7 +153,7 @@ pub(super) fn build_map(
         MapKind::Visibility => {
             let tolerance = settings.finer(settings.map.fragments.tolerance) as f32;
             let lists =
-                passes.trace_visibility(media, &frame.with_all_slabs(), tolerance, progress)?;
+                passes.trace_visibility(casters, &frame.with_all_slabs(), tolerance, progress)?;
             Ok(Map::Visibility(VisibilityMap::new(lists, tolerance, view, &frame)))
         }
         MapKind::Grid(count) => {
@@ -158,7 +162,7 @@ pub(super) fn build_map(
             Ok(Map::Grid(GridMap::new(values, shape, view, &frame)))
         }
         MapKind::Fragments => {
-            let runs = runs(passes, media, &frame, settings, progress)?;
+            let runs = runs(passes, casters, &frame, settings, progress)?;
             let wide = settings.map.filter.window().0 > 1;
             let links = if settings.map.fragments.links && wide {
                 Some(passes.link_neighbors(&runs, settings.map.size)?)
@@ -174,20 +178,36 @@ pub(super) fn build_map(
     }
 }
 
+/// Checks that a backend can build maps of surfaces with these settings.
+///
+/// # Errors
+/// If it cannot.
+fn check_surfaces(passes: &dyn Passes, kind: MapKind, settings: &Settings) -> Result<()> {
+    if !passes.draws_surfaces() {
+        let why = format!("{} draws no meshes and no hair", passes.description());
+        return Err(Error::value("backend", why));
+    }
+    let takes = matches!(kind, MapKind::Fragments | MapKind::Visibility);
+    if !takes || (kind == MapKind::Fragments && settings.map.fragments.slices == Slices::Raster) {
+        let why = format!("'{kind}' maps of meshes and hair are not built; take fragments");
+        return Err(Error::value("map", why));
+    }
+    Ok(())
+}
+
 /// The nodes of a fragment map, made by the passes that `settings` select.
 fn runs(
     passes: &dyn Passes,
-    media: &Media,
+    casters: Casters<'_>,
     frame: &Frame,
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Runs> {
+    let memory = settings.map.fragments.memory;
     match settings.map.fragments.slices {
-        Slices::Raster => {
-            passes.raster_slices(media, frame, settings.map.fragments.memory, progress)
-        }
+        Slices::Raster => passes.raster_slices(casters.media, frame, memory, progress),
         Slices::Auto | Slices::Ray | Slices::Planes => {
-            passes.trace_slices(media, frame, settings.map.fragments.memory, progress)
+            passes.trace_slices(casters, frame, memory, progress)
         }
     }
 }

@@ -6,7 +6,7 @@ use super::Passes;
 use crate::error::Result;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{Beam, LightView, Media, Scene};
+use crate::scene::{Beam, LightView, Media, Scene, Surfaces};
 use crate::settings::{MapSettings, Settings, Shading};
 use crate::shadow::{Map, Shadow};
 
@@ -34,6 +34,7 @@ pub trait Stage {
 #[derive(Clone, Debug)]
 pub struct Cause {
     media: Media,
+    surfaces: Surfaces,
     view: LightView,
     /// Tolerances depend on it.
     ratios: DVec3,
@@ -49,8 +50,9 @@ impl Cause {
         let mut map = settings.map.clone();
         map.kind.get_or_insert_default();
         let (shading, quality) = (settings.view.shading, settings.quality);
-        let (media, view, ratios) = (beam.media.clone(), beam.view, beam.ratios);
-        Self { media, view, ratios, map, shading, quality }
+        let (media, surfaces) = (beam.media.clone(), beam.surfaces.clone());
+        let (view, ratios) = (beam.view, beam.ratios);
+        Self { media, surfaces, view, ratios, map, shading, quality }
     }
 
     /// Whether `other` results in the same map.
@@ -58,6 +60,7 @@ impl Cause {
         (self.view, self.ratios) == (other.view, other.ratios)
             && (&self.map, self.shading, self.quality) == (&other.map, other.shading, other.quality)
             && self.media.same(&other.media)
+            && self.surfaces.same(&other.surfaces)
     }
 }
 

@@ -6,12 +6,12 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::backend::BackendChoice;
+use super::reading::FileArguments;
 use super::stage::StageArguments;
+use super::surfaces::SurfaceArguments;
 use super::tone::ToneArguments;
-use crate::io::fog::Class;
-use crate::io::format::Format;
-use crate::io::number::{Endian, ValueType};
-use crate::scene::file::{EmissionTable, RangeWord, TransferRange, TransferTable, VolumeTable};
+use crate::io::number::ValueType;
+use crate::scene::file::{EmissionTable, RangeWord, TransferRange, TransferTable};
 use crate::scene::{SceneFile, transfer};
 use crate::settings::{Crossing, Filter, Lookup, MapKind, Shading, Slices};
 use crate::volume::Axis;
@@ -30,6 +30,8 @@ pub(super) struct SourceArguments {
 
     #[command(flatten)]
     pub file: FileArguments,
+    #[command(flatten)]
+    pub surfaces: SurfaceArguments,
     /// Values to map to 0..1, clamped, for scans.
     #[arg(long, value_name = "LO,HI", value_parser = numbers::<f32, 2>, allow_hyphen_values = true, help_heading = "Volume")]
     pub window: Option<Numbers<f32, 2>>,
@@ -109,38 +111,6 @@ pub(super) struct SceneArguments {
     pub memory: Option<u64>,
 }
 
-/// How to read a volume file, as options.
-#[derive(Debug, Args)]
-pub(super) struct FileArguments {
-    /// Format of the file, regardless of how it begins: openvdb, npy, nrrd, metaimage, pvm, nifti,
-    /// vti, mitsuba-vol, den, nanovdb, deep-exr, hair, tfx, obj, gltf, raw.
-    #[arg(long, value_name = "FORMAT", value_parser = valid::<Format>, help_heading = "Volume")]
-    pub from: Option<String>,
-    /// Grid to read from a file that holds several.
-    #[arg(long, value_name = "NAME", help_heading = "Volume")]
-    pub grid: Option<String>,
-    /// Bytes that a volume's voxels may take [4 GiB].
-    #[arg(long, value_name = "N", help_heading = "Volume")]
-    pub max_bytes: Option<u64>,
-    /// Voxels of raw data along x, y, z; also XxYxZ.
-    #[arg(long, value_name = "X,Y,Z", value_parser = dims, help_heading = "Volume")]
-    pub dims: Option<Numbers<usize, 3>>,
-    /// Number type of raw data: u8, i8, u16, i16, u32, i32, f16, f32, f64; also uint8, float32 and
-    /// the like.
-    #[arg(long = "type", value_name = "TYPE", value_parser = value_type, help_heading = "Volume")]
-    pub value_type: Option<String>,
-    /// Byte order of raw data: little or big [little].
-    #[arg(long, value_name = "ORDER", value_parser = valid::<Endian>, help_heading = "Volume")]
-    pub endian: Option<String>,
-    /// What a file's numbers are, regardless of what it says: level-set (distances, negative
-    /// inside) or fog (densities).
-    #[arg(long, value_name = "CLASS", value_parser = valid::<Class>, help_heading = "Volume")]
-    pub class: Option<String>,
-    /// Distance between voxels along x, y, z.
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<f64, 3>, help_heading = "Volume")]
-    pub spacing: Option<Numbers<f64, 3>>,
-}
-
 /// A picture, as options.
 #[derive(Debug, Args)]
 pub(super) struct PictureArguments {
@@ -216,6 +186,7 @@ impl SourceArguments {
             }
             self.file.overlay(volume);
         }
+        self.surfaces.overlay(file, self.up.as_ref());
         if let Some(Numbers(direction)) = self.light {
             let light = file.light.one_mut();
             light.direction = Some(direction);
@@ -245,22 +216,6 @@ impl SceneArguments {
             shadow.tolerance => self.tolerance,
             shadow.truncation => self.truncation,
             shadow.memory => self.memory,
-        }
-    }
-}
-
-impl FileArguments {
-    /// Writes the given options into `volume`.
-    pub(super) fn overlay(&self, volume: &mut VolumeTable) {
-        overlay! {
-            volume.from => self.from.clone(),
-            volume.grid => self.grid.clone(),
-            volume.max_bytes => self.max_bytes,
-            volume.dims => self.dims.map(|d| d.0),
-            volume.value_type => self.value_type.clone(),
-            volume.endian => self.endian.clone(),
-            volume.spacing => self.spacing.map(|s| s.0),
-            volume.class => self.class.clone(),
         }
     }
 }
@@ -328,7 +283,7 @@ pub(super) fn numbers<T: FromStr + Copy + Default, const N: usize>(
 }
 
 /// Voxel counts, separated by commas or by crosses.
-fn dims(text: &str) -> Result<Numbers<usize, 3>, String> {
+pub(super) fn dims(text: &str) -> Result<Numbers<usize, 3>, String> {
     if text.contains(',') {
         numbers(text)
     } else {

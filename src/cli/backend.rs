@@ -71,11 +71,12 @@ impl Opening {
         Self { choice, gpu }
     }
 
-    /// The backend for maps of `kind`. If a GPU fails later, `say` receives the reason for the
+    /// The backend for maps of `kind`, of meshes and hair too if there are `surfaces`. If a GPU fails later, `say` receives the reason for the
     /// change to the processor.
     pub(super) fn finish(
         self,
         kind: Option<MapKind>,
+        surfaces: bool,
         say: fn(&str),
     ) -> Result<&'static dyn Backend> {
         let found = match (self.gpu, self.choice) {
@@ -89,12 +90,17 @@ impl Opening {
             (Err(_), BackendChoice::Auto) => None,
             (Err(error), _) => return Err(error),
         };
-        let builds = |gpu: &dyn Backend| kind.is_none_or(|kind| gpu.builds(kind));
+        let builds = |gpu: &dyn Backend| {
+            kind.is_none_or(|kind| gpu.builds(kind)) && (!surfaces || gpu.draws_surfaces())
+        };
         match (found, kind) {
             (Some(gpu), _) if builds(&*gpu) && self.choice == BackendChoice::Auto => {
                 Ok(kept(Box::new(Fallback::new(gpu, say))))
             }
             (Some(gpu), _) if builds(&*gpu) => Ok(kept(gpu)),
+            (Some(_), _) if surfaces && self.choice == BackendChoice::Gpu => {
+                Err(Error::value("backend", "meshes and hair need the backend 'cpu'"))
+            }
             (Some(_), Some(kind)) if self.choice == BackendChoice::Gpu => {
                 Err(Error::value("map", format!("'{kind}' maps need --backend cpu")))
             }

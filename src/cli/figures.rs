@@ -45,8 +45,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let progress: Box<dyn Progress> =
         if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
     let tell: fn(&str) = if arguments.quiet { |_| () } else { say };
-    let painter =
-        Painter { backend: Opening::begin(arguments.backend, None).finish(None, tell)?, progress };
+    let painter = Painter {
+        backend: Opening::begin(arguments.backend, None).finish(None, false, tell)?,
+        progress,
+    };
     let [cube, bucky, rods, clouds] = Preset::ALL.map(|preset| preset_scene(preset, true));
     let (cube, bucky, rods, clouds) = (cube?, bucky?, rods?, clouds?);
     let floating_cube = preset_scene(Preset::Box, false)?;

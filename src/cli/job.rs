@@ -9,14 +9,15 @@ use super::backend::{BackendChoice, Opening};
 use super::progress::Bars;
 use super::say;
 use super::stage::{Side, look_at_patient};
+use super::surfaces;
 use super::volumes::Volumes;
 use crate::backend::{Backend, Expected};
 use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
 use crate::image::{Exposure, ToneMap};
-use crate::io::{Inputs, source_files, superior_axis};
+use crate::io::{Format, Inputs, source_files, superior_axis, surface_files};
 use crate::progress::{Progress, Silent};
-use crate::scene::automatic::{Choice, Ingredients, Surroundings, complete};
+use crate::scene::automatic::{Choice, Loaded, Surroundings, complete};
 use crate::scene::file::VolumeTable;
 use crate::scene::{NumberedName, Scene, SceneFile};
 use crate::settings::{MapKind, Settings};
@@ -88,6 +89,10 @@ impl<'a> Request<'a> {
         for table in file.volume.iter().filter(|table| !is_numbered(table)) {
             inputs.extend(source_files(table)?);
         }
+        for path in file.surface_paths_mut() {
+            inputs.extend(surface_files(path)?);
+        }
+        surfaces::check(source, &file)?;
         Ok(Self { source, choice, file, surroundings, said, side: None, picture: false, inputs })
     }
 
@@ -106,13 +111,18 @@ impl<'a> Request<'a> {
         let (crew, said) = self.crew();
         // Absolute parameters in a scene file refer to stored values.
         let scan = self.surroundings == Surroundings::Studio;
-        let (ingredients, notes) = Volumes::default().load(&self.file, scan)?;
+        let (loaded, notes) = Volumes::default().load(&self.file, scan)?;
         let crew = crew.ready(&self.file)?;
         for note in said.iter().chain(&notes) {
             crew.note(note);
         }
-        let (job, choices) = crew.job(&self.file, ingredients, self.surroundings)?;
-        crew.report(choices);
+        let (job, choices) = crew.job(&self.file, loaded, self.surroundings)?;
+        // What is seen does not matter where nothing is.
+        let of_pictures = ["camera", "ground", "ambient", "background"];
+        let shown = |choice: &Choice| {
+            self.picture || !of_pictures.iter().any(|what| choice.what.starts_with(what))
+        };
+        crew.report(choices.into_iter().filter(shown).collect());
         Ok(job)
     }
 
@@ -174,7 +184,8 @@ impl Crew {
         if let Some(opening) = self.opening.take() {
             let tell: fn(&str) = if self.quiet { |_| () } else { say };
             let kind = file.shadow.map.as_ref().map(|name| name.parse()).transpose()?;
-            self.backend = opening.finish(kind, tell)?;
+            let surfaces = !file.mesh.is_empty() || !file.hair.is_empty();
+            self.backend = opening.finish(kind, surfaces, tell)?;
         }
         Ok(self)
     }
@@ -183,11 +194,11 @@ impl Crew {
     pub(super) fn job(
         &self,
         file: &SceneFile,
-        ingredients: Vec<Ingredients>,
+        loaded: Loaded,
         surroundings: Surroundings,
     ) -> Result<(Job, Vec<Choice>)> {
-        let windows = ingredients.iter().map(|own| own.window).collect();
-        let (mut scene, settings, choices) = complete(file, ingredients, surroundings)?;
+        let windows = loaded.volumes.iter().map(|own| own.window).collect();
+        let (mut scene, settings, choices) = complete(file, loaded, surroundings)?;
         if self.transparent {
             scene.background = None;
         }
@@ -276,6 +287,12 @@ fn described(input: &str) -> Result<Described> {
     } else if is_scene_file(path) {
         let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
         file = SceneFile::parse(&text, path)?;
+    } else if let Some(format) = surface_format(path) {
+        let named = Some(path.to_owned());
+        match format {
+            Format::Hair | Format::TressFx => file.hair.one_mut().path = named,
+            _ => file.mesh.one_mut().path = named,
+        }
     } else if path.exists() || NumberedName::of(path).is_some() {
         file.volume.one_mut().path = Some(path.to_owned());
     } else {
@@ -287,7 +304,7 @@ fn described(input: &str) -> Result<Described> {
         ("background", file.background.radiance.is_none()),
     ];
     let unsaid: Vec<&str> = unsaid.iter().filter_map(|(what, is)| is.then_some(*what)).collect();
-    if surroundings == Surroundings::Void && !unsaid.is_empty() && !file.volume.is_empty() {
+    if surroundings == Surroundings::Void && !unsaid.is_empty() && !file.is_bare() {
         let unsaid = unsaid.join(" and no ");
         said.push(format!("no {unsaid}, as the scene file has absolute numbers (chosen)"));
     }
@@ -297,6 +314,13 @@ fn described(input: &str) -> Result<Described> {
         }
     }
     Ok(Described { file, surroundings, said })
+}
+
+/// The format of a file of hair or a mesh; `None` for all others.
+fn surface_format(path: &Path) -> Option<Format> {
+    let is_file = fs::metadata(path).is_ok_and(|found| found.is_file());
+    let format = is_file.then(|| Format::of_file(path).ok()).flatten();
+    format.filter(|format| format.is_surface())
 }
 
 /// Whether a name is that of a scene file.

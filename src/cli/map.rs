@@ -50,7 +50,9 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let tried = PendingFile::create(&path, &inputs)?;
     let mut job = request.load()?;
     if !limits.any() {
-        job.settings.map.kind.get_or_insert(MapKind::Threshold);
+        let bare = job.scene.surfaces.is_empty();
+        let usual = if bare { MapKind::Threshold } else { MapKind::Fragments };
+        job.settings.map.kind.get_or_insert(usual);
     }
     if let Some(kind) = job.settings.map.kind.filter(|&kind| !written(kind)) {
         return Err(unwritten(kind));

@@ -15,13 +15,16 @@ mod job;
 mod limits;
 mod map;
 mod picture;
+mod probe;
 mod progress;
+mod reading;
 mod render;
 mod sheet;
 #[cfg(unix)]
 mod signals;
 mod spelling;
 mod stage;
+mod surfaces;
 mod tone;
 mod usage;
 mod volumes;
@@ -62,6 +65,8 @@ enum Command {
     Render(Box<render::Arguments>),
     /// Build a volume's shadow map and write it as OpenEXR.
     Map(map::Arguments),
+    /// Measure the light that arrives at given points.
+    Probe(probe::Arguments),
     /// Convert a volume file to another format.
     Convert(convert::Arguments),
     /// Measure the error of every kind of shadow map against the exact integral.
@@ -125,6 +130,7 @@ impl Command {
             Self::Render(arguments) => arguments.threads(),
             Self::Map(arguments) => arguments.threads(),
             Self::Compare(arguments) => arguments.threads(),
+            Self::Probe(arguments) => arguments.threads(),
             Self::Convert(_)
             | Self::Info(_)
             | Self::Figures(_)
@@ -138,6 +144,7 @@ fn dispatch(command: Command) -> Result<()> {
     match command {
         Command::Render(arguments) => render::run(*arguments),
         Command::Map(arguments) => map::run(arguments),
+        Command::Probe(arguments) => probe::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),

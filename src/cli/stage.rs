@@ -114,6 +114,9 @@ impl StageArguments {
             light.irradiance = Some(color.map(|c| c * Light::UNIT_IRRADIANCE));
             still(&mut light.keyframes, |one| one.irradiance = None);
         }
+        for albedo in file.surface_albedos_mut() {
+            *albedo = self.albedo.map(|c| c.0).or(*albedo);
+        }
         for volume in file.volume.iter_mut() {
             overlay! {
                 volume.albedo => self.albedo.map(|c| c.0),

@@ -1,19 +1,24 @@
-//! Loads the volumes of scene files one after another, and keeps those that stay the same.
+//! Loads the volumes and surfaces of scene files one after another, and keeps those that stay the same.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::io::dense::DEFAULT_MAX_BYTES;
-use crate::io::load_ingredients;
-use crate::scene::SceneFile;
-use crate::scene::automatic::Ingredients;
-use crate::scene::file::VolumeTable;
+use crate::io::{load_ingredients, load_surfaces};
+use crate::scene::automatic::{Ingredients, Loaded};
+use crate::scene::file::{HairTable, MeshTable, VolumeTable};
+use crate::scene::{SceneFile, Surfaces};
 
-/// The volumes of the last scene file.
+/// The volumes and surfaces of the last scene file.
 #[derive(Default)]
 pub(super) struct Volumes {
-    loaded: Vec<Loaded>,
+    loaded: Vec<OfTable>,
+    /// The surfaces, and the tables for which they were loaded.
+    surfaces: Option<(OfSurfaces, Surfaces)>,
 }
 
-struct Loaded {
+/// The tables of surfaces.
+type OfSurfaces = (Vec<MeshTable>, Vec<HairTable>);
+
+struct OfTable {
     /// What it was loaded for.
     table: VolumeTable,
     /// Whether a window could be chosen.
@@ -22,16 +27,12 @@ struct Loaded {
 }
 
 impl Volumes {
-    /// The volumes of `file`, and what there is to say of those that were not loaded before. `scan`
+    /// The volumes and surfaces of `file`, and what there is to say of those that were not loaded before. `scan`
     /// as of [`load_ingredients`].
     ///
     /// # Errors
     /// If one cannot be loaded, or if they are too large together.
-    pub(super) fn load(
-        &mut self,
-        file: &SceneFile,
-        scan: bool,
-    ) -> Result<(Vec<Ingredients>, Vec<String>)> {
+    pub(super) fn load(&mut self, file: &SceneFile, scan: bool) -> Result<(Loaded, Vec<String>)> {
         let wanted = file
             .volume
             .iter()
@@ -67,10 +68,21 @@ impl Volumes {
                 let (needed, limit) = (format!("{held} bytes"), format!("{most} bytes"));
                 return Err(ErrorKind::Limit { what, needed, limit }.into());
             }
-            self.loaded.push(Loaded { table, automatic, ingredients });
+            self.loaded.push(OfTable { table, automatic, ingredients });
         }
-        let all = self.loaded.iter().map(|loaded| loaded.ingredients.clone()).collect();
-        Ok((all, notes))
+        let volumes = self.loaded.iter().map(|loaded| loaded.ingredients.clone()).collect();
+        let tables = (file.mesh.to_vec(), file.hair.to_vec());
+        let kept = self.surfaces.take().filter(|(known, _)| *known == tables);
+        let surfaces = match kept {
+            Some((_, surfaces)) => surfaces,
+            None => {
+                let (surfaces, said) = load_surfaces(file)?;
+                notes.extend(said);
+                surfaces
+            }
+        };
+        self.surfaces = Some((tables, surfaces.clone()));
+        Ok((Loaded { volumes, surfaces }, notes))
     }
 }
 

@@ -207,7 +207,7 @@ impl<'a> Bench<'a> {
         let n = self.settings.map.size;
         let texel = [u, v].map(|c| ((c * n as f32) as u32).min(n - 1));
         let center = texel.map(|i| (f64::from(i) + 0.5) / f64::from(n));
-        let exact = Extinction::of(&part.beam.media);
+        let exact = Extinction::of(part.beam.casters());
         let trace = |depths: &[f64]| TexelProfile::trace(&exact, &part.beam.view, center, depths);
         let [enter, exit] = trace(&[]).extent;
         let margin = 0.04 * (exit - enter);

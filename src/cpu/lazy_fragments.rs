@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
+use super::raster_surfaces::SurfaceRaster;
 use super::trace_slices::trace_texel;
 use crate::frame::Frame;
 use crate::kernel::exponential::transmitted;
 use crate::kernel::fragments::{Node, front_of, nodes_before, optical_depth_between};
 use crate::kernel::media::Sampler;
-use crate::scene::Media;
+use crate::scene::Casters;
 use crate::shadow::{Shadow, TexelMap};
 
 /// The fragment map of a frame, without links, of which only those texels are traced that lookups
@@ -17,6 +18,7 @@ use crate::shadow::{Shadow, TexelMap};
 #[derive(Debug)]
 pub struct LazyFragments<'a> {
     sampler: Sampler<'a>,
+    surfaces: Option<SurfaceRaster>,
     frame: &'a Frame,
     traced: Mutex<Traced>,
 }
@@ -28,9 +30,12 @@ struct Traced {
 }
 
 impl<'a> LazyFragments<'a> {
-    /// The map of `media` for `frame`; nothing is traced yet.
-    pub fn new(media: &'a Media, frame: &'a Frame) -> Self {
-        Self { sampler: Sampler::of_extinction(media), frame, traced: Mutex::default() }
+    /// The map of `casters`, which may be media alone, for `frame`; nothing is traced yet.
+    pub fn new(casters: impl Into<Casters<'a>>, frame: &'a Frame) -> Self {
+        let casters = casters.into();
+        let surfaces = SurfaceRaster::new(casters, frame);
+        let sampler = Sampler::of_extinction(casters.media);
+        Self { sampler, surfaces, frame, traced: Mutex::default() }
     }
 
     /// The number of texels that were traced, and the seconds that it took, of all threads together.
@@ -47,7 +52,11 @@ impl<'a> LazyFragments<'a> {
         let begun = Instant::now();
         let size = self.frame.map.size as f32;
         let mut nodes = Vec::new();
-        trace_texel(&self.sampler, self.frame, texel.map(|i| (i as f32 + 0.5) / size), &mut nodes);
+        let [columns, rows] = texel.map(|i| i as usize..i as usize + 1);
+        let pieces = self.surfaces.as_ref().map(|all| all.tile(columns, rows)).unwrap_or_default();
+        let pieces = pieces.first().map_or(&[][..], |pieces| pieces);
+        let place = texel.map(|i| (i as f32 + 0.5) / size);
+        trace_texel(&self.sampler, self.frame, place, pieces, &mut nodes);
         let nodes: Arc<[Node]> = nodes.into();
         let mut traced = lock();
         traced.seconds += begun.elapsed().as_secs_f64();

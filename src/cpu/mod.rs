@@ -11,6 +11,7 @@ mod link_neighbors;
 mod march_colours;
 mod march_view;
 mod raster_slices;
+mod raster_surfaces;
 mod refine_view;
 mod sort_fragments;
 mod tiles;
@@ -25,7 +26,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::Media;
+use crate::scene::{Casters, Media};
 use crate::settings::MapKind;
 use crate::shadow::{Codec, Links, Map, Runs, Shadow, VisibilityPoint};
 pub use deep_view::{DeepSample, DeepView};
@@ -69,6 +70,10 @@ impl Backend for CpuBackend {
         true
     }
 
+    fn draws_surfaces(&self) -> bool {
+        true
+    }
+
     fn passes(&self) -> &dyn Passes {
         self
     }
@@ -87,12 +92,12 @@ impl Passes for CpuBackend {
     /// Allocates no more than the nodes that it returns, so `memory` is never reached.
     fn trace_slices(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         _memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
-        trace_slices::trace_slices(media, frame, progress)
+        trace_slices::trace_slices(casters, frame, progress)
     }
 
     /// Tiles are pieces of rows of texels, whose lists are small, so `memory` is never reached.
@@ -122,12 +127,12 @@ impl Passes for CpuBackend {
 
     fn trace_visibility(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         tolerance: f32,
         progress: &dyn Progress,
     ) -> Result<Runs<VisibilityPoint>> {
-        trace_visibility::trace_visibility(media, frame, tolerance, progress)
+        trace_visibility::trace_visibility(casters, frame, tolerance, progress)
     }
 
     fn trace_grid(

@@ -18,8 +18,9 @@ use crate::shadow::{Fragment, FragmentLists, Runs};
 pub(super) fn raster_slices(media: &Media, frame: &Frame, progress: &dyn Progress) -> Result<Runs> {
     let sampler = Sampler::of_extinction(media);
     let size = frame.map.size as usize;
-    tiles::runs(size, progress, |columns, y| {
-        sort_fragments(&raster_row(&sampler, frame, columns, y), frame)
+    tiles::runs(size, progress, |columns, rows| {
+        let row = |y| sort_fragments(&raster_row(&sampler, frame, columns.clone(), y), frame);
+        rows.map(row).collect()
     })
 }
 

@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::shadow::Runs;
 
 /// Texels or pixels along each edge of a tile.
-const TILE: usize = 16;
+pub(super) const TILE: usize = 16;
 
 /// Columns of the tiles of a width.
 fn columns(width: usize) -> impl Iterator<Item = Range<usize>> {
@@ -43,19 +43,17 @@ pub(super) fn fill<T: Copy + Send + Sync, S>(
     });
 }
 
-/// The lists of a map of `size` squared texels, row after row; `lists` returns those of some
-/// columns of a row.
+/// The lists of a map of `size` squared texels, row after row; `lists` returns those of the columns
+/// and rows of a tile, row by row.
 pub(super) fn runs<T: Copy + Default + Send>(
     size: usize,
     progress: &dyn Progress,
-    lists: impl Fn(Range<usize>, usize) -> Result<Runs<T>> + Sync,
+    lists: impl Fn(Range<usize>, Range<usize>) -> Result<Vec<Runs<T>>> + Sync,
 ) -> Result<Runs<T>> {
     progress.begin("shadow map", size as u64);
     let bands = parallel::map(0..size.div_ceil(TILE), |j| -> Result<Runs<T>> {
         let rows = j * TILE..((j + 1) * TILE).min(size);
-        let tiles = parallel::map(columns(size), |columns| -> Result<Vec<Runs<T>>> {
-            rows.clone().map(|y| lists(columns.clone(), y)).collect()
-        });
+        let tiles = parallel::map(columns(size), |columns| lists(columns, rows.clone()));
         let tiles = tiles.into_iter().collect::<Result<Vec<_>>>()?;
         let mut band = Runs::default();
         for y in 0..rows.len() {

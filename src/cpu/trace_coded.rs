@@ -27,7 +27,7 @@ pub(super) fn trace_coded(
     rows.for_each_init(Vec::new, |nodes, (y, row)| {
         for (x, texel) in row.chunks_exact_mut(stride).enumerate() {
             let [u, v] = [x, y].each(|i| (i as f32 + 0.5) / size as f32);
-            trace_texel(&sampler, frame, [u, v], nodes);
+            trace_texel(&sampler, frame, [u, v], &[], nodes);
             codec.encode(&TexelRay { nodes, extent: light_extent(frame, u, v).into() }, texel);
         }
         progress.advance(1);

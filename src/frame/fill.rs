@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3, DVec4, Vec3, Vec4};
 use super::lattice::spacing;
 use super::steps::{bricks, planes, reach, shared_length, shared_weight};
 use super::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching};
-use crate::scene::{Beam, Light, LightKind, LightView, Media, Medium};
+use crate::scene::{Beam, Casters, Light, LightKind, LightView, Media, Medium};
 use crate::settings::{Crossing, Lookup, Settings, Shading};
 
 /// Steepness of exponential shadow tests over the depth of the volume. Annen et al. 2008 find that
@@ -26,7 +26,12 @@ pub(super) struct Space {
 }
 
 impl Space {
-    fn point(self, world: DVec3) -> Vec3 {
+    /// The space of a frame with these casters.
+    pub(super) fn of(casters: Casters<'_>) -> Self {
+        Self { center: casters.world_bounds().center(), unit: casters.unit() }
+    }
+
+    pub(super) fn point(self, world: DVec3) -> Vec3 {
         ((world - self.center) / self.unit).as_vec3()
     }
 
@@ -130,7 +135,7 @@ impl Space {
             shared_weight: shared_weight(settings),
             shared_length: shared_length(thickest, settings),
             tolerance: pixel_tolerance(settings) as f32,
-            spacing: spacing(&scene.media, &scene.camera, settings),
+            spacing: spacing(scene, settings),
             first_row: 0,
             unused: 0,
             march,
@@ -186,7 +191,7 @@ impl Space {
             planes: planes(settings, light, media),
             follows_links: u32::from(settings.map.fragments.links),
             bias: (settings.view.bias / self.unit) as f32,
-            unused: 0,
+            covers: u32::from(settings.map.fragments.coverage),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! How far apart the pixels may be that are marched first.
 
 use super::steps::smallest_voxel;
-use crate::scene::{Camera, Media};
+use crate::scene::Beam;
 use crate::settings::{Settings, Shading};
 
 /// The largest distance, in pixels.
@@ -10,9 +10,12 @@ const MOST: u32 = 8;
 /// to a picture is two voxels wide, so some of these pixels see it.
 const VOXELS: f64 = 1.5;
 
-/// The distance of those pixels, a power of two; 1 marches all.
-pub(super) fn spacing(media: &Media, camera: &Camera, settings: &Settings) -> u32 {
-    if settings.image.tolerance <= 0.0 || settings.view.shading == Shading::Paper {
+/// The distance of those pixels, a power of two; 1 marches all. Shadows of surfaces may be as thin
+/// as a pixel.
+pub(super) fn spacing(beam: &Beam, settings: &Settings) -> u32 {
+    let (media, camera) = (&beam.media, &beam.camera);
+    let marches_all = settings.image.tolerance <= 0.0 || settings.view.shading == Shading::Paper;
+    if marches_all || !beam.surfaces.is_empty() {
         return 1;
     }
     let [width, height] = settings.image.size.map(f64::from);

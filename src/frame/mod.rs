@@ -12,6 +12,7 @@ mod lattice;
 mod mixture;
 mod parts;
 mod steps;
+mod surfaces;
 
 use bytemuck::{Pod, Zeroable};
 
@@ -28,6 +29,7 @@ pub use steps::{
     SLABS_PER_VOXEL, VIEW_STEPS_LEAST, VIEW_STEPS_MOST, VIEW_STEPS_PER_VOXEL,
 };
 use steps::{UNLIMITED, marching};
+pub use surfaces::{FIRST_SEGMENT, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
 
 /// Largest optical depth over the media's diagonal, so that sums fit f32.
 const MOST_OPTICAL_DEPTH: f64 = 1e30;
@@ -72,7 +74,7 @@ impl Frame {
             let why = "the paper's shading does not support lights in the volume or next to it";
             return Err(Error::value("light", why));
         }
-        let space = Space { center: media.world_bounds().center(), unit: media.unit() };
+        let space = Space::of(beam.casters());
         // Steps are short enough for the channel with the most extinction.
         let thickest = beam.thickest();
         let [rays, slabs, march] = marching(&thickest, settings, tolerance(settings));

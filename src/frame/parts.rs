@@ -214,6 +214,6 @@ pub struct FrameMap {
     pub follows_links: u32,
     /// Surfaces are looked up this much nearer to the light than they are.
     pub bias: f32,
-    /// Padding.
-    pub unused: u32,
+    /// 1 if strands leave fragments by their coverage of a texel, 0 if by its central ray.
+    pub covers: u32,
 }

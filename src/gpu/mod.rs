@@ -52,7 +52,7 @@ use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::Media;
+use crate::scene::{Casters, Media};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{FragmentMap, Links, Map, Runs, TexelMap};
 use adapter::Watch;
@@ -204,13 +204,13 @@ impl Passes for GpuBackend {
 
     fn trace_slices(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
         self.watch.over(|| {
-            let media = (media, &self.upload(media)?);
+            let media = (casters.media, &self.upload(casters.media)?);
             tiles::trace_slices(&self.renderer, media, frame, memory, progress)
         })
     }

@@ -142,29 +142,51 @@ pub fn superior_axis(table: &VolumeTable) -> Result<Option<Axis>> {
     Ok((space == Some(Space::Lps)).then_some(Axis::Z))
 }
 
-/// Scales a volume about the world's origin, rotates it about the world's x, y and z axes in this
-/// order, then translates it, as `table` says.
+/// A motion that a table of a scene file describes: a scaling about the world's origin, rotations
+/// about the world's x, y and z axes in this order, then a translation.
+pub(super) struct Motion<'a> {
+    /// The table's name.
+    pub what: &'a str,
+    pub translate: Option<[f64; 3]>,
+    pub rotate_degrees: Option<[f64; 3]>,
+    pub scale: Option<f64>,
+}
+
+impl Motion<'_> {
+    /// Its matrix, for column vectors.
+    ///
+    /// # Errors
+    /// If a value is out of its range.
+    pub(super) fn matrix(&self) -> Result<DMat4> {
+        let what = self.what;
+        let scale = self.scale.unwrap_or(1.0);
+        if !(scale > 0.0 && scale < 1e12) {
+            let why = format!("{scale} is not between 0 and 1e12");
+            return Err(Error::value(format!("{what}.scale"), why));
+        }
+        let finite = |key: &str, given: Option<[f64; 3]>| {
+            let v = DVec3::from_array(given.unwrap_or_default());
+            let why = || Error::value(format!("{what}.{key}"), format!("{v} is not finite"));
+            if v.is_finite() { Ok(v) } else { Err(why()) }
+        };
+        let angles = finite("rotate_degrees", self.rotate_degrees)?;
+        let turns = angles.to_array().map(f64::to_radians);
+        let turn = DQuat::from_rotation_z(turns[2])
+            * DQuat::from_rotation_y(turns[1])
+            * DQuat::from_rotation_x(turns[0]);
+        let to = finite("translate", self.translate)?;
+        Ok(DMat4::from_scale_rotation_translation(DVec3::splat(scale), turn, to))
+    }
+}
+
+/// Moves a volume as `table` says.
 fn moved(volume: Volume, table: &VolumeTable) -> Result<Volume> {
-    if table.translate.is_none() && table.rotate_degrees.is_none() && table.scale.is_none() {
+    let VolumeTable { translate, rotate_degrees, scale, .. } = *table;
+    if translate.is_none() && rotate_degrees.is_none() && scale.is_none() {
         return Ok(volume);
     }
-    let scale = table.scale.unwrap_or(1.0);
-    if !(scale > 0.0 && scale < 1e12) {
-        return Err(Error::value("volume.scale", format!("{scale} is not between 0 and 1e12")));
-    }
-    let finite = |what: &str, given: Option<[f64; 3]>| {
-        let v = DVec3::from_array(given.unwrap_or_default());
-        let why = || Error::value(what, format!("{v} is not finite"));
-        if v.is_finite() { Ok(v) } else { Err(why()) }
-    };
-    let angles = finite("volume.rotate_degrees", table.rotate_degrees)?;
-    let turns = angles.to_array().map(f64::to_radians);
-    let turn = DQuat::from_rotation_z(turns[2])
-        * DQuat::from_rotation_y(turns[1])
-        * DQuat::from_rotation_x(turns[0]);
-    let to = finite("volume.translate", table.translate)?;
-    let placement = DMat4::from_scale_rotation_translation(DVec3::splat(scale), turn, to);
-    let placement = placement * *volume.world_from_index();
+    let motion = Motion { what: "volume", translate, rotate_degrees, scale };
+    let placement = motion.matrix()? * *volume.world_from_index();
     volume.placed(placement)
 }
 

@@ -17,6 +17,7 @@ pub mod number;
 mod options;
 pub mod output;
 pub mod picture;
+mod placed;
 pub mod png;
 pub mod raw;
 pub mod remap;
@@ -25,10 +26,17 @@ mod surface;
 pub mod vdb;
 
 pub use body::load_ingredients;
+pub use dense::npy::{encode_array, read_vectors};
 pub use format::Format;
 pub use histogram::{FiniteRange, Histogram};
 pub use load::{load_color, load_volume, open, source_files, superior_axis};
 pub use options::ReadOptions;
 pub use output::{Inputs, PendingFile, PendingFolder};
 pub use picture::{PictureFormat, PictureOptions};
+<<<<<<< HEAD
 pub use surface::{SurfaceFile, read_surface, read_surface_as, surface_files, surface_up};
+=======
+pub use placed::load_surfaces;
+pub(crate) use surface::read_surface_as;
+pub use surface::{SurfaceFile, read_surface, surface_files, surface_up};
+>>>>>>> e2f4c45 (wip surfaces)

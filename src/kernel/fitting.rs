@@ -76,22 +76,42 @@ impl Fitter {
         Self { tolerance, dark, anchor, slopes, last: anchor, extinction, bend, begun: false }
     }
 
-    /// Adds a fragment from depth `front` to `back` (equal for a surface) in world lengths. It must
-    /// not begin in front of the one before. Passes each node that becomes final to `keep`.
+    /// Adds a slab from depth `front` to `back` in world lengths. It must not begin in front of the
+    /// fragment before. Passes each node that becomes final to `keep`.
     #[inline]
-    pub fn add(
+    pub fn add(&mut self, bounds: [f32; 2], optical_depth: f32, keep: &mut impl FnMut(Node)) {
+        self.add_fragment(bounds, optical_depth, true, keep);
+    }
+
+    /// [`Fitter::add`] for what a surface leaves, which is linear between its depths.
+    #[inline]
+    pub fn add_surface(
+        &mut self,
+        bounds: [f32; 2],
+        optical_depth: f32,
+        keep: &mut impl FnMut(Node),
+    ) {
+        self.add_fragment(bounds, optical_depth, false, keep);
+    }
+
+    #[inline]
+    fn add_fragment(
         &mut self,
         [front, back]: [f32; 2],
         optical_depth: f32,
+        of_medium: bool,
         keep: &mut impl FnMut(Node),
     ) {
         self.approach(front, keep);
         let start = self.last;
         let back = back.max(start.depth);
         let length = back - start.depth;
-        let extinction = optical_depth / length.max(SMALLEST);
-        self.bend = (extinction - self.extinction).abs() * length * BEND;
-        self.extinction = extinction;
+        self.bend = 0.0;
+        if length > 0.0 && of_medium {
+            let extinction = optical_depth / length.max(SMALLEST);
+            self.bend = (extinction - self.extinction).abs() * length * BEND;
+            self.extinction = extinction;
+        }
         let end = |share: f32| Node {
             depth: start.depth + (back - start.depth) * share,
             optical_depth: start.optical_depth + optical_depth * share,

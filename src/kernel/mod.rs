@@ -2,6 +2,7 @@
 //! the same name under `shaders/kernel/` (for `media`, `mixture` and `table` under
 //! `shaders/media/`). The module knows no backend and no threads.
 
+pub mod coverage;
 pub mod density;
 pub mod exponential;
 pub mod fitting;
@@ -15,4 +16,5 @@ pub mod ray;
 pub mod slices;
 pub mod table;
 pub mod threshold;
+pub mod triangle;
 pub mod view;

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use super::crossings::Crossings;
 use super::integral::{Cells, Stretch};
-use crate::scene::{Light, Media, TransferFunction};
+use crate::scene::{Casters, Light, TransferFunction};
 use crate::volume::Volume;
 
 /// Number of halvings of an interval around a root; f64 cannot resolve more.
@@ -13,10 +14,11 @@ const TWO_NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 /// Number of parts of a cell where two grids are multiplied.
 const PRODUCT_PARTS: u32 = 8;
 
-/// Media, prepared for exact integration of their extinction.
+/// Media and surfaces, prepared for exact integrals along rays.
 #[derive(Clone, Debug)]
 pub struct Extinction<'a> {
     bodies: Vec<Exact<'a>>,
+    crossings: Crossings,
 }
 
 #[derive(Clone, Debug)]
@@ -35,8 +37,9 @@ pub(super) struct WorldRay {
 }
 
 impl<'a> Extinction<'a> {
-    /// Prepares `media` for integration.
-    pub fn of(media: &'a Media) -> Self {
+    /// Prepares `casters`, which may be media alone.
+    pub fn of(casters: impl Into<Casters<'a>>) -> Self {
+        let Casters { media, surfaces } = casters.into();
         let exact = |volume: &'a Volume| Cells::of(volume);
         let bodies = media.bodies().iter().map(|body| Exact {
             cells: exact(&body.volume),
@@ -44,10 +47,25 @@ impl<'a> Extinction<'a> {
             transfer: body.medium.transfer.as_deref(),
             modulation: body.medium.modulation.as_deref().map(exact),
         });
-        Self { bodies: bodies.collect() }
+        Self { bodies: bodies.collect(), crossings: Crossings::of(surfaces) }
     }
 
-    /// Optical depth along `origin + t direction` (world space, unit length) for `t` between the
+    /// The surfaces.
+    pub fn crossings(&self) -> &Crossings {
+        &self.crossings
+    }
+
+    /// Transmittance along `origin + t direction` (world space, unit length) for `t` between the
+    /// bounds, in world lengths, 0..1: what media and surfaces let through.
+    pub fn transmittance(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
+        let surfaces = self.crossings.transmittance(origin, direction, bounds);
+        if surfaces == 0.0 || self.bodies.is_empty() {
+            return surfaces;
+        }
+        surfaces * (-self.optical_depth(origin, direction, bounds)).exp()
+    }
+
+    /// Optical depth of the media along `origin + t direction` (world space, unit length) for `t` between the
     /// bounds, in world lengths. It is exact to rounding, also through transfer functions, whose
     /// knots split cells; where a second grid modulates extinction it is exact to about 1e-6.
     pub fn optical_depth(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
@@ -64,7 +82,7 @@ impl<'a> Extinction<'a> {
     /// Transmittance from `light` to the world position `point`, 0..1.
     pub fn light_transmittance(&self, light: &Light, point: DVec3) -> f64 {
         let farthest = light.position().map_or(f64::INFINITY, |at| (point - at).length());
-        (-self.optical_depth(point, -light.direction_at(point), [0.0, farthest])).exp()
+        self.transmittance(point, -light.direction_at(point), [0.0, farthest])
     }
 
     /// Adds the optical depths at the rising `depths` along a ray to the same number of `taus`.

@@ -14,7 +14,7 @@ use super::extinction::Extinction;
 use super::integral::{Cells, Stretch};
 use crate::error::{Error, Result};
 use crate::image::Image;
-use crate::scene::{Light, LightKind, Medium, Scene};
+use crate::scene::{Casters, Light, LightKind, Medium, Scene};
 
 /// Nodes and weights of four-point Gauss-Legendre quadrature on 0..1.
 const GAUSS: [[f64; 2]; 4] = [
@@ -46,7 +46,9 @@ pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) ->
     let volume = scene.media.plain();
     let volume = volume.ok_or_else(|| Error::value("scene", "its media are not plain"))?;
     let medium = scene.media.first().map(|body| body.medium.clone()).unwrap_or_default();
-    let (cells, extinction) = (Cells::of(volume), Extinction::of(&scene.media));
+    let casting = scene.surfaces.casting();
+    let casters = Casters { media: &scene.media, surfaces: &casting };
+    let (cells, extinction) = (Cells::of(volume), Extinction::of(casters));
     let truth = Truth { scene, medium, cells, extinction };
     let rays = scene.camera.rays(f64::from(width) / f64::from(height));
     let mut image = Image::filled(width, height, [0.0; 4]);

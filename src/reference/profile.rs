@@ -8,9 +8,10 @@ use crate::scene::LightView;
 pub struct TexelProfile {
     /// Transmittance at each of the requested depths, 0..1.
     pub transmittance: Vec<f64>,
-    /// Transmittance behind the volume, 0..1.
+    /// Transmittance behind everything, 0..1.
     pub last: f64,
-    /// Depths in world lengths where the ray enters and leaves the volume; equal if it misses.
+    /// Depths in world lengths where the ray enters the first and leaves the last volume or surface;
+    /// equal if it misses all.
     pub extent: [f64; 2],
 }
 
@@ -35,7 +36,19 @@ impl TexelProfile {
             }
             reached
         };
-        let transmittance = taus.into_iter().map(&mut transmittance_of).collect();
-        Self { transmittance, last: transmittance_of(total), extent: extent.unwrap_or_default() }
+        let mut transmittance: Vec<f64> = taus.into_iter().map(&mut transmittance_of).collect();
+        let mut last = transmittance_of(total);
+        let crossed = extinction.crossings().along(origin, direction, [0.0, f64::INFINITY]);
+        for &[at, opacity] in &crossed {
+            let behind = depths.partition_point(|&depth| depth < at);
+            transmittance[behind..].iter_mut().for_each(|value| *value *= 1.0 - opacity);
+            last *= 1.0 - opacity;
+        }
+        let ends = extent.into_iter().flatten().chain(crossed.iter().map(|[at, _]| *at));
+        let extent = ends.fold(None, |extent: Option<[f64; 2]>, at| {
+            let [enter, exit] = extent.unwrap_or([at; 2]);
+            Some([enter.min(at), exit.max(at)])
+        });
+        Self { transmittance, last, extent: extent.unwrap_or_default() }
     }
 }

@@ -12,7 +12,7 @@
 
 use glam::{DVec3, Vec4};
 
-use super::{Body, Camera, Ground, Light, LightView, Media, Scene};
+use super::{Body, Camera, Casters, Ground, Light, LightView, Media, Scene, Surfaces};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::settings::{MapKind, Settings, Shading};
@@ -60,6 +60,8 @@ impl Channels {
 pub struct Beam {
     /// The media, grey.
     pub media: Media,
+    /// The surfaces that cast shadows.
+    pub surfaces: Surfaces,
     /// The light.
     pub light: Light,
     /// The light's view that its map uses.
@@ -145,10 +147,15 @@ impl Scene {
         // Ambient radiance, emission and background need a beam even if there is no light.
         let dark = [Light::DARK];
         let lights = if self.lights.is_empty() { &dark[..] } else { &self.lights };
+        let surfaces = self.surfaces.casting();
+        let casters = Casters { media: &self.media, surfaces: &surfaces };
         for (index, light) in lights.iter().enumerate() {
-            for (number, view) in LightView::of(light, &self.media)?.into_iter().enumerate() {
+            for (number, view) in LightView::of(light, casters)?.into_iter().enumerate() {
                 let first = index == 0 && number == 0;
-                let beam = |&own: &_| self.beam((index, *light), &view, own, first);
+                let beam = |&own: &_| {
+                    let beam = self.beam((index, *light), &view, own, first);
+                    Beam { surfaces: surfaces.clone(), ..beam }
+                };
                 beams.extend(channels.iter().map(beam));
             }
         }
@@ -192,6 +199,7 @@ impl Scene {
         let (camera, ground) = (self.camera, self.ground);
         Beam {
             media,
+            surfaces: Surfaces::default(),
             light,
             view: *view,
             ambient,
@@ -233,6 +241,11 @@ impl Scene {
 }
 
 impl Beam {
+    /// What casts the shadows in this beam.
+    pub fn casters(&self) -> Casters<'_> {
+        Casters { media: &self.media, surfaces: &self.surfaces }
+    }
+
     /// The media with the extinction of the channel that has the most.
     pub fn thickest(&self) -> Media {
         let most = self.ratios.max_element();

@@ -65,6 +65,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
                 tolerance: shadow.tolerance.unwrap_or(fragments.tolerance),
                 truncation: shadow.truncation.unwrap_or(fragments.truncation),
                 links: shadow.links.unwrap_or(fragments.links),
+                coverage: shadow.coverage.unwrap_or(fragments.coverage),
                 memory: shadow.memory.unwrap_or(fragments.memory),
             },
         },
@@ -93,6 +94,7 @@ fn kind(shadow: &ShadowTable) -> Result<Option<MapKind>> {
         ("truncation", shadow.truncation.is_some(), &[fragments]),
         ("slices", shadow.slices.is_some(), &[fragments]),
         ("links", shadow.links.is_some(), &[fragments]),
+        ("coverage", shadow.coverage.is_some(), &[fragments, MapKind::Visibility]),
     ];
     let mut kind: Option<MapKind> = shadow.map.as_ref().map(|name| name.parse()).transpose()?;
     for (key, _, kinds) in given.iter().filter(|(_, given, _)| *given) {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::Tables;
-use super::keyframes::{CameraKeyframe, LightKeyframe, VolumeKeyframe};
+use super::keyframes::{CameraKeyframe, LightKeyframe, PlaceKeyframe, VolumeKeyframe};
 use crate::error::{Error, Result};
 use crate::image::{Exposure, ToneMap};
 
@@ -41,6 +41,12 @@ pub struct SceneFile {
     /// `[volume]`, or `[[volume]]` for several; empty for a scene without volumes.
     #[serde(skip_serializing_if = "is_default")]
     pub volume: Tables<VolumeTable>,
+    /// `[mesh]`, or `[[mesh]]` for several.
+    #[serde(skip_serializing_if = "is_default")]
+    pub mesh: Tables<MeshTable>,
+    /// `[hair]`, or `[[hair]]` for several.
+    #[serde(skip_serializing_if = "is_default")]
+    pub hair: Tables<HairTable>,
     /// `[light]`, or `[[light]]` for several; if empty, one light is chosen.
     #[serde(skip_serializing_if = "is_default")]
     pub light: Tables<LightTable>,
@@ -148,6 +154,55 @@ tables! {
         /// Radiance per world length where colour and opacity are 1, in place of `radiance`.
         scale: f64,
     }
+    /// `[mesh]`: triangles that cast shadows.
+    MeshTable {
+        /// OBJ or glTF file.
+        path: PathBuf,
+        /// Reflectance, linear RGB, 0..1; the file's own by default.
+        albedo: [f64; 3],
+        /// The share of light that one crossing takes, 0..1; the file's own by default.
+        opacity: f64,
+        /// Axis of the file that points up, such as `z` or `-y`; `y` by default.
+        up: String,
+        /// Translation in world lengths, after `rotate_degrees` and `scale`.
+        translate: [f64; 3],
+        /// Angles in degrees about the world's x, y and z axes, in this order.
+        rotate_degrees: [f64; 3],
+        /// Scaling about the world's origin, above 0; 1 by default.
+        scale: f64,
+        /// Whether it casts shadows; yes by default.
+        casts: bool,
+        /// Whether shadows fall on it; yes by default.
+        receives: bool,
+        /// Values at numbered frames.
+        keyframes: Vec<PlaceKeyframe>,
+    }
+    /// `[hair]`: strands that cast shadows.
+    HairTable {
+        /// `.hair` or TressFX file.
+        path: PathBuf,
+        /// Reflectance, linear RGB, 0..1; the file's own by default.
+        albedo: [f64; 3],
+        /// The share of light that one crossing of a strand takes, 0..1; the file's own by default.
+        opacity: f64,
+        /// Diameter of a strand in the file's lengths; the file's own by default.
+        thickness: f64,
+        /// Axis of the file that points up, such as `z` or `-y`; `z` for .hair files and `y` for
+        /// others by default.
+        up: String,
+        /// Translation in world lengths, after `rotate_degrees` and `scale`.
+        translate: [f64; 3],
+        /// Angles in degrees about the world's x, y and z axes, in this order.
+        rotate_degrees: [f64; 3],
+        /// Scaling about the world's origin, above 0; 1 by default.
+        scale: f64,
+        /// Whether it casts shadows; yes by default.
+        casts: bool,
+        /// Whether shadows fall on it; yes by default.
+        receives: bool,
+        /// Values at numbered frames.
+        keyframes: Vec<PlaceKeyframe>,
+    }
     /// `[light]`
     LightTable {
         /// `directional` (the default), `point` or `spot`.
@@ -246,6 +301,8 @@ tables! {
         bias: f64,
         /// Whether wide filters follow links between texels.
         links: bool,
+        /// Whether a strand shadows by the share of a texel that it covers; yes by default.
+        coverage: bool,
         /// Largest number of bytes of lists while a map is built.
         memory: u64,
         /// How shadow becomes colour.
@@ -311,6 +368,23 @@ pub enum RangeWord {
 }
 
 impl SceneFile {
+    /// Whether there is nothing in it that casts a shadow.
+    pub fn is_bare(&self) -> bool {
+        self.volume.is_empty() && self.mesh.is_empty() && self.hair.is_empty()
+    }
+
+    /// The albedos of meshes and hair.
+    pub fn surface_albedos_mut(&mut self) -> impl Iterator<Item = &mut Option<[f64; 3]>> {
+        let meshes = self.mesh.iter_mut().map(|table| &mut table.albedo);
+        meshes.chain(self.hair.iter_mut().map(|table| &mut table.albedo))
+    }
+
+    /// The paths of meshes and hair.
+    pub fn surface_paths_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let meshes = self.mesh.iter_mut().filter_map(|table| table.path.as_mut());
+        meshes.chain(self.hair.iter_mut().filter_map(|table| table.path.as_mut()))
+    }
+
     /// Parses the text of the scene file `path`. Paths in it become relative to its folder.
     ///
     /// # Errors
@@ -328,6 +402,9 @@ impl SceneFile {
                 for name in volume.path.as_mut().into_iter().chain(transfer) {
                     *name = folder.join(&*name);
                 }
+            }
+            for name in file.surface_paths_mut() {
+                *name = folder.join(&*name);
             }
         }
         Ok(file)

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::file::{CameraTable, LightTable, SceneFile, VolumeTable, tables};
+use super::file::{CameraTable, HairTable, LightTable, MeshTable, SceneFile, VolumeTable, tables};
 use super::numbered::NumberedName;
 use crate::error::{Error, Result};
 
@@ -30,6 +30,13 @@ tables! {
         irradiance: [f64; 3],
         cone_degrees: f64,
         cone_softness: f64,
+    }
+    /// An entry of the `keyframes` of `[mesh]` and `[hair]`: what their keys are at `frame`.
+    PlaceKeyframe {
+        frame: i64,
+        translate: [f64; 3],
+        rotate_degrees: [f64; 3],
+        scale: f64,
     }
     /// An entry of `[volume]`'s `keyframes`: what the keys of [`VolumeTable`] are at `frame`.
     VolumeKeyframe {
@@ -147,6 +154,20 @@ impl LightTable {
     }
 }
 
+impl MeshTable {
+    fn move_to(&mut self, frame: f64) {
+        let keyframes = self.keyframes.take().unwrap_or_default();
+        set!(self, keyframes, frame; translate rotate_degrees scale);
+    }
+}
+
+impl HairTable {
+    fn move_to(&mut self, frame: f64) {
+        let keyframes = self.keyframes.take().unwrap_or_default();
+        set!(self, keyframes, frame; translate rotate_degrees scale);
+    }
+}
+
 impl VolumeTable {
     fn move_to(&mut self, frame: f64) {
         let keyframes = self.keyframes.take().unwrap_or_default();
@@ -165,6 +186,12 @@ impl SceneFile {
         for table in self.volume.iter() {
             let keyframes = table.keyframes.iter().flatten();
             frames.extend(checked("volume", keyframes.map(|one| one.frame))?);
+        }
+        let meshes = self.mesh.iter().map(|table| ("mesh", &table.keyframes));
+        let hair = self.hair.iter().map(|table| ("hair", &table.keyframes));
+        for (what, keyframes) in meshes.chain(hair) {
+            let keyframes = keyframes.iter().flatten();
+            frames.extend(checked(what, keyframes.map(|one| one.frame))?);
         }
         for table in self.light.iter() {
             let keyframes = table.keyframes.iter().flatten();
@@ -200,6 +227,8 @@ impl SceneFile {
             }
             table.move_to(frame as f64);
         }
+        file.mesh.iter_mut().for_each(|table| table.move_to(frame as f64));
+        file.hair.iter_mut().for_each(|table| table.move_to(frame as f64));
         for table in file.light.iter_mut() {
             table.move_to(frame as f64);
         }

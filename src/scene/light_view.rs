@@ -11,13 +11,16 @@
 
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
-use super::{Light, LightKind, Media};
+use super::{Casters, Light, LightKind, Media};
 use crate::error::{Error, Result};
 use crate::math::frame_of;
 
 /// The largest angle, measured from the axis of its view, at which one view of a point or spot
 /// light may see a corner of the volume.
 const WIDEST_DEGREES: f64 = 80.0;
+
+/// The smallest width or height of a view, as a share of what it sees.
+const NARROWEST: f64 = 1e-6;
 
 /// The rays through a map's texels, and the transform from the world to the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,39 +57,50 @@ const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3
 const FACE_MARGIN: f64 = 1.04;
 
 impl LightView {
-    /// The views of `light` that together see all of `media`. That is one tight view, except where
-    /// a point or spot light stands in the volume, or so close that one view would be wider than 80
-    /// degrees to a side. Then it is a view for each face of a cube around the light that the light
-    /// shines through.
+    /// The views of `light` that together see all of `casters`, which may be media alone. That is
+    /// one tight view, except where a point or spot light stands among them, or so close that one
+    /// view would be wider than 80 degrees to a side. Then it is a view for each face of a cube
+    /// around the light that the light shines through.
     ///
     /// # Errors
     /// If a directional light's direction is zero.
-    pub fn of(light: &Light, media: &Media) -> Result<Vec<Self>> {
+    pub fn of<'a>(light: &Light, casters: impl Into<Casters<'a>>) -> Result<Vec<Self>> {
+        let casters = casters.into();
         match light.kind {
             LightKind::Directional { direction } => {
                 let forward = direction.try_normalize().ok_or_else(|| {
                     Error::value("light", format!("its direction {direction} has zero length"))
                 })?;
-                Ok(vec![Self::parallel(forward, media)])
+                Ok(vec![Self::parallel(forward, casters)])
             }
             LightKind::Point { position } | LightKind::Spot { position, .. } => {
-                let one = Self::tight(position, media);
-                Ok(one.map_or_else(|| Self::faces(light, position, media), |view| vec![view]))
+                let one = Self::tight(position, casters);
+                Ok(one.map_or_else(
+                    || Self::faces(light, position, casters.unit()),
+                    |view| vec![view],
+                ))
             }
         }
     }
 
-    /// The smallest rectangle around the outline that has a side along a projected edge; it is the
-    /// smallest rectangle of all.
-    fn parallel(forward: DVec3, media: &Media) -> Self {
-        let corners = media.world_corners();
+    /// The smallest rectangle around the outline. It has a side along a projected edge of the media
+    /// or, where there are surfaces, along a side of the outline's convex hull.
+    fn parallel(forward: DVec3, casters: Casters<'_>) -> Self {
         let fit = |hint: DVec3| -> (f64, Self) {
             let (across, up) = frame_of(forward, hint);
             let down = -up;
-            let (u0, u1) = extent(corners.iter().map(|c| c.dot(across)));
-            let (v0, v1) = extent(corners.iter().map(|c| c.dot(down)));
-            let (near, _) = extent(corners.iter().map(|c| c.dot(forward)));
-            let (width, height) = (u1 - u0, v1 - v0);
+            let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+            casters.for_each_ball(|center, radius| {
+                for (end, axis) in ends.iter_mut().zip([across, down, forward]) {
+                    let place = center.dot(axis);
+                    *end = [end[0].min(place - radius), end[1].max(place + radius)];
+                }
+            });
+            let [[u0, u1], [v0, v1], [near, far]] = ends;
+            // Flat things seen from the side would have a map of no width.
+            let largest = (u1 - u0).max(v1 - v0).max(far - near);
+            let least = if largest > 0.0 { NARROWEST * largest } else { 1.0 };
+            let (width, height) = ((u1 - u0).max(least), (v1 - v0).max(least));
             let rows = [
                 (across / width).extend(-u0 / width),
                 (down / height).extend(-v0 / height),
@@ -102,11 +116,16 @@ impl LightView {
                 direction_v: DVec3::ZERO,
                 light_from_world: from_rows(rows),
                 position: None,
-                unit: media.unit(),
+                unit: casters.unit(),
                 face: None,
             };
             (width * height, view)
         };
+        if !casters.surfaces.is_empty() {
+            let (x, y) = frame_of(forward, DVec3::Y);
+            return fit(casters.best_side(x, y)).1;
+        }
+        let corners = casters.media.world_corners();
         // An edge parallel to the light projects to a point; its rectangle is arbitrary, but still
         // a bound.
         let edges = [2, 1, 4].map(|i: usize| corners[i] - corners[0]);
@@ -117,18 +136,16 @@ impl LightView {
     }
 
     /// The view from a position outside of the volume; `None` if it would be too wide.
-    fn tight(position: DVec3, media: &Media) -> Option<Self> {
-        if media.bodies().is_empty() {
+    fn tight(position: DVec3, casters: Casters<'_>) -> Option<Self> {
+        if casters.is_empty() {
             // Nothing casts a shadow, so any view will do.
             let axes = [DVec3::X, DVec3::Z, DVec3::NEG_Y];
-            return Some(Self::from_point(position, axes, [(-1.0, 1.0); 2], media.unit()));
+            return Some(Self::from_point(position, axes, [(-1.0, 1.0); 2], casters.unit()));
         }
-        let index = media.world_from_index().inverse().transform_point3(position);
-        let domain = media.domain();
-        if index.cmpge(domain.min).all() && index.cmple(domain.max).all() {
+        if casters.surround(position) {
             return None;
         }
-        let to_corners = media.world_corners().map(|c| c - position);
+        let to_corners: Vec<DVec3> = casters.corners().iter().map(|c| *c - position).collect();
         let forward = to_corners
             .iter()
             .map(|c| c.normalize_or_zero())
@@ -142,11 +159,11 @@ impl LightView {
         let (right, up) = frame_of(forward, DVec3::Y);
         let slopes = |axis: DVec3| extent(to_corners.iter().map(|c| c.dot(axis) / c.dot(forward)));
         let sides = [slopes(right), slopes(-up)];
-        Some(Self::from_point(position, [right, -up, forward], sides, media.unit()))
+        Some(Self::from_point(position, [right, -up, forward], sides, casters.unit()))
     }
 
     /// A view for each face of a cube around `position` that the light shines through.
-    fn faces(light: &Light, position: DVec3, media: &Media) -> Vec<Self> {
+    fn faces(light: &Light, position: DVec3, unit: f64) -> Vec<Self> {
         // Angle between the directions to a face's centre and to its corners.
         let to_corner = 3.0_f64.sqrt().recip().acos();
         let lit = |forward: DVec3| match light.kind {
@@ -160,7 +177,7 @@ impl LightView {
         let view = |(face, forward): (u32, DVec3)| {
             let (right, up) = frame_of(forward, if forward.y == 0.0 { DVec3::Y } else { DVec3::Z });
             let sides = [(-FACE_MARGIN, FACE_MARGIN); 2];
-            let view = Self::from_point(position, [right, -up, forward], sides, media.unit());
+            let view = Self::from_point(position, [right, -up, forward], sides, unit);
             Self { face: Some(face), ..view }
         };
         faces.map(view).collect()

@@ -223,8 +223,7 @@ impl Media {
     /// ordinary size, else the power of two nearest to the media's diagonal. So lengths and their
     /// squares fit f32, whatever unit a file uses.
     pub fn unit(&self) -> f64 {
-        let power = self.world_bounds().size().length().log2().round();
-        if power.is_finite() && power.abs() > ORDINARY_POWER { power.exp2() } else { 1.0 }
+        unit_of(&self.world_bounds())
     }
 
     /// The largest number of voxel lengths that a ray through the domain may count. For one body it
@@ -256,6 +255,12 @@ impl Media {
     pub fn largest(&self) -> f32 {
         self.bodies.iter().map(|body| body.volume.largest()).fold(0.0, f32::max)
     }
+}
+
+/// The world length of the unit for things of these bounds ([`Media::unit`]).
+pub(super) fn unit_of(bounds: &Aabb) -> f64 {
+    let power = bounds.size().length().log2().round();
+    if power.is_finite() && power.abs() > ORDINARY_POWER { power.exp2() } else { 1.0 }
 }
 
 /// The index space of `chosen`, as fine as the finest body, and the box around all bodies in it.

@@ -5,6 +5,7 @@ pub mod automatic;
 mod beams;
 mod blackbody;
 mod camera;
+mod casters;
 mod computed;
 mod descriptors;
 pub mod file;
@@ -17,6 +18,7 @@ mod medium;
 mod numbered;
 mod occupancy;
 mod saved;
+mod surfaces;
 mod tables;
 pub mod transfer;
 
@@ -24,6 +26,7 @@ use glam::DVec3;
 
 pub use beams::{Beam, Channels};
 pub use camera::{Camera, Projection, ViewRays};
+pub use casters::Casters;
 pub use descriptors::descriptor;
 pub use file::SceneFile;
 pub use light::{Light, LightKind};
@@ -32,6 +35,7 @@ pub use media::Media;
 pub use medium::{Body, Emission, Medium};
 pub use numbered::NumberedName;
 pub use occupancy::{EMPTY, Occupancy, ROUGHEST};
+pub use surfaces::{Shape, Surface, Surfaces};
 pub use tables::Tables;
 pub use transfer::TransferFunction;
 
@@ -41,6 +45,8 @@ pub use transfer::TransferFunction;
 pub struct Scene {
     /// The media that light passes through.
     pub media: Media,
+    /// Meshes and strands, which light passes through or not.
+    pub surfaces: Surfaces,
     /// The lights that cast shadows. Each pass works on one of them ([`Scene::beams`]).
     pub lights: Vec<Light>,
     /// Ambient radiance from all directions, which is not shadowed, per channel.
@@ -70,7 +76,8 @@ impl Scene {
     /// A scene in front of a black background, without ground and ambient light.
     pub fn new(media: Media, lights: Vec<Light>, camera: Camera) -> Self {
         let background = Some(DVec3::ZERO);
-        Self { media, lights, ambient: DVec3::ZERO, camera, ground: None, background }
+        let (surfaces, ambient) = (Surfaces::default(), DVec3::ZERO);
+        Self { media, surfaces, lights, ambient, camera, ground: None, background }
     }
 }
 

@@ -78,6 +78,9 @@ impl SceneFile {
                 *path = absolute(path)?;
             }
         }
+        for path in file.surface_paths_mut() {
+            *path = absolute(path)?;
+        }
         Ok(file)
     }
 

@@ -52,6 +52,9 @@ pub struct FragmentSettings {
     /// Whether wide filters follow links between the fragments of neighbouring texels; they do by
     /// default.
     pub links: bool,
+    /// Whether a strand's fragment is as opaque as the share of its texel that the strand covers;
+    /// else it is what the texel's central ray meets. It is by default.
+    pub coverage: bool,
     /// Largest number of bytes of lists in memory while a map is built, at least 1 MiB; 1 GiB by
     /// default. Larger maps are built in tiles.
     pub memory: u64,
@@ -84,6 +87,7 @@ impl Default for FragmentSettings {
             tolerance: 0.002,
             truncation: 0.001,
             links: true,
+            coverage: true,
             memory: 1 << 30,
         }
     }

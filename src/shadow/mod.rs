@@ -10,8 +10,8 @@ mod visibility;
 pub use crate::kernel::fragments::Node;
 pub use coded::{Codec, CodedMap, TexelRay, codec};
 pub use fragments::{
-    Fragment, FragmentLists, FragmentMap, Links, MOST_WALKED, NO_LINK, Runs, nearest_nodes,
-    truncate,
+    Fragment, FragmentLists, FragmentMap, Links, MOST_WALKED, Merged, NO_LINK, Runs, disjoint,
+    nearest_nodes, truncate,
 };
 pub use grid::{GridMap, grid_point, grid_shape};
 pub use threshold::ThresholdMap;

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::IVec3;
 
-use crate::cli::arguments::{FileArguments, Numbers, above_0, numbers, value_type};
+use crate::cli::arguments::{Numbers, above_0, numbers, value_type};
+use crate::cli::reading::FileArguments;
 use crate::error::{Error, Result};
 use crate::io::ReadOptions;
 use crate::io::number::ValueType;

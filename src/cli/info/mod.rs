@@ -10,8 +10,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::FileArguments;
 use super::job::not_there;
+use super::reading::FileArguments;
 use super::{print, print_json};
 use crate::error::Result;
 use crate::io::ReadOptions;

@@ -103,18 +103,19 @@ impl Sequence<'_> {
         let mut looked_at = None;
         for frame in self.wanted.some(MOST_SAMPLES) {
             let file = self.wanted.file_at(&self.file, frame)?;
-            let look = (file.volume.clone(), file.light.clone());
+            let casters = (file.volume.clone(), file.mesh.clone(), file.hair.clone());
+            let look = (casters, file.light.clone());
             // A camera alone makes no difference.
             if looked_at.as_ref() == Some(&look) {
                 continue;
             }
-            let (ingredients, notes) = self.volumes.load(&file, scan)?;
+            let (loaded, notes) = self.volumes.load(&file, scan)?;
             if looked_at.is_none() {
                 for note in &notes {
                     self.crew.note(note);
                 }
             }
-            shot.look_at(frame, &ingredients)?;
+            shot.look_at(frame, &loaded)?;
             looked_at = Some(look);
         }
         let (file, choices) = shot.chosen(self.wanted.turns)?;
@@ -153,8 +154,8 @@ impl Sequence<'_> {
 
     /// The job of a frame's scene file.
     fn job(&mut self, file: &SceneFile) -> Result<Job> {
-        let (ingredients, _) = self.volumes.load(file, false)?;
-        Ok(self.crew.job(file, ingredients, self.surroundings)?.0)
+        let (loaded, _) = self.volumes.load(file, false)?;
+        Ok(self.crew.job(file, loaded, self.surroundings)?.0)
     }
 
     fn run(&mut self) -> Result<()> {

@@ -69,7 +69,7 @@ impl Scouts {
             sparse = frames.iter().any(|frame| frame.view.spacing > 1);
             let pairs = beams.iter().zip(&frames);
             let maps: Vec<_> =
-                pairs.map(|(beam, frame)| LazyFragments::new(&beam.media, frame)).collect();
+                pairs.map(|(beam, frame)| LazyFragments::new(beam.casters(), frame)).collect();
             let shadows: Vec<&dyn Shadow> = maps.iter().map(|map| map as &dyn Shadow).collect();
             // The first march traces the texels, the second only looks them up.
             let found = marched(&beams, &frames, &shadows, truth.pixels());

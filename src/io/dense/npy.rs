@@ -1,15 +1,32 @@
 //! NumPy arrays (`.npy`, versions 1 to 3): axes (z, y, x), in C or Fortran order, and one more axis
 //! for vectors. A sidecar beside the file gives the voxels' position and the number of components.
 
+use std::path::Path;
+
 use super::grid::DenseGrid;
 use super::input::Input;
 use super::payload::Payload;
 use super::{DenseHeader, Order};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, memory};
 use crate::io::number::{Endian, ValueType};
 use crate::io::sidecar::Sidecar;
 
-pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
+/// What the header of an array says.
+struct Head {
+    value_type: ValueType,
+    endian: Endian,
+    /// Lengths of the axes.
+    lengths: Vec<i64>,
+    /// Whether the first axis is the fastest.
+    is_fortran: bool,
+    /// Where the values begin.
+    start: u64,
+}
+
+fn head_read(input: &Input) -> Result<Head> {
+    if !input.head.starts_with(b"\x93NUMPY") {
+        return Err(input.bad("not a NumPy file (.npy)"));
+    }
     let [major, _] = input.array::<2>(6)?;
     let (start, length) = match major {
         1 => (10, u64::from(u16::from_le_bytes(input.array(8)?))),
@@ -40,6 +57,56 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         words.take(64).map(|word| word.trim_end_matches('L').parse().ok()).collect()
     });
     let lengths = lengths.ok_or_else(|| input.bad("its shape is not a list of numbers"))?;
+    let is_fortran = item("fortran_order")?.starts_with("True");
+    Ok(Head { value_type, endian, lengths, is_fortran, start: start as u64 + length })
+}
+
+/// Reads an array of vectors of three numbers, of shape (n, 3), such as points. The whole file takes
+/// at most `max_bytes`.
+///
+/// # Errors
+/// If the file cannot be read, or is not such an array.
+pub fn read_vectors(path: &Path, max_bytes: u64) -> Result<Vec<[f64; 3]>> {
+    let input = Input::open(path, max_bytes)?;
+    let head = head_read(&input)?;
+    let [count, 3] = head.lengths[..] else {
+        let axes: Vec<String> = head.lengths.iter().map(i64::to_string).collect();
+        return Err(input.bad(format!("an array of shape ({}), expected (n, 3)", axes.join(", "))));
+    };
+    let size = head.value_type.size() as i128;
+    let due = i128::from(head.start) + 3 * size * i128::from(count);
+    if count < 0 || due != i128::from(input.size) {
+        let (found, due) = (input.size, due.max(0));
+        return Err(input.bad(format!("it has {found} bytes, its header says {due}")));
+    }
+    let bytes = input.whole()?;
+    let values = bytes.get(head.start as usize..).unwrap_or_default();
+    memory::check(values.len() as u64 * 8, "points")?;
+    let numbers = head.value_type.decode(values, head.endian);
+    let count = count as usize;
+    let at = |i: usize, axis: usize| {
+        let index = if head.is_fortran { axis * count + i } else { 3 * i + axis };
+        numbers.get(index).copied().unwrap_or(f64::NAN)
+    };
+    memory::collected((0..count).map(|i| [0, 1, 2].map(|axis| at(i, axis))), "points")
+}
+
+/// An array of `shape`, whose last axis is the fastest, as the bytes of a file of 32-bit floats.
+///
+/// # Errors
+/// If there is no memory for it.
+pub fn encode_array(
+    shape: &[usize],
+    values: impl ExactSizeIterator<Item = f32>,
+) -> Result<Vec<u8>> {
+    let mut bytes = head_of("<f4", shape);
+    memory::reserve(&mut bytes, 4 * values.len(), "a NumPy file")?;
+    bytes.extend(values.flat_map(f32::to_le_bytes));
+    Ok(bytes)
+}
+
+pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
+    let Head { value_type, endian, lengths, is_fortran, start } = head_read(input)?;
     let sidecar = Sidecar::beside(input.path)?;
     let said = sidecar.as_ref().and_then(|(_, sidecar)| sidecar.components);
     let Meaning { lengths: [z, y, x], components, note } = meaning(input, &lengths, said)?;
@@ -50,7 +117,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         header.notes.extend(Sidecar::unread_beside(input.path));
     }
     header.endian = endian;
-    if item("fortran_order")?.starts_with("True") {
+    if is_fortran {
         if header.components != 1 {
             return Err(input.bad("an array of vectors in Fortran order, which is not supported"));
         }
@@ -64,7 +131,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         let described = sidecar.describe(&mut header);
         described.map_err(|error| Error::contents(beside, error.to_string()))?;
     }
-    Ok((header, Payload::bare(input.path, start as u64 + length)))
+    Ok((header, Payload::bare(input.path, start)))
 }
 
 /// Meaning of an array's axes.

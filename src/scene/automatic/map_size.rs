@@ -15,6 +15,9 @@ const MOST_PER_PIXEL: f64 = 0.7;
 /// Texels per voxel beyond which a map shows nothing more: density is linear between voxels, so
 /// shadows are smooth within them.
 const MOST_PER_VOXEL: f64 = 4.0;
+/// Fewest and most texels along an edge where there are meshes or hair, whose shadows have sharp
+/// edges. Between them it is one a pixel.
+const OF_SURFACES: [f64; 2] = [512.0, 2048.0];
 /// Sizes are multiples of this: the edge of the tiles in which maps are made.
 const MULTIPLE: f64 = 16.0;
 /// Largest size that is chosen.
@@ -36,5 +39,8 @@ pub(super) fn map_size(scene: &Scene, settings: &Settings) -> Result<u32> {
     let pixels = (width * height).sqrt();
     let least = (PER_VOXEL * voxels).min(MOST_PER_PIXEL * pixels).max(FEWEST);
     let size = (PER_PIXEL * pixels).max(least).min(MOST_PER_VOXEL * voxels);
+    let [fewest, most] = OF_SURFACES;
+    let surfaces = if scene.surfaces.is_empty() { 0.0 } else { pixels.clamp(fewest, most) };
+    let size = size.max(surfaces);
     Ok(((size / MULTIPLE).ceil() * MULTIPLE).min(LARGEST) as u32)
 }

@@ -15,7 +15,7 @@ use super::computed;
 use super::file::{GroundTable, LightTable, SceneFile, VolumeTable};
 use super::framing::shown_points;
 use super::keyframes::LightKeyframe;
-use super::{Body, Ground, Light, LightKind, Media, Medium, Scene};
+use super::{Body, Ground, Light, LightKind, Media, Medium, Scene, Surfaces};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::settings::Settings;
@@ -65,7 +65,7 @@ impl Surroundings {
     /// are. Its values are then absolute, and what it leaves out adds no light.
     pub fn of(file: &SceneFile) -> Self {
         let is_scaled = |table: &VolumeTable| table.path.is_some() && table.density_scale.is_some();
-        let is_absolute = file.volume.is_empty()
+        let is_absolute = file.is_bare()
             || file.volume.iter().any(is_scaled)
             || file.light.iter().any(is_absolute)
             || file.ambient.radiance.is_some()
@@ -110,23 +110,45 @@ impl Scene {
     }
 }
 
+/// Everything that was loaded for a scene file.
+#[derive(Clone, Debug, Default)]
+pub struct Loaded {
+    /// The volumes of its `[volume]` tables, in their order.
+    pub volumes: Vec<Ingredients>,
+    /// The surfaces of its `[mesh]` and `[hair]` tables.
+    pub surfaces: Surfaces,
+}
+
+impl From<Vec<Ingredients>> for Loaded {
+    fn from(volumes: Vec<Ingredients>) -> Self {
+        Self { volumes, ..Self::default() }
+    }
+}
+
+impl From<Surfaces> for Loaded {
+    fn from(surfaces: Surfaces) -> Self {
+        Self { surfaces, ..Self::default() }
+    }
+}
+
 /// Completes `file` to a scene and its settings, and lists the values chosen for this scene.
-/// `ingredients` are the loaded volumes of the file's `[volume]` tables, in their order.
+/// `loaded` is what its tables name, or the volumes alone.
 ///
 /// # Errors
-/// If a value of `file` is out of its range or contradicts another one, or if there are not as many
-/// `ingredients` as the file has volumes.
+/// If a value of `file` is out of its range or contradicts another one, or if not as many volumes
+/// were loaded as the file has.
 pub fn complete(
     file: &SceneFile,
-    ingredients: Vec<Ingredients>,
+    loaded: impl Into<Loaded>,
     surroundings: Surroundings,
 ) -> Result<(Scene, Settings, Vec<Choice>)> {
+    let loaded = loaded.into();
     let mut choices = Choices(Vec::new());
     let mut settings = computed::settings(file)?;
     let fits_shadow = camera::fits_shadow(&file.camera)?;
     let mut of_media = Choices(Vec::new());
-    let mediums = mediums(file, &ingredients, &mut of_media)?;
-    let visible = visible(&ingredients, &mediums);
+    let mediums = mediums(file, &loaded.volumes, &mut of_media)?;
+    let visible = visible(&loaded, &mediums);
     let visible = if visible.is_empty() { Media::none().world_corners().to_vec() } else { visible };
     let bounds = bounds_of(&visible);
     let lights = lights(file, &bounds, &mut choices)?;
@@ -147,7 +169,7 @@ pub fn complete(
         camera = view(None, &mut of_camera)?;
     }
     choices.0.extend(of_ground.0.into_iter().chain(of_media.0).chain(of_camera.0));
-    let bodies = ingredients.into_iter().zip(mediums);
+    let bodies = loaded.volumes.into_iter().zip(mediums);
     let bodies = bodies.map(|(own, medium)| Body { volume: own.volume, medium });
     let media = Media::new(bodies.collect());
     let ambient = match (file.ambient.radiance, surroundings) {
@@ -168,7 +190,8 @@ pub fn complete(
         }
     };
     let background = Some(background);
-    let scene = Scene { media, lights, ambient, camera, ground, background };
+    let surfaces = loaded.surfaces;
+    let scene = Scene { media, surfaces, lights, ambient, camera, ground, background };
     if file.shadow.size.is_none() {
         settings.map.size = map_size(&scene, &settings)?;
     }
@@ -193,9 +216,15 @@ fn mediums(
     tables.iter().zip(ingredients).map(|(table, own)| medium(table, own, choices)).collect()
 }
 
-/// Points around everything that is visible of the media.
-fn visible(ingredients: &[Ingredients], mediums: &[Medium]) -> Vec<DVec3> {
-    ingredients.iter().zip(mediums).flat_map(|(own, medium)| visible_points(own, medium)).collect()
+/// Points around everything that is visible.
+fn visible(loaded: &Loaded, mediums: &[Medium]) -> Vec<DVec3> {
+    let volumes = loaded.volumes.iter().zip(mediums);
+    let mut points: Vec<DVec3> =
+        volumes.flat_map(|(own, medium)| visible_points(own, medium)).collect();
+    for surface in loaded.surfaces.iter() {
+        surface.for_each_ball(|center, _| points.push(center));
+    }
+    points
 }
 
 /// The box around points; that of a scene without media if there are none.

@@ -6,8 +6,8 @@ use glam::{DQuat, DVec3};
 use super::camera::{camera, eye, fits_shadow, fov_y_degrees, up};
 use super::medium::Ingredients;
 use super::{
-    AMBIENT, Choice, Choices, Surroundings, angles_of, aspect, bounds_of, complete, digits, ground,
-    lights, lit_ground, mediums, short, visible,
+    AMBIENT, Choice, Choices, Loaded, Surroundings, angles_of, aspect, bounds_of, complete, digits,
+    ground, lights, lit_ground, mediums, short, visible,
 };
 use crate::error::{Error, Result};
 use crate::math::Aabb;
@@ -60,16 +60,16 @@ impl<'a> Shot<'a> {
         Ok(Self { file, frames, surroundings, samples: Vec::new() })
     }
 
-    /// Takes frame `frame` into account, whose volumes are `ingredients`.
+    /// Takes frame `frame` into account, for which `loaded` was loaded.
     ///
     /// # Errors
     /// As [`complete`].
-    pub fn look_at(&mut self, frame: i64, ingredients: &[Ingredients]) -> Result<()> {
+    pub fn look_at(&mut self, frame: i64, loaded: &Loaded) -> Result<()> {
         let file = self.file.at_frame(frame)?;
-        let (scene, settings, _) = complete(&file, ingredients.to_vec(), self.surroundings)?;
-        let mediums = mediums(&file, ingredients, &mut Choices(Vec::new()))?;
-        let visible = visible(ingredients, &mediums);
-        let volumes = ingredients.iter().zip(scene.media.bodies());
+        let (scene, settings, _) = complete(&file, loaded.clone(), self.surroundings)?;
+        let mediums = mediums(&file, &loaded.volumes, &mut Choices(Vec::new()))?;
+        let visible = visible(loaded, &mediums);
+        let volumes = loaded.volumes.iter().zip(scene.media.bodies());
         let volumes = volumes.map(|(own, body)| OfVolume::of(own, &body.medium)).collect();
         let (map_size, has_ground) = (settings.map.size, scene.ground.is_some());
         self.samples.push(Sample { file, volumes, visible, map_size, has_ground });

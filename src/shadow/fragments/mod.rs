@@ -10,9 +10,11 @@
 
 mod links;
 mod lists;
+mod overlaps;
 
 pub use links::{Links, MOST_WALKED, NO_LINK, nearest_nodes};
 pub use lists::{Fragment, FragmentLists, Runs, truncate};
+pub use overlaps::{Merged, disjoint};
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 

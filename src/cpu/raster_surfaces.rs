@@ -1,0 +1,303 @@
+//! Pass `raster_surfaces`: draws strands and triangles into the texels of a map. Each texel gets
+//! the fragments that its surfaces leave, in order of depth.
+//!
+//! A strand leaves one fragment for each run of its segments through a texel. Its coverage is the
+//! area of the texel that they cover together, its opacity that of a crossing times the coverage
+//! (Lokovic and Veach 2000, section 3.1, filter visibility functions likewise), and it lies between
+//! the depths where the strand enters and leaves the texel. Without coverage, and for triangles, a
+//! fragment is what the texel's central ray meets.
+
+use std::ops::Range;
+
+use glam::{Vec2, Vec4Swizzles};
+
+use super::tiles::TILE;
+use crate::frame::{FIRST_SEGMENT, Frame, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
+use crate::kernel::coverage::{Stroke, covered, depth_along, range_over, stroke_of};
+use crate::kernel::light::light_ray;
+use crate::kernel::triangle::{MapTriangle, triangle_depth, triangle_of};
+use crate::parallel;
+use crate::scene::Casters;
+use crate::shadow::{Fragment, disjoint};
+
+/// Number of surfaces' parts that are prepared together.
+const CHUNK: usize = 1024;
+
+/// A segment in the map.
+#[derive(Clone, Copy, Debug)]
+struct Drawn {
+    stroke: Stroke,
+    /// Index of its first point; the next segment of a strand has the next index.
+    point: u32,
+    opacities: [f32; 2],
+}
+
+/// What a segment covers of a texel.
+#[derive(Clone, Copy)]
+struct Part {
+    /// Index of the texel in its tile.
+    texel: u32,
+    /// Index of the segment's first point.
+    point: u32,
+    area: f32,
+    /// Area times opacity.
+    taken: f32,
+    depths: [f32; 2],
+}
+
+/// Surfaces as a map sees them, sorted into its tiles.
+#[derive(Debug)]
+pub(super) struct SurfaceRaster {
+    size: usize,
+    segments: Vec<Drawn>,
+    triangles: Vec<MapTriangle>,
+    /// For each tile, which segments and triangles may touch it.
+    segments_of: Bins,
+    triangles_of: Bins,
+    covers: bool,
+    frame: Frame,
+}
+
+/// Lists of indices by tile.
+#[derive(Debug)]
+struct Bins {
+    starts: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl SurfaceRaster {
+    /// Prepares the surfaces of `casters`; `None` if there are none.
+    pub(super) fn new(casters: Casters<'_>, frame: &Frame) -> Option<Self> {
+        if casters.surfaces.is_empty() {
+            return None;
+        }
+        let size = frame.map.size as usize;
+        let surfaces = FrameSurfaces::of(casters);
+        let segments: Vec<Drawn> = flat(&surfaces.segments, |&segment| {
+            let point = segment & SEGMENT_POINT;
+            let both = [point as usize, point as usize + 1];
+            let caps = [segment & FIRST_SEGMENT != 0, segment & LAST_SEGMENT != 0];
+            let stroke = stroke_of(frame, both.map(|i| surfaces.points[i]), caps)?;
+            Some(Drawn { stroke, point, opacities: both.map(|i| surfaces.opacities[i]) })
+        });
+        let triangles: Vec<MapTriangle> = flat(&surfaces.triangles, |corners| {
+            triangle_of(frame, corners.map(|corner| corner.xyz()), corners[0].w)
+        });
+        let outlines = |drawn: &Drawn| drawn.stroke.outline.to_vec();
+        let segments_of = Bins::of(&segments, size, outlines);
+        let triangles_of = Bins::of(&triangles, size, MapTriangle::outline);
+        let covers = frame.map.covers == 1;
+        let frame = *frame;
+        Some(Self { size, segments, triangles, segments_of, triangles_of, covers, frame })
+    }
+
+    /// The fragments of the texels in some columns and rows, which lie in one tile, row by row: for
+    /// each the pieces in order of depth, of which none overlaps another.
+    pub(super) fn tile(&self, columns: Range<usize>, rows: Range<usize>) -> Vec<Vec<Fragment>> {
+        let width = columns.len();
+        let mut lists = vec![Vec::new(); width * rows.len()];
+        let tile = rows.start / TILE * self.size.div_ceil(TILE) + columns.start / TILE;
+        let mut parts = Vec::new();
+        for &index in self.segments_of.of_tile(tile) {
+            self.draw(&self.segments[index as usize], &columns, &rows, &mut parts);
+        }
+        // Stable, so that the segments of a strand keep their order.
+        parts.sort_by_key(|part| part.texel);
+        let mut rest = &parts[..];
+        while let Some(first) = rest.first() {
+            let joins = |pair: &[Part; 2]| {
+                pair[0].texel == pair[1].texel && pair[1].point == pair[0].point + 1
+            };
+            let count = 1 + rest.array_windows().take_while(|pair| joins(pair)).count();
+            let (run, others) = rest.split_at(count);
+            lists[first.texel as usize].extend(self.fragment(run));
+            rest = others;
+        }
+        for &index in self.triangles_of.of_tile(tile) {
+            self.fill(&self.triangles[index as usize], &columns, &rows, |texel, fragment| {
+                lists[texel].push(fragment);
+            });
+        }
+        let mut pieces = Vec::new();
+        for list in lists.iter_mut().filter(|list| !list.is_empty()) {
+            disjoint(list, &mut pieces);
+            list.clone_from(&pieces);
+        }
+        lists
+    }
+
+    /// Adds to `parts` what a segment covers of the texels in some columns and rows.
+    fn draw(
+        &self,
+        drawn: &Drawn,
+        columns: &Range<usize>,
+        rows: &Range<usize>,
+        parts: &mut Vec<Part>,
+    ) {
+        let Drawn { stroke, point, opacities } = drawn;
+        for y in texels(stroke.outline.iter().map(|corner| corner.y), rows) {
+            let Some([low, high]) = row_extent(&stroke.outline, y as f32) else { continue };
+            for x in texels([low, high].into_iter(), columns) {
+                let texel = Vec2::new(x as f32, y as f32);
+                let area = if self.covers {
+                    covered(&stroke.outline, texel)
+                } else {
+                    f32::from(holds(&stroke.outline, texel + 0.5))
+                };
+                if area <= 0.0 {
+                    continue;
+                }
+                let [from, to] = range_over(stroke, texel);
+                let middle = 0.5 * (from + to);
+                let opacity = opacities[0] + (opacities[1] - opacities[0]) * middle;
+                let depth = |share: f32| depth_along(&self.frame, stroke, share);
+                let depths =
+                    if self.covers { [depth(from), depth(to)] } else { [depth(middle); 2] };
+                parts.push(Part {
+                    texel: ((y - rows.start) * columns.len() + x - columns.start) as u32,
+                    point: *point,
+                    area,
+                    taken: area * opacity,
+                    depths: [depths[0].min(depths[1]), depths[0].max(depths[1])],
+                });
+            }
+        }
+    }
+
+    /// What a run of segments of one strand leaves in a texel.
+    fn fragment(&self, run: &[Part]) -> Option<Fragment> {
+        let area: f32 = run.iter().map(|part| part.area).sum();
+        let taken: f32 = run.iter().map(|part| part.taken).sum();
+        let alpha = if area > 1.0 || !self.covers { taken / area } else { taken };
+        let front = run.iter().map(|part| part.depths[0]).fold(f32::INFINITY, f32::min);
+        let back = run.iter().map(|part| part.depths[1]).fold(f32::NEG_INFINITY, f32::max);
+        let surface = Fragment::surface(front, alpha.clamp(0.0, 1.0));
+        let fragment = if self.covers {
+            Fragment { back, ..surface }
+        } else {
+            let middle = 0.5 * (front + back);
+            Fragment { front: middle, back: middle, ..surface }
+        };
+        (fragment.optical_depth > 0.0 && back.is_finite()).then_some(fragment)
+    }
+
+    /// Calls `keep` for the texels, in some columns and rows, whose central rays meet a triangle.
+    fn fill(
+        &self,
+        triangle: &MapTriangle,
+        columns: &Range<usize>,
+        rows: &Range<usize>,
+        mut keep: impl FnMut(usize, Fragment),
+    ) {
+        let size = self.size as f32;
+        let outline = triangle.outline();
+        for y in texels(outline.iter().map(|corner| corner.y), rows) {
+            let Some([low, high]) = row_extent(&outline, y as f32) else { continue };
+            for x in texels([low, high].into_iter(), columns) {
+                let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                let ray = light_ray(&self.frame, center.x / size, center.y / size);
+                if let Some(depth) = triangle_depth(triangle, center, &ray) {
+                    let texel = (y - rows.start) * columns.len() + x - columns.start;
+                    let optical_depth = triangle.optical_depth;
+                    keep(texel, Fragment { front: depth, back: depth, optical_depth });
+                }
+            }
+        }
+    }
+}
+
+/// What `one` makes of items, on all threads, in their order.
+fn flat<T: Sync, U: Send>(items: &[T], one: impl Fn(&T) -> Option<U> + Sync) -> Vec<U> {
+    let chunks = parallel::map(items.chunks(CHUNK), |chunk| -> Vec<U> {
+        chunk.iter().filter_map(&one).collect()
+    });
+    chunks.into_iter().flatten().collect()
+}
+
+/// The columns or rows among `all` that lie between places of these coordinates, in texels.
+fn texels(places: impl Iterator<Item = f32>, all: &Range<usize>) -> Range<usize> {
+    let (low, high) =
+        places.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    // Conversions saturate, and NaN is 0.
+    let begin = (low.floor() as usize).max(all.start);
+    let end = (high.floor() as usize).saturating_add(usize::from(high >= 0.0)).min(all.end);
+    begin.min(end)..end
+}
+
+/// The range of u of an outline between the rows' borders `y` and `y + 1`, in texels.
+fn row_extent(outline: &[Vec2], y: f32) -> Option<[f32; 2]> {
+    let mut extent: Option<[f32; 2]> = None;
+    for (a, b) in outline.iter().zip(outline.iter().cycle().skip(1)) {
+        let (top, bottom) = if a.y < b.y { (a, b) } else { (b, a) };
+        if bottom.y < y || top.y > y + 1.0 {
+            continue;
+        }
+        let rise = bottom.y - top.y;
+        for at in [y, y + 1.0] {
+            let at = at.clamp(top.y, bottom.y);
+            let share = if rise > 0.0 { (at - top.y) / rise } else { 0.0 };
+            let x = top.x + (bottom.x - top.x) * share;
+            let [low, high] = extent.unwrap_or([x; 2]);
+            extent = Some([low.min(x), high.max(x)]);
+        }
+        if rise <= 0.0 {
+            let [low, high] = extent.unwrap_or([bottom.x; 2]);
+            extent = Some([low.min(bottom.x), high.max(bottom.x)]);
+        }
+    }
+    extent
+}
+
+/// Whether a convex outline, in either order, holds a place.
+fn holds(outline: &[Vec2; 4], place: Vec2) -> bool {
+    let sides = [0, 1, 2, 3].map(|i| {
+        let (a, b) = (outline[i], outline[(i + 1) % 4]);
+        (b - a).perp_dot(place - a)
+    });
+    sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0)
+}
+
+impl Bins {
+    /// The tiles that the outlines of `items` touch.
+    fn of<T: Sync>(items: &[T], size: usize, outline: impl Fn(&T) -> Vec<Vec2> + Sync) -> Self {
+        let across = size.div_ceil(TILE);
+        let touched = |item: &T| -> Vec<u32> {
+            let tiles: Vec<Vec2> = outline(item).iter().map(|c| *c / TILE as f32).collect();
+            let rows = texels(tiles.iter().map(|corner| corner.y), &(0..across));
+            let of_row = |y: usize| {
+                let extent = row_extent(&tiles, y as f32);
+                let columns = extent.map(|ends| texels(ends.into_iter(), &(0..across)));
+                columns.unwrap_or(0..0).map(move |x| (y * across + x) as u32)
+            };
+            rows.flat_map(of_row).collect()
+        };
+        let chunks = parallel::map(items.chunks(CHUNK).enumerate(), |(chunk, items)| {
+            let mut pairs: Vec<[u32; 2]> = Vec::with_capacity(2 * items.len());
+            for (i, item) in items.iter().enumerate() {
+                let index = (chunk * CHUNK + i) as u32;
+                pairs.extend(touched(item).into_iter().map(|tile| [tile, index]));
+            }
+            pairs
+        });
+        let mut starts = vec![0_u32; across * across + 1];
+        for [tile, _] in chunks.iter().flatten() {
+            starts[*tile as usize + 1] += 1;
+        }
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let mut next = starts.clone();
+        let mut sorted = vec![0; starts[across * across] as usize];
+        for [tile, index] in chunks.iter().flatten() {
+            let place = &mut next[*tile as usize];
+            sorted[*place as usize] = *index;
+            *place += 1;
+        }
+        Self { starts, items: sorted }
+    }
+
+    /// The indices of a tile's items.
+    fn of_tile(&self, tile: usize) -> &[u32] {
+        &self.items[self.starts[tile] as usize..self.starts[tile + 1] as usize]
+    }
+}

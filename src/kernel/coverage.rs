@@ -1,0 +1,215 @@
+//! Segments of strands as the texels of a map see them: the area of a texel that a segment covers,
+//! and the depths between which it does.
+//!
+//! ```text
+//!      side            a segment is drawn as a quadrangle around its axis, as wide as the strand
+//!   +--------+--___    seen from the light. The ends of a strand stick out by pi/4 of its radius,
+//!   a ------------- b  so that they cover the area of half a disc.
+//!   +--------+--"""
+//! ```
+
+use std::f32::consts::FRAC_PI_4;
+
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+
+use super::light::light_coordinates;
+use crate::frame::Frame;
+use crate::math::Each;
+
+/// Segments are cut where they come nearer than this share of their length to the plane through a
+/// light with a position, across its view.
+pub const NEAREST: f32 = 1e-4;
+/// Lengths below this count as zero where directions are computed.
+const SHORTEST: f32 = 1e-30;
+
+/// A segment of a strand in a map. Lengths are in texels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stroke {
+    /// The corners of its outline, in order around it.
+    pub outline: [Vec2; 4],
+    /// The ends of its axis.
+    pub ends: [Vec2; 2],
+    /// How far its outline reaches beyond its axis along u and v, at most.
+    pub reach: Vec2,
+    /// The ends of its axis in frame space.
+    pub points: [Vec3; 2],
+    /// Their distances along the axis of the light's view; 1 for parallel light.
+    pub distances: [f32; 2],
+}
+
+/// The stroke of a segment between two points of a strand (position and radius, in frame space);
+/// `caps` says where the strand ends. `None` behind a light with a position.
+pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<Stroke> {
+    let [a, b] = in_front(frame, [a, b])?;
+    let size = frame.map.size as f32;
+    let project = |p: Vec3| light_coordinates(frame, p).truncate() * size;
+    let axis = (b - a).xyz();
+    let end = |point: Vec4, cap: bool, outwards: f32| {
+        let (center, radius) = (point.xyz(), point.w);
+        let ray = match frame.light.spread {
+            0 => frame.light.direction.truncate(),
+            _ => center - frame.light.position,
+        };
+        let side = direction(axis.cross(ray), ray);
+        let along = direction(ray.cross(side), ray);
+        let stretch = if cap { outwards * FRAC_PI_4 * radius } else { 0.0 };
+        let tip = center + along * stretch;
+        (tip, project(tip - side * radius), project(tip + side * radius))
+    };
+    let forward = {
+        let ray = match frame.light.spread {
+            0 => frame.light.direction.truncate(),
+            _ => a.xyz() - frame.light.position,
+        };
+        let side = direction(axis.cross(ray), ray);
+        if direction(ray.cross(side), ray).dot(axis) < 0.0 { -1.0 } else { 1.0 }
+    };
+    let (tip_a, right_a, left_a) = end(a, caps[0], -forward);
+    let (tip_b, right_b, left_b) = end(b, caps[1], forward);
+    let ends = [tip_a, tip_b].each(project);
+    let reach = [(right_a, 0), (left_a, 0), (right_b, 1), (left_b, 1)];
+    let reach = reach.each(|(corner, i)| (corner - ends[i]).abs());
+    Some(Stroke {
+        outline: [right_a, left_a, left_b, right_b],
+        ends,
+        reach: reach[0].max(reach[1]).max(reach[2]).max(reach[3]),
+        points: [tip_a, tip_b],
+        distances: [tip_a, tip_b].each(|p| distance_of(frame, p)),
+    })
+}
+
+/// The part of a segment in front of a light with a position.
+fn in_front(frame: &Frame, [a, b]: [Vec4; 2]) -> Option<[Vec4; 2]> {
+    if frame.light.spread == 0 {
+        return Some([a, b]);
+    }
+    let (da, db) = (distance_of(frame, a.xyz()), distance_of(frame, b.xyz()));
+    let nearest = NEAREST * (b - a).xyz().length().max(a.w + b.w);
+    if da.max(db) <= nearest {
+        return None;
+    }
+    let cut = a + (b - a) * ((nearest - da) / (db - da));
+    Some(match (da < nearest, db < nearest) {
+        (true, _) => [cut, b],
+        (_, true) => [a, cut],
+        _ => [a, b],
+    })
+}
+
+/// A point's distance from the light along the axis of its view; 1 for parallel light.
+fn distance_of(frame: &Frame, point: Vec3) -> f32 {
+    if frame.light.spread == 0 { 1.0 } else { frame.light.from_frame[3].dot(point.extend(1.0)) }
+}
+
+/// A vector's direction; where it has none, one across `ray`.
+fn direction(vector: Vec3, ray: Vec3) -> Vec3 {
+    let length = vector.length();
+    if length > SHORTEST {
+        return vector / length;
+    }
+    let other = if ray.x.abs() < ray.y.abs() { Vec3::X } else { Vec3::Y };
+    let across = ray.cross(other);
+    across / across.length().max(SHORTEST)
+}
+
+/// The area that a convex quadrangle covers of the texel whose upper left corner is `texel`, 0..1:
+/// the integral along its sides of how far they are from the texel's left side.
+pub fn covered(outline: &[Vec2; 4], texel: Vec2) -> f32 {
+    let mut area = 0.0;
+    for i in 0..4 {
+        area += beside(outline[i] - texel, outline[(i + 1) % 4] - texel);
+    }
+    area.abs().min(1.0)
+}
+
+/// The area between a line and the left side of the unit square, within the square; negative for a
+/// line upwards.
+fn beside(from: Vec2, to: Vec2) -> f32 {
+    let (top, bottom) = (from.y.clamp(0.0, 1.0), to.y.clamp(0.0, 1.0));
+    if top == bottom {
+        return 0.0;
+    }
+    let slope = (to.x - from.x) / (to.y - from.y);
+    let ends = [top, bottom].each(|y| from.x + (y - from.y) * slope);
+    let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    let (left, right) = (low.clamp(0.0, 1.0), high.clamp(0.0, 1.0));
+    let length = high - low;
+    // The mean of the line's x, clamped to the square.
+    let mean = if length > 1e-6 {
+        let beyond = (high - low.max(1.0)).max(0.0);
+        ((right - left) * (right + left) * 0.5 + beyond) / length
+    } else {
+        left
+    };
+    mean * (bottom - top)
+}
+
+/// The range of a stroke's axis, as shares of its length, in the texel whose upper left corner is
+/// `texel` and as far around it as the stroke is wide. Where the axis passes by, it is the place
+/// nearest to the texel's middle.
+pub fn range_over(stroke: &Stroke, texel: Vec2) -> [f32; 2] {
+    let [a, b] = stroke.ends;
+    let axis = b - a;
+    let (low, high) = (texel - stroke.reach - a, texel + Vec2::ONE + stroke.reach - a);
+    let (mut from, mut to) = (0.0_f32, 1.0_f32);
+    for i in 0..2 {
+        if axis[i].abs() > 1e-6 {
+            let (x, y) = (low[i] / axis[i], high[i] / axis[i]);
+            from = from.max(x.min(y));
+            to = to.min(x.max(y));
+        }
+    }
+    if from <= to {
+        return [from, to];
+    }
+    let nearest = (texel + 0.5 - a).dot(axis) / axis.length_squared().max(SHORTEST);
+    [nearest.clamp(0.0, 1.0); 2]
+}
+
+/// The depth of the place `share` of the way along a stroke's axis, as it appears in the map.
+pub fn depth_along(frame: &Frame, stroke: &Stroke, share: f32) -> f32 {
+    let [a, b] = stroke.points;
+    let [near, far] = stroke.distances;
+    // Equal lengths of the map are longer farther from a light with a position.
+    let share = share * near / (far + share * (near - far)).max(SHORTEST);
+    light_coordinates(frame, a + (b - a) * share).z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_are_those_of_geometry() {
+        let square = |x: f32, y: f32, w: f32, h: f32| {
+            [[x, y], [x + w, y], [x + w, y + h], [x, y + h]].map(Vec2::from)
+        };
+        let at = Vec2::new(3.0, 5.0);
+        for (outline, area) in [
+            (square(3.25, 5.5, 0.5, 0.25), 0.125),
+            (square(-100.0, -100.0, 500.0, 500.0), 1.0),
+            (square(2.5, 4.5, 1.0, 1.0), 0.25),
+            (square(4.1, 5.0, 1.0, 1.0), 0.0),
+            // A diagonal band, half a diagonal wide.
+            ([[2.75, 5.25], [3.25, 4.75], [4.25, 5.75], [3.75, 6.25]].map(Vec2::from), 0.75),
+            // A triangle over the lower right half.
+            ([[3.0, 6.0], [4.0, 5.0], [4.0, 6.0], [4.0, 6.0]].map(Vec2::from), 0.5),
+        ] {
+            let found = covered(&outline, at);
+            assert!((found - area).abs() < 1e-5, "{outline:?}: {found}, not {area}");
+            let mut other = outline;
+            other.reverse();
+            assert_eq!(covered(&other, at), found);
+        }
+    }
+
+    #[test]
+    fn the_texels_of_a_quadrangle_add_up_to_its_area() {
+        let outline = [[1.3, 2.1], [9.7, 5.4], [9.2, 6.9], [0.9, 2.9]].map(Vec2::from);
+        let cross = |i: usize| outline[i].perp_dot(outline[(i + 1) % 4]);
+        let area = 0.5 * (0..4).map(cross).sum::<f32>();
+        let texels = (0..144).map(|i| Vec2::new((i % 12) as f32, (i / 12) as f32));
+        let sum: f32 = texels.map(|texel| covered(&outline, texel)).sum();
+        assert!((sum - area.abs()).abs() < 1e-4, "{sum}, not {area}");
+    }
+}

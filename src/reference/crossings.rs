@@ -1,0 +1,356 @@
+//! Where rays cross surfaces, in f64.
+//!
+//! A strand is the union of its segments, and a segment is the convex hull of two balls. Each
+//! interval of a ray inside a strand is one crossing, which lies in the interval's middle. A point
+//! on the strand's axis is thus as deep as the strand's crossing there. A triangle is crossed at a
+//! point. A crossing takes the opacity of what is crossed, so transmittance is the product of (1 -
+//! opacity) over all of them.
+
+use glam::DVec3;
+
+use super::tree::Tree;
+use crate::math::Aabb;
+use crate::scene::{Shape, Surfaces};
+
+/// Surfaces, prepared for exact crossings.
+#[derive(Clone, Debug)]
+pub struct Crossings {
+    things: Vec<Thing>,
+    tree: Tree,
+    /// The thickness of the thinnest strand, in world lengths; infinite without strands.
+    thinnest: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Thing {
+    Triangle { corners: [DVec3; 3], opacity: f64 },
+    Segment(Hull),
+}
+
+/// The convex hull of two balls, part of a strand.
+#[derive(Clone, Copy, Debug)]
+struct Hull {
+    centers: [DVec3; 2],
+    radii: [f64; 2],
+    opacities: [f64; 2],
+    /// The strand, numbered over all surfaces.
+    strand: u32,
+}
+
+/// An interval of a ray inside a segment, with its strand and its opacity.
+#[derive(Clone, Copy, Debug)]
+struct Inside {
+    strand: u32,
+    interval: [f64; 2],
+    hull: Hull,
+}
+
+impl Crossings {
+    /// Prepares `surfaces`.
+    pub fn of(surfaces: &Surfaces) -> Self {
+        let (mut things, mut strand, mut thinnest) = (Vec::new(), 0, f64::INFINITY);
+        for surface in surfaces.iter() {
+            let to = surface.world_from_object();
+            let scale = surface.scale();
+            match &surface.shape {
+                Shape::Mesh(mesh) => {
+                    things.extend((0..mesh.triangles().len()).map(|i| Thing::Triangle {
+                        corners: mesh.corners(i).map(|p| to.transform_point3(p.as_dvec3())),
+                        opacity: mesh.material(i).opacity,
+                    }));
+                }
+                Shape::Strands(strands) => {
+                    for index in 0..strands.count() {
+                        let points = strands.strand(index);
+                        for first in points.start..points.end - 1 {
+                            let segment = strands.segment(first);
+                            let radii = segment.radii.map(|r| scale * f64::from(r));
+                            thinnest = thinnest.min(2.0 * radii[0].max(radii[1]));
+                            things.push(Thing::Segment(Hull {
+                                centers: segment.ends.map(|p| to.transform_point3(p.as_dvec3())),
+                                radii,
+                                opacities: segment.opacities.map(f64::from),
+                                strand,
+                            }));
+                        }
+                        strand += 1;
+                    }
+                }
+            }
+        }
+        let boxes: Vec<Aabb> = things.iter().map(Thing::bounds).collect();
+        let tree = Tree::over(&boxes);
+        Self { things, tree, thinnest }
+    }
+
+    /// The thickness of the thinnest segment of all strands at its thicker end, in world lengths;
+    /// infinite without strands.
+    pub fn thinnest(&self) -> f64 {
+        self.thinnest
+    }
+
+    /// Whether there are no surfaces.
+    pub fn is_empty(&self) -> bool {
+        self.things.is_empty()
+    }
+
+    /// Distances along the ray `origin + t direction` (world space, unit length) where it crosses
+    /// something, and the opacity there, in no order, for `t` between the bounds. It stops early
+    /// where something is opaque.
+    pub fn along(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+        let (mut found, mut inside) = (Vec::new(), Vec::new());
+        // A strand's interval may reach beyond the bounds, although its middle does not.
+        let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
+        let bounds = if self.thinnest.is_finite() { everywhere } else { [from, to] };
+        self.tree.along(origin, direction, bounds, |index| {
+            match self.things[index as usize] {
+                Thing::Triangle { corners, opacity } => {
+                    if let Some(t) = through_triangle(origin, direction, corners)
+                        && t >= from
+                        && t <= to
+                    {
+                        found.push([t, opacity]);
+                        return opacity < 1.0;
+                    }
+                }
+                Thing::Segment(hull) => {
+                    if let Some(interval) = hull.inside(origin, direction) {
+                        inside.push(Inside { strand: hull.strand, interval, hull });
+                    }
+                }
+            }
+            true
+        });
+        inside
+            .sort_by(|a, b| a.strand.cmp(&b.strand).then(a.interval[0].total_cmp(&b.interval[0])));
+        let mut rest = &inside[..];
+        while let Some(first) = rest.first() {
+            let (mut end, mut count) = (first.interval[1], 1);
+            while let Some(next) = rest.get(count)
+                && next.strand == first.strand
+                && next.interval[0] <= end
+            {
+                end = end.max(next.interval[1]);
+                count += 1;
+            }
+            let middle = 0.5 * (first.interval[0] + end);
+            if middle >= from && middle <= to {
+                let at = origin + middle * direction;
+                let holds = |one: &&Inside| one.interval[0] <= middle && middle <= one.interval[1];
+                let own = rest[..count].iter().find(holds).unwrap_or(first);
+                found.push([middle, own.hull.opacity_near(at)]);
+            }
+            rest = &rest[count..];
+        }
+        found
+    }
+
+    /// The share of light that gets along the ray `origin + t direction` (world space, unit length)
+    /// for `t` between the bounds, 0..1.
+    pub fn transmittance(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
+        self.along(origin, direction, bounds).iter().map(|[_, opacity]| 1.0 - opacity).product()
+    }
+}
+
+impl Thing {
+    fn bounds(&self) -> Aabb {
+        let (min, max) = match self {
+            Self::Triangle { corners: [a, b, c], .. } => (a.min(*b).min(*c), a.max(*b).max(*c)),
+            Self::Segment(Hull { centers: [a, b], radii: [ra, rb], .. }) => {
+                ((a - ra).min(b - rb), (a + ra).max(b + rb))
+            }
+        };
+        Aabb { min, max }
+    }
+}
+
+impl Hull {
+    /// The interval of a ray inside the hull. Its ends lie on one of the balls or on the cone that
+    /// touches both, so it reaches from the first to the last point where the ray meets one of the
+    /// three.
+    fn inside(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
+        let ([a, b], [ra, rb]) = (self.centers, self.radii);
+        // Distances are measured from the point of the ray nearest to the hull's middle, where
+        // squares are smallest.
+        let begin = (0.5 * (a + b) - origin).dot(direction);
+        let start = origin + begin * direction;
+        let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut meet = |t: f64| ends = [ends[0].min(t), ends[1].max(t)];
+        for (center, radius) in [(a, ra), (b, rb)] {
+            let from = start - center;
+            let half = from.dot(direction);
+            let root = half * half - (from.length_squared() - radius * radius);
+            if root >= 0.0 {
+                meet(-half - root.sqrt());
+                meet(-half + root.sqrt());
+            }
+        }
+        // Where |m|^2 - ra^2 = (y - ra (ra - rb))^2 / (L^2 - (ra - rb)^2) with m from a, y = m . d,
+        // and the touching ball lies between the two.
+        let (d, narrower) = (b - a, ra - rb);
+        let square = d.length_squared() - narrower * narrower;
+        if square > 0.0 {
+            let m = start - a;
+            let (slope, at) = (direction.dot(d), m.dot(d) - ra * narrower);
+            let quadratic = square - slope * slope;
+            let half = square * m.dot(direction) - at * slope;
+            let constant = square * (m.length_squared() - ra * ra) - at * at;
+            let root = half * half - quadratic * constant;
+            if root >= 0.0 && quadratic != 0.0 {
+                for t in [(-half - root.sqrt()) / quadratic, (-half + root.sqrt()) / quadratic] {
+                    let along = (at + t * slope) / square;
+                    if (0.0..=1.0).contains(&along) {
+                        meet(t);
+                    }
+                }
+            }
+        }
+        (ends[0] < ends[1]).then(|| ends.map(|t| begin + t))
+    }
+
+    /// The opacity of a crossing at a point near the axis.
+    fn opacity_near(&self, point: DVec3) -> f64 {
+        let [a, b] = self.centers;
+        let along = (point - a).dot(b - a) / (b - a).length_squared();
+        let share = if along.is_finite() { along.clamp(0.0, 1.0) } else { 0.0 };
+        self.opacities[0] + (self.opacities[1] - self.opacities[0]) * share
+    }
+}
+
+/// Where a ray goes through a triangle, from either side (Woop, Benthin and Wald 2013): in a plane
+/// across the ray, edge by edge, so that both triangles of an edge compute the same and none of
+/// them, or one, but not both, is met there.
+fn through_triangle(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<f64> {
+    let (x, y) = direction.any_orthonormal_pair();
+    let [a, b, c] = corners.map(|p| {
+        let from = p - origin;
+        (from.dot(x), from.dot(y), from.dot(direction))
+    });
+    // Whether the ray is on the left of an edge. One on its line counts as a little above it or,
+    // for an upright edge, on its right.
+    let edge = |p: (f64, f64, f64), q: (f64, f64, f64)| {
+        let forward = (p.0, p.1) <= (q.0, q.1);
+        let (from, to) = if forward { (p, q) } else { (q, p) };
+        let area = from.0 * to.1 - from.1 * to.0;
+        let above = area > 0.0 || (area == 0.0 && to.0 > from.0);
+        (if forward { area } else { -area }, above == forward)
+    };
+    let ((u, side_u), (v, side_v), (w, side_w)) = (edge(b, c), edge(c, a), edge(a, b));
+    let area = u + v + w;
+    if side_u != side_v || side_v != side_w || area == 0.0 {
+        return None;
+    }
+    Some((u * a.2 + v * b.2 + w * c.2) / area)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use glam::Vec3;
+
+    use super::*;
+    use crate::surface::{Material, Mesh, Strands, Varying};
+
+    fn hull(ends: [[f64; 3]; 2], radii: [f64; 2]) -> Hull {
+        Hull { centers: ends.map(DVec3::from), radii, opacities: [0.25, 0.75], strand: 0 }
+    }
+
+    fn close(found: Option<[f64; 2]>, due: Option<[f64; 2]>) {
+        match (found, due) {
+            (Some(found), Some(due)) => {
+                let off = (found[0] - due[0]).abs().max((found[1] - due[1]).abs());
+                assert!(off < 1e-12, "{found:?}, not {due:?}");
+            }
+            (found, due) => assert_eq!(found, due),
+        }
+    }
+
+    #[test]
+    fn a_ray_in_a_strand_is_between_what_geometry_says() {
+        // A cylinder along x: across, at a slant, along, and past it.
+        let rod = hull([[0.0; 3], [10.0, 0.0, 0.0]], [0.5; 2]);
+        let from = DVec3::new(5.0, -3.0, 0.3);
+        let chord = (0.25_f64 - 0.09).sqrt();
+        close(rod.inside(from, DVec3::Y), Some([3.0 - chord, 3.0 + chord]));
+        let slant = DVec3::new(0.6, 0.8, 0.0);
+        close(rod.inside(from, slant), Some([(3.0 - chord) / 0.8, (3.0 + chord) / 0.8]));
+        let along = rod.inside(DVec3::new(-2.0, 0.3, 0.0), DVec3::X);
+        close(along, Some([2.0 - 0.4, 12.0 + 0.4]));
+        close(rod.inside(DVec3::new(5.0, -3.0, 0.51), DVec3::Y), None);
+        // Beyond its ends there are half balls.
+        close(rod.inside(DVec3::new(10.3, -3.0, 0.0), DVec3::Y), Some([3.0 - 0.4, 3.0 + 0.4]));
+        close(rod.inside(DVec3::new(10.51, -3.0, 0.0), DVec3::Y), None);
+        // A cone from radius 1 to a point at 2: its flanks touch the ball at 60 degrees, where they
+        // are at a height of (2 - x) tan 30 degrees.
+        let cone = hull([[0.0; 3], [2.0, 0.0, 0.0]], [1.0, 0.0]);
+        let height = (2.0 - 1.25) / 3.0_f64.sqrt();
+        close(
+            cone.inside(DVec3::new(1.25, -5.0, 0.0), DVec3::Y),
+            Some([5.0 - height, 5.0 + height]),
+        );
+        // In front of where they touch it is the ball.
+        let height = (1.0_f64 - 0.04).sqrt();
+        close(
+            cone.inside(DVec3::new(-0.2, -5.0, 0.0), DVec3::Y),
+            Some([5.0 - height, 5.0 + height]),
+        );
+        // A ball in a ball.
+        let ball = hull([[0.0; 3], [0.1, 0.0, 0.0]], [1.0, 0.2]);
+        close(ball.inside(DVec3::new(0.0, -5.0, 0.0), DVec3::Y), Some([4.0, 6.0]));
+    }
+
+    /// A scene of one surface at its own place.
+    fn crossings(shape: Shape) -> Crossings {
+        let surface = crate::scene::Surface::new(shape, glam::DMat4::IDENTITY).unwrap();
+        Crossings::of(&vec![surface].into())
+    }
+
+    #[test]
+    fn a_bent_strand_is_crossed_once_and_a_folded_one_twice() {
+        let points =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.5, 0.0], [2.0, 3.0, 0.0], [0.0, 3.0, 0.0]];
+        let strands = Strands::new(
+            "bent",
+            points.map(Vec3::from).to_vec(),
+            &[5],
+            Varying::Same(0.2),
+            Varying::PerPoint(vec![0.5, 0.5, 0.5, 0.25, 0.25]),
+            Varying::Same(Vec3::ONE),
+        );
+        let crossings = crossings(Shape::Strands(strands.unwrap().into()));
+        let from = DVec3::new(1.0, -5.0, 0.0);
+        let mut found = crossings.along(from, DVec3::Y, [0.0, f64::INFINITY]);
+        found.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        assert_eq!(found.len(), 2, "{found:?}");
+        // At the joint, the union of two segments reaches up to the slanted one's flank.
+        let middle = 0.5 * (-0.1 + 0.1 / (1.0_f64 / 1.25_f64.sqrt()));
+        assert!((found[0][0] - 5.0 - middle).abs() < 1e-12, "{found:?}");
+        assert!((found[1][0] - 8.0).abs() < 1e-12 && found[1][1] == 0.25, "{found:?}");
+        assert_eq!(crossings.transmittance(from, DVec3::Y, [0.0, 20.0]), 0.5 * 0.75);
+        assert_eq!(crossings.transmittance(from, DVec3::Y, [0.0, 7.99]), 0.5);
+        assert_eq!(crossings.transmittance(from, DVec3::Y, [5.01, 8.01]), 0.75);
+    }
+
+    #[test]
+    fn edges_between_triangles_are_crossed_once() {
+        // A square of four triangles around its centre, with rays through edges and corners.
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [0.0, 0.0]];
+        let positions = corners.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
+        let triangles = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [4, 3, 0]];
+        let glass = Material { opacity: 0.5, ..Material::default() };
+        let mesh = Mesh::new("square", positions, triangles, vec![glass], vec![0; 4]).unwrap();
+        let crossings = crossings(Shape::Mesh(mesh.into()));
+        for i in -8..=8 {
+            for j in -8..=8 {
+                let (x, y) = (f64::from(i) / 10.0, f64::from(j) / 10.0);
+                for (z, direction) in [(-3.0, DVec3::Z), (2.0, DVec3::NEG_Z)] {
+                    let from = DVec3::new(x, y, z);
+                    let found = crossings.transmittance(from, direction, [0.0, 10.0]);
+                    assert_eq!(found, 0.5, "{from} along {direction}");
+                }
+            }
+        }
+        assert_eq!(crossings.transmittance(DVec3::new(1.1, 0.0, -1.0), DVec3::Z, [0.0, 9.0]), 1.0);
+    }
+}
