@@ -16,8 +16,10 @@ const RAYS: [f64; 2] = [8.0, 64.0];
 /// Such rays are at most this share of the thinnest strand's thickness apart, if they are not too
 /// many.
 const APART: f64 = 0.25;
-/// Points with a normal are moved along it by this share of the casters' diagonal.
+/// Points with a normal are moved along it by this share of the casters' diagonal for rays...
 const OFF_SURFACE: f64 = 1e-5;
+/// ...and by this many texels' edges for maps: a filter reaches that far.
+const OFF_TEXELS: f64 = 1.5;
 
 /// How light is measured.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -117,8 +119,6 @@ struct Meter<'a> {
     beam: &'a Beam,
     how: &'a Probe,
     source: Source<'a>,
-    /// World lengths by which points with a normal are moved.
-    off_surface: f64,
 }
 
 enum Source<'a> {
@@ -141,8 +141,7 @@ impl<'a> Meter<'a> {
             map.prepare();
             Source::Map { map, window: settings.map.filter.window().0 }
         };
-        let off_surface = OFF_SURFACE * beam.casters().world_bounds().size().length();
-        Ok(Self { beam, how, source, off_surface })
+        Ok(Self { beam, how, source })
     }
 
     /// The share of the light at a point; `None` if another beam of the light answers for it.
@@ -157,7 +156,7 @@ impl<'a> Meter<'a> {
             if normal.dot(to_light) <= 0.0 {
                 return Some(0.0);
             }
-            place += self.off_surface * normal;
+            place += self.off_surface(place) * normal;
         }
         match &self.source {
             Source::Exact(exact) => Some(self.exact(exact, place, to_light) as f32),
@@ -165,10 +164,21 @@ impl<'a> Meter<'a> {
                 let Some(light) = view.place(place) else { return Some(1.0) };
                 Some(match (self.how.footprint, map.texels()) {
                     (Some(edge), Some(texels)) => {
-                        over_texels(texels, light.to_array(), self.spans(place, edge))
+                        over_texels(texels, light.to_array(), edge / self.lengths(place))
                     }
                     _ => map.lookup(*window, light.x, light.y, light.z),
                 })
+            }
+        }
+    }
+
+    /// World lengths by which a point is moved off its surface.
+    fn off_surface(&self, place: DVec3) -> f64 {
+        match &self.source {
+            Source::Exact(_) => OFF_SURFACE * self.beam.casters().world_bounds().size().length(),
+            Source::Map { map, .. } => {
+                let texel = self.lengths(place).max_element() / f64::from(map.size().max(1));
+                OFF_TEXELS * texel
             }
         }
     }
@@ -188,18 +198,17 @@ impl<'a> Meter<'a> {
         (0..count).map(row).sum::<f64>() / f64::from(count * count)
     }
 
-    /// The footprint's width and height in the map, as shares of it.
-    fn spans(&self, place: DVec3, edge: f64) -> DVec2 {
+    /// The map's width and height at a world position, in world lengths.
+    fn lengths(&self, place: DVec3) -> DVec2 {
         let view = &self.beam.view;
-        let [width, height] = match view.position {
-            None => [view.origin_u.length(), view.origin_v.length()],
+        match view.position {
+            None => DVec2::new(view.origin_u.length(), view.origin_v.length()),
             // The map is that large at a distance of 1 along its axis.
             Some(_) => {
                 let along = (view.light_from_world * place.extend(1.0)).w;
-                [view.direction_u.length() * along, view.direction_v.length() * along]
+                DVec2::new(view.direction_u.length(), view.direction_v.length()) * along
             }
-        };
-        DVec2::new(edge / width, edge / height)
+        }
     }
 }
 

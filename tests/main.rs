@@ -24,6 +24,7 @@ mod fragments;
 mod golden;
 mod hostile;
 mod info;
+mod light_meter;
 mod lists;
 mod measures;
 #[cfg(unix)]
@@ -42,6 +43,7 @@ mod sparse;
 mod stage;
 mod stored_values;
 mod support;
+mod surfaces;
 mod tone;
 mod twins;
 mod usage;

@@ -42,7 +42,7 @@ radiance = [0.25, 0.25, 0.25]
 fn load(text: &str, folder: &Path) -> deepshadow::Result<(Scene, Settings)> {
     let file = SceneFile::parse(text, &folder.join("scene.toml"))?;
     let own = file.volume.iter().map(|table| load_ingredients(table, false).map(|(own, _)| own));
-    complete(&file, own.collect::<deepshadow::Result<_>>()?, Surroundings::Void)
+    complete(&file, own.collect::<deepshadow::Result<Vec<_>>>()?, Surroundings::Void)
         .map(|(scene, settings, _)| (scene, settings))
 }
 
@@ -152,7 +152,7 @@ fn the_readmes_scene_files_can_be_used() {
             }
         }
         let own = file.volume.iter().map(|table| load_ingredients(table, false).unwrap().0);
-        complete(&file, own.collect(), Surroundings::Void).unwrap();
+        complete(&file, own.collect::<Vec<_>>(), Surroundings::Void).unwrap();
     }
 }
 

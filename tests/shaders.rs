@@ -128,7 +128,7 @@ fn the_frame_has_the_same_fields_at_the_same_places() {
         light_samples, opaque, shared_weight, shared_length, tolerance, spacing,
         first_row, unused, march);
     same!(FrameMap: rays, slabs, thresholds, sharpness, threshold_depths, surface_reach, size,
-        crossing, lookup, window, near, far, tolerance, truncation, planes, follows_links, bias, unused);
+        crossing, lookup, window, near, far, tolerance, truncation, planes, follows_links, bias, covers);
 }
 
 /// The same for the parts of mixtures.

@@ -37,7 +37,8 @@ pub fn described(text: &str, folder: &Path) -> (Scene, Settings, Vec<String>) {
         notes.extend(said);
         own
     });
-    let (scene, settings, _) = complete(&file, own.collect(), Surroundings::Void).unwrap();
+    let (scene, settings, _) =
+        complete(&file, own.collect::<Vec<_>>(), Surroundings::Void).unwrap();
     (scene, settings, notes)
 }
 

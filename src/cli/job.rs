@@ -81,7 +81,7 @@ impl<'a> Request<'a> {
         choice: BackendChoice,
         overlay: impl FnOnce(&mut SceneFile),
     ) -> Result<Self> {
-        let Described { mut file, surroundings, said } = described(&source.input)?;
+        let Described { mut file, surroundings, said } = described(source)?;
         source.overlay(&mut file);
         overlay(&mut file);
         // The scene file itself, or a preset's name, which is not a file.
@@ -277,9 +277,12 @@ struct Described {
     said: Vec<String>,
 }
 
-/// The scene file that `input` is or stands for.
-fn described(input: &str) -> Result<Described> {
+/// The scene file that the input of `source` is or stands for.
+fn described(source: &SourceArguments) -> Result<Described> {
     let mut said = Vec::new();
+    let input = &*source.input;
+    // Anything may be raw.
+    let is_raw = source.file.dims.is_some() || source.file.from.is_some();
     let path = Path::new(input);
     let mut file = SceneFile::default();
     if Preset::from_str(input).is_ok() && !path.is_file() {
@@ -287,7 +290,7 @@ fn described(input: &str) -> Result<Described> {
     } else if is_scene_file(path) {
         let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
         file = SceneFile::parse(&text, path)?;
-    } else if let Some(format) = surface_format(path) {
+    } else if let Some(format) = surface_format(path).filter(|_| !is_raw) {
         let named = Some(path.to_owned());
         match format {
             Format::Hair | Format::TressFx => file.hair.one_mut().path = named,

@@ -1,6 +1,6 @@
 //! Command `probe`: measures the light that arrives at given points.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec3;
@@ -54,10 +54,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut request = Request::new(scene, None)?;
     request.inputs.extend([points.clone()].into_iter().chain(normals.clone()));
     let pending = PendingFile::create(&path, &request.inputs)?;
-    let positions = read_vectors(points, DEFAULT_MAX_BYTES)?;
+    let positions = finite(points)?;
     let directions = match normals {
         Some(normals) => {
-            let directions = read_vectors(normals, DEFAULT_MAX_BYTES)?;
+            let directions = finite(normals)?;
             if directions.len() != positions.len() {
                 let (found, due) = (directions.len(), positions.len());
                 return Err(Error::contents(normals, format!("{found} normals for {due} points")));
@@ -82,4 +82,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let by = if *exact { "rays in f64".to_owned() } else { job.backend.description() };
     job.note(&format!("wrote {}: {} points, {lights} lights, {by}", path.display(), places.len()));
     Ok(())
+}
+
+/// The vectors in a file.
+///
+/// # Errors
+/// If the file cannot be read, or a number in it is not finite.
+fn finite(path: &Path) -> Result<Vec<[f64; 3]>> {
+    let vectors = read_vectors(path, DEFAULT_MAX_BYTES)?;
+    match vectors.iter().position(|vector| !DVec3::from(*vector).is_finite()) {
+        Some(i) => {
+            let why = format!("row {i}, {}, is not finite", DVec3::from(vectors[i]));
+            Err(Error::contents(path, why))
+        }
+        None => Ok(vectors),
+    }
 }

@@ -16,7 +16,7 @@ use crate::math::Aabb;
 use crate::progress::Silent;
 use crate::scene::transfer::preset;
 use crate::scene::{
-    Body, Camera, Emission, Ground, Light, LightKind, Media, Medium, Projection, Scene,
+    Body, Camera, Emission, Ground, Light, LightKind, Media, Medium, Projection, Scene, Surfaces,
 };
 use crate::settings::{MapKind, Settings};
 use crate::volume::{Axis, Volume, world_from_index_in_bounds};
@@ -81,6 +81,7 @@ fn cube(voxels: usize, center: DVec3, edge: f64) -> Arc<Volume> {
 fn seen(media: Media, size: f64) -> Scene {
     let direction = DVec3::new(0.6, -0.72, -0.36);
     Scene {
+        surfaces: Surfaces::default(),
         media,
         lights: vec![Light {
             kind: LightKind::Directional { direction },

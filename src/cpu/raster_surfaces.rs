@@ -13,9 +13,12 @@ use glam::{Vec2, Vec4Swizzles};
 
 use super::tiles::TILE;
 use crate::frame::{FIRST_SEGMENT, Frame, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
-use crate::kernel::coverage::{Stroke, covered, depth_along, range_over, stroke_of};
+use crate::kernel::coverage::{
+    Stroke, covered, depth_along, holds, nearest_share, range_over, stroke_of,
+};
 use crate::kernel::light::light_ray;
 use crate::kernel::triangle::{MapTriangle, triangle_depth, triangle_of};
+use crate::math::Each;
 use crate::parallel;
 use crate::scene::Casters;
 use crate::shadow::{Fragment, disjoint};
@@ -139,20 +142,18 @@ impl SurfaceRaster {
             let Some([low, high]) = row_extent(&stroke.outline, y as f32) else { continue };
             for x in texels([low, high].into_iter(), columns) {
                 let texel = Vec2::new(x as f32, y as f32);
-                let area = if self.covers {
-                    covered(&stroke.outline, texel)
+                let (area, [from, to]) = if self.covers {
+                    (covered(&stroke.outline, texel), range_over(stroke, texel))
                 } else {
-                    f32::from(holds(&stroke.outline, texel + 0.5))
+                    let center = texel + 0.5;
+                    let share = nearest_share(stroke, center);
+                    (f32::from(holds(&stroke.outline, center)), [share; 2])
                 };
                 if area <= 0.0 {
                     continue;
                 }
-                let [from, to] = range_over(stroke, texel);
-                let middle = 0.5 * (from + to);
-                let opacity = opacities[0] + (opacities[1] - opacities[0]) * middle;
-                let depth = |share: f32| depth_along(&self.frame, stroke, share);
-                let depths =
-                    if self.covers { [depth(from), depth(to)] } else { [depth(middle); 2] };
+                let opacity = opacities[0] + (opacities[1] - opacities[0]) * 0.5 * (from + to);
+                let depths = [from, to].each(|share| depth_along(&self.frame, stroke, share));
                 parts.push(Part {
                     texel: ((y - rows.start) * columns.len() + x - columns.start) as u32,
                     point: *point,
@@ -172,12 +173,9 @@ impl SurfaceRaster {
         let front = run.iter().map(|part| part.depths[0]).fold(f32::INFINITY, f32::min);
         let back = run.iter().map(|part| part.depths[1]).fold(f32::NEG_INFINITY, f32::max);
         let surface = Fragment::surface(front, alpha.clamp(0.0, 1.0));
-        let fragment = if self.covers {
-            Fragment { back, ..surface }
-        } else {
-            let middle = 0.5 * (front + back);
-            Fragment { front: middle, back: middle, ..surface }
-        };
+        let middle = 0.5 * (front + back);
+        let [front, back] = if self.covers { [front, back] } else { [middle; 2] };
+        let fragment = Fragment { front, back, ..surface };
         (fragment.optical_depth > 0.0 && back.is_finite()).then_some(fragment)
     }
 
@@ -246,15 +244,6 @@ fn row_extent(outline: &[Vec2], y: f32) -> Option<[f32; 2]> {
         }
     }
     extent
-}
-
-/// Whether a convex outline, in either order, holds a place.
-fn holds(outline: &[Vec2; 4], place: Vec2) -> bool {
-    let sides = [0, 1, 2, 3].map(|i| {
-        let (a, b) = (outline[i], outline[(i + 1) % 4]);
-        (b - a).perp_dot(place - a)
-    });
-    sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0)
 }
 
 impl Bins {

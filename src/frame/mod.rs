@@ -29,7 +29,7 @@ pub use steps::{
     SLABS_PER_VOXEL, VIEW_STEPS_LEAST, VIEW_STEPS_MOST, VIEW_STEPS_PER_VOXEL,
 };
 use steps::{UNLIMITED, marching};
-pub use surfaces::{FIRST_SEGMENT, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
+pub use surfaces::{FIRST_SEGMENT, FrameSurfaces, LAST_SEGMENT, OPAQUE, SEGMENT_POINT};
 
 /// Largest optical depth over the media's diagonal, so that sums fit f32.
 const MOST_OPTICAL_DEPTH: f64 = 1e30;

@@ -13,8 +13,8 @@ pub const FIRST_SEGMENT: u32 = 1 << 31;
 /// In a segment's number: nothing of its strand follows it.
 pub const LAST_SEGMENT: u32 = 1 << 30;
 
-/// The largest optical depth of a crossing ([`crate::kernel::fragments::OPAQUE_OPTICAL_DEPTH`]).
-const OPAQUE: f64 = 87.0;
+/// Optical depth of an opaque surface: its transmittance is about the smallest normal f32.
+pub const OPAQUE: f32 = 87.0;
 
 /// The surfaces that cast a beam's shadows.
 #[derive(Clone, Debug, Default)]
@@ -43,7 +43,7 @@ impl FrameSurfaces {
                     let [a, b, c] = mesh
                         .corners(i)
                         .map(|p| space.point(to.transform_point3(p.as_dvec3())).extend(0.0));
-                    [a.xyz().extend(optical_depth.min(OPAQUE) as f32), b, c]
+                    [a.xyz().extend((optical_depth as f32).min(OPAQUE)), b, c]
                 })),
                 Shape::Strands(strands) => {
                     let radius = 0.5 * surface.scale() / space.unit;

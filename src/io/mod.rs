@@ -33,10 +33,5 @@ pub use load::{load_color, load_volume, open, source_files, superior_axis};
 pub use options::ReadOptions;
 pub use output::{Inputs, PendingFile, PendingFolder};
 pub use picture::{PictureFormat, PictureOptions};
-<<<<<<< HEAD
-pub use surface::{SurfaceFile, read_surface, read_surface_as, surface_files, surface_up};
-=======
 pub use placed::load_surfaces;
-pub(crate) use surface::read_surface_as;
-pub use surface::{SurfaceFile, read_surface, surface_files, surface_up};
->>>>>>> e2f4c45 (wip surfaces)
+pub use surface::{SurfaceFile, read_surface, read_surface_as, surface_files, surface_up};

@@ -3,8 +3,8 @@
 //!
 //! ```text
 //!      side            a segment is drawn as a quadrangle around its axis, as wide as the strand
-//!   +--------+--___    seen from the light. The ends of a strand stick out by pi/4 of its radius,
-//!   a ------------- b  so that they cover the area of half a disc.
+//!   +--------+--___    seen from the light. Under parallel light the ends of a strand stick out
+//!   a ------------- b  by pi/4 of its radius, so that they cover the area of half a disc.
 //!   +--------+--"""
 //! ```
 
@@ -19,6 +19,10 @@ use crate::math::Each;
 /// Segments are cut where they come nearer than this share of their length to the plane through a
 /// light with a position, across its view.
 pub const NEAREST: f32 = 1e-4;
+/// Strands are also cut where they come nearer to that plane than this many of their radii.
+pub const NEAREST_RADII: f32 = 1.5;
+/// A strand appears at most the root of 2 times as wide as it is.
+pub const LEAST_SQUARE: f32 = 0.5;
 /// Lengths below this count as zero where directions are computed.
 const SHORTEST: f32 = 1e-30;
 
@@ -41,10 +45,12 @@ pub struct Stroke {
 /// `caps` says where the strand ends. `None` behind a light with a position.
 pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<Stroke> {
     let [a, b] = in_front(frame, [a, b])?;
+    // Rays of a light with a position are not parallel, so what sticks out would have other flanks.
+    let caps = caps.each(|cap| cap && frame.light.spread == 0);
     let size = frame.map.size as f32;
     let project = |p: Vec3| light_coordinates(frame, p).truncate() * size;
     let axis = (b - a).xyz();
-    let end = |point: Vec4, cap: bool, outwards: f32| {
+    let end = |point: Vec4, outwards: f32| {
         let (center, radius) = (point.xyz(), point.w);
         let ray = match frame.light.spread {
             0 => frame.light.direction.truncate(),
@@ -52,20 +58,12 @@ pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<St
         };
         let side = direction(axis.cross(ray), ray);
         let along = direction(ray.cross(side), ray);
-        let stretch = if cap { outwards * FRAC_PI_4 * radius } else { 0.0 };
-        let tip = center + along * stretch;
-        (tip, project(tip - side * radius), project(tip + side * radius))
+        let tip = center + along * (outwards * FRAC_PI_4 * radius * along.dot(axis).signum());
+        let wide = side * (radius * widening(frame, axis, ray, radius));
+        (tip, project(tip - wide), project(tip + wide))
     };
-    let forward = {
-        let ray = match frame.light.spread {
-            0 => frame.light.direction.truncate(),
-            _ => a.xyz() - frame.light.position,
-        };
-        let side = direction(axis.cross(ray), ray);
-        if direction(ray.cross(side), ray).dot(axis) < 0.0 { -1.0 } else { 1.0 }
-    };
-    let (tip_a, right_a, left_a) = end(a, caps[0], -forward);
-    let (tip_b, right_b, left_b) = end(b, caps[1], forward);
+    let (tip_a, right_a, left_a) = end(a, if caps[0] { -1.0 } else { 0.0 });
+    let (tip_b, right_b, left_b) = end(b, if caps[1] { 1.0 } else { 0.0 });
     let ends = [tip_a, tip_b].each(project);
     let reach = [(right_a, 0), (left_a, 0), (right_b, 1), (left_b, 1)];
     let reach = reach.each(|(corner, i)| (corner - ends[i]).abs());
@@ -78,13 +76,25 @@ pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<St
     })
 }
 
+/// How much wider than its radius a strand appears from a light so close that rays which touch it
+/// pass in front of its axis; `ray` goes from the light to a point of the axis.
+fn widening(frame: &Frame, axis: Vec3, ray: Vec3, radius: f32) -> f32 {
+    if frame.light.spread == 0 {
+        return 1.0;
+    }
+    let distance = ray.cross(axis).length() / axis.length().max(SHORTEST);
+    let share = radius / distance.max(SHORTEST);
+    (1.0 - share * share).max(LEAST_SQUARE).sqrt().recip()
+}
+
 /// The part of a segment in front of a light with a position.
 fn in_front(frame: &Frame, [a, b]: [Vec4; 2]) -> Option<[Vec4; 2]> {
     if frame.light.spread == 0 {
         return Some([a, b]);
     }
     let (da, db) = (distance_of(frame, a.xyz()), distance_of(frame, b.xyz()));
-    let nearest = NEAREST * (b - a).xyz().length().max(a.w + b.w);
+    // What is as wide as the strand must not reach behind the light either.
+    let nearest = NEAREST * (b - a).xyz().length() + NEAREST_RADII * a.w.max(b.w);
     if da.max(db) <= nearest {
         return None;
     }
@@ -159,11 +169,23 @@ pub fn range_over(stroke: &Stroke, texel: Vec2) -> [f32; 2] {
             to = to.min(x.max(y));
         }
     }
-    if from <= to {
-        return [from, to];
-    }
-    let nearest = (texel + 0.5 - a).dot(axis) / axis.length_squared().max(SHORTEST);
-    [nearest.clamp(0.0, 1.0); 2]
+    if from <= to { [from, to] } else { [nearest_share(stroke, texel + 0.5); 2] }
+}
+
+/// The share of a stroke's axis, 0..1, at the place nearest to `place`.
+pub fn nearest_share(stroke: &Stroke, place: Vec2) -> f32 {
+    let [a, b] = stroke.ends;
+    let axis = b - a;
+    ((place - a).dot(axis) / axis.length_squared().max(SHORTEST)).clamp(0.0, 1.0)
+}
+
+/// Whether a convex quadrangle, in either order, holds a place.
+pub fn holds(outline: &[Vec2; 4], place: Vec2) -> bool {
+    let sides = [0, 1, 2, 3].each(|i: usize| {
+        let (a, b) = (outline[i], outline[(i + 1) % 4]);
+        (b - a).perp_dot(place - a)
+    });
+    sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0)
 }
 
 /// The depth of the place `share` of the way along a stroke's axis, as it appears in the map.

@@ -11,7 +11,7 @@ use glam::Vec4;
 use crate::math::Each;
 
 /// Optical depth of an opaque surface: its transmittance is about the smallest normal f32.
-pub const OPAQUE_OPTICAL_DEPTH: f32 = 87.0;
+pub const OPAQUE_OPTICAL_DEPTH: f32 = crate::frame::OPAQUE;
 
 /// A point of the polyline.
 #[repr(C)]

@@ -18,6 +18,7 @@ mod medium;
 mod numbered;
 mod occupancy;
 mod saved;
+mod surface_tables;
 mod surfaces;
 mod tables;
 pub mod transfer;

@@ -6,7 +6,7 @@ use deepshadow::error::Result;
 use deepshadow::frame::Frame;
 use deepshadow::image::Image;
 use deepshadow::progress::Progress;
-use deepshadow::scene::Media;
+use deepshadow::scene::{Casters, Media};
 use deepshadow::shadow::{Links, Map, Runs};
 use glam::Vec3;
 
@@ -91,12 +91,12 @@ impl Passes for Bent {
 
     fn trace_slices(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         memory: u64,
         progress: &dyn Progress,
     ) -> Result<Runs> {
-        CpuBackend.trace_slices(media, &self.bend(frame), memory, progress)
+        CpuBackend.trace_slices(casters, &self.bend(frame), memory, progress)
     }
 
     fn raster_slices(

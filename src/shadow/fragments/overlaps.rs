@@ -43,12 +43,14 @@ pub fn disjoint(fragments: &mut [Fragment], pieces: &mut Vec<Fragment>) {
 #[derive(Clone, Debug)]
 pub struct Merged<'a> {
     pieces: &'a [Fragment],
+    /// Depth up to which the first piece is passed.
+    passed: f32,
 }
 
 impl<'a> Merged<'a> {
     /// Those of a texel ([`disjoint`]).
     pub fn new(pieces: &'a [Fragment]) -> Self {
-        Self { pieces }
+        Self { pieces, passed: f32::NEG_INFINITY }
     }
 
     /// Whether none begins in front of `depth`.
@@ -79,7 +81,7 @@ impl<'a> Merged<'a> {
             }
         };
         while let Some(piece) = self.pieces.first().filter(|piece| piece.front < back) {
-            let begin = piece.front.max(at);
+            let begin = piece.front.max(at).max(self.passed);
             if begin > at {
                 slab(at, begin, 0.0);
                 at = begin;
@@ -92,6 +94,7 @@ impl<'a> Merged<'a> {
             };
             slab(begin, end, piece.optical_depth * share);
             at = end;
+            self.passed = end;
             if piece.back > back {
                 break;
             }
