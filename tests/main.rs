@@ -43,6 +43,7 @@ mod sparse;
 mod stage;
 mod stored_values;
 mod support;
+mod surface_program;
 mod surfaces;
 mod tone;
 mod twins;

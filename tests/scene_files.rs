@@ -139,7 +139,7 @@ fn the_readmes_scene_files_can_be_used() {
     let blocks = readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap());
     // The other blocks are for a program's Cargo.toml.
     let scenes: Vec<&str> = blocks.filter(|text| text.starts_with('[')).collect();
-    assert_eq!(scenes.len(), 3, "{scenes:#?}");
+    assert_eq!(scenes.len(), 4, "{scenes:#?}");
     for text in scenes {
         let file = SceneFile::parse(text, Path::new("README.md")).unwrap();
         let mut file = file.at_frame(24).unwrap();

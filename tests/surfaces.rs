@@ -284,7 +284,7 @@ fn coverage_adds_up_to_the_area_of_strands() {
     let light = DVec3::new(0.3, -1.0, 0.2).normalize();
     let area: f64 = (0..faint.count())
         .map(|i| {
-            let [a, b] = faint.segment(faint.strand(i).start).ends.map(|p| p.as_dvec3());
+            let [a, b] = faint.segment(faint.strand(i).start).ends.map(Vec3::as_dvec3);
             0.02 * (b - a).reject_from(light).length() + 0.25 * PI * 0.02 * 0.02
         })
         .sum();

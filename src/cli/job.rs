@@ -163,6 +163,10 @@ impl<'a> Request<'a> {
     pub(super) fn crew(&mut self) -> (Crew, Vec<String>) {
         let expected = expected(&self.file).filter(|_| self.picture);
         let opening = Some(Opening::begin(self.choice, expected));
+        if self.picture && !(self.file.mesh.is_empty() && self.file.hair.is_empty()) {
+            self.said
+                .push("meshes and hair cast shadows, but the camera does not see them".to_owned());
+        }
         let (quiet, transparent) = (self.source.quiet, self.source.transparent);
         let crew = Crew { opening, backend: &CpuBackend, quiet, transparent };
         (crew, std::mem::take(&mut self.said))

@@ -53,8 +53,8 @@ impl<'a> LazyFragments<'a> {
         let size = self.frame.map.size as f32;
         let mut nodes = Vec::new();
         let [columns, rows] = texel.map(|i| i as usize..i as usize + 1);
-        let pieces = self.surfaces.as_ref().map(|all| all.tile(columns, rows)).unwrap_or_default();
-        let pieces = pieces.first().map_or(&[][..], |pieces| pieces);
+        let lists = self.surfaces.as_ref().map(|all| all.tile(columns, rows));
+        let pieces = lists.as_ref().map_or(&[][..], |lists| lists.of(0));
         let place = texel.map(|i| (i as f32 + 0.5) / size);
         trace_texel(&self.sampler, self.frame, place, pieces, &mut nodes);
         let nodes: Arc<[Node]> = nodes.into();

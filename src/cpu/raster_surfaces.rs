@@ -35,17 +35,86 @@ struct Drawn {
     opacities: [f32; 2],
 }
 
-/// What a segment covers of a texel.
+/// What a run of segments of one strand covers of a texel.
 #[derive(Clone, Copy)]
 struct Part {
     /// Index of the texel in its tile.
     texel: u32,
-    /// Index of the segment's first point.
+    /// Index of the last segment's first point.
     point: u32,
     area: f32,
     /// Area times opacity.
     taken: f32,
     depths: [f32; 2],
+}
+
+/// The parts of a tile's texels.
+struct Parts {
+    all: Vec<Part>,
+    /// For each texel the index of its last part, whose strand may go on.
+    open: Vec<u32>,
+}
+
+impl Parts {
+    /// Adds what one more segment covers. The segments of a strand come in their order.
+    #[inline]
+    fn add(&mut self, part: Part) {
+        let open = &mut self.open[part.texel as usize];
+        match self.all.get_mut(*open as usize) {
+            Some(run) if run.point + 1 == part.point => {
+                run.point = part.point;
+                run.area += part.area;
+                run.taken += part.taken;
+                run.depths[0] = run.depths[0].min(part.depths[0]);
+                run.depths[1] = run.depths[1].max(part.depths[1]);
+            }
+            _ => {
+                *open = self.all.len() as u32;
+                self.all.push(part);
+            }
+        }
+    }
+}
+
+/// The fragments of some texels: for each the pieces in order of depth, of which none overlaps
+/// another.
+pub(super) struct TileLists {
+    /// The index of each texel's first piece, and their number at the end.
+    starts: Vec<u32>,
+    pieces: Vec<Fragment>,
+}
+
+impl TileLists {
+    /// The pieces of a texel.
+    pub(super) fn of(&self, texel: usize) -> &[Fragment] {
+        &self.pieces[self.starts[texel] as usize..self.starts[texel + 1] as usize]
+    }
+
+    /// Sorts fragments into the lists of `texels` texels.
+    fn new(texels: usize, fragments: &[(u32, Fragment)]) -> Self {
+        let mut ends = vec![0_u32; texels + 1];
+        for (texel, _) in fragments {
+            ends[*texel as usize + 1] += 1;
+        }
+        for texel in 0..texels {
+            ends[texel + 1] += ends[texel];
+        }
+        let mut next = ends.clone();
+        let mut sorted = vec![Fragment::default(); fragments.len()];
+        for (texel, fragment) in fragments {
+            let place = &mut next[*texel as usize];
+            sorted[*place as usize] = *fragment;
+            *place += 1;
+        }
+        let mut lists = Self { starts: vec![0], pieces: Vec::with_capacity(2 * fragments.len()) };
+        let mut open = Vec::new();
+        for ends in ends.windows(2) {
+            let own = &mut sorted[ends[0] as usize..ends[1] as usize];
+            disjoint(own, &mut open, &mut lists.pieces);
+            lists.starts.push(lists.pieces.len() as u32);
+        }
+        lists
+    }
 }
 
 /// Surfaces as a map sees them, sorted into its tiles.
@@ -84,7 +153,7 @@ impl SurfaceRaster {
             Some(Drawn { stroke, point, opacities: both.map(|i| surfaces.opacities[i]) })
         });
         let triangles: Vec<MapTriangle> = flat(&surfaces.triangles, |corners| {
-            triangle_of(frame, corners.map(|corner| corner.xyz()), corners[0].w)
+            triangle_of(frame, corners.map(Vec4Swizzles::xyz), corners[0].w)
         });
         let outlines = |drawn: &Drawn| drawn.stroke.outline.to_vec();
         let segments_of = Bins::of(&segments, size, outlines);
@@ -94,56 +163,34 @@ impl SurfaceRaster {
         Some(Self { size, segments, triangles, segments_of, triangles_of, covers, frame })
     }
 
-    /// The fragments of the texels in some columns and rows, which lie in one tile, row by row: for
-    /// each the pieces in order of depth, of which none overlaps another.
-    pub(super) fn tile(&self, columns: Range<usize>, rows: Range<usize>) -> Vec<Vec<Fragment>> {
-        let width = columns.len();
-        let mut lists = vec![Vec::new(); width * rows.len()];
+    /// The fragments of the texels in some columns and rows, which lie in one tile, row by row.
+    pub(super) fn tile(&self, columns: Range<usize>, rows: Range<usize>) -> TileLists {
+        let texels = columns.len() * rows.len();
         let tile = rows.start / TILE * self.size.div_ceil(TILE) + columns.start / TILE;
-        let mut parts = Vec::new();
+        let mut parts = Parts { all: Vec::new(), open: vec![u32::MAX; texels] };
         for &index in self.segments_of.of_tile(tile) {
             self.draw(&self.segments[index as usize], &columns, &rows, &mut parts);
         }
-        // Stable, so that the segments of a strand keep their order.
-        parts.sort_by_key(|part| part.texel);
-        let mut rest = &parts[..];
-        while let Some(first) = rest.first() {
-            let joins = |pair: &[Part; 2]| {
-                pair[0].texel == pair[1].texel && pair[1].point == pair[0].point + 1
-            };
-            let count = 1 + rest.array_windows().take_while(|pair| joins(pair)).count();
-            let (run, others) = rest.split_at(count);
-            lists[first.texel as usize].extend(self.fragment(run));
-            rest = others;
-        }
+        let mut fragments: Vec<(u32, Fragment)> = parts
+            .all
+            .iter()
+            .filter_map(|part| self.fragment(part).map(|fragment| (part.texel, fragment)))
+            .collect();
         for &index in self.triangles_of.of_tile(tile) {
-            self.fill(&self.triangles[index as usize], &columns, &rows, |texel, fragment| {
-                lists[texel].push(fragment);
-            });
+            self.fill(&self.triangles[index as usize], &columns, &rows, &mut fragments);
         }
-        let mut pieces = Vec::new();
-        for list in lists.iter_mut().filter(|list| !list.is_empty()) {
-            disjoint(list, &mut pieces);
-            list.clone_from(&pieces);
-        }
-        lists
+        TileLists::new(texels, &fragments)
     }
 
     /// Adds to `parts` what a segment covers of the texels in some columns and rows.
-    fn draw(
-        &self,
-        drawn: &Drawn,
-        columns: &Range<usize>,
-        rows: &Range<usize>,
-        parts: &mut Vec<Part>,
-    ) {
+    fn draw(&self, drawn: &Drawn, columns: &Range<usize>, rows: &Range<usize>, parts: &mut Parts) {
         let Drawn { stroke, point, opacities } = drawn;
         for y in texels(stroke.outline.iter().map(|corner| corner.y), rows) {
             let Some([low, high]) = row_extent(&stroke.outline, y as f32) else { continue };
             for x in texels([low, high].into_iter(), columns) {
                 let texel = Vec2::new(x as f32, y as f32);
                 let (area, [from, to]) = if self.covers {
-                    (covered(&stroke.outline, texel), range_over(stroke, texel))
+                    (covered(&stroke.sides, texel), range_over(stroke, texel))
                 } else {
                     let center = texel + 0.5;
                     let share = nearest_share(stroke, center);
@@ -154,7 +201,7 @@ impl SurfaceRaster {
                 }
                 let opacity = opacities[0] + (opacities[1] - opacities[0]) * 0.5 * (from + to);
                 let depths = [from, to].each(|share| depth_along(&self.frame, stroke, share));
-                parts.push(Part {
+                parts.add(Part {
                     texel: ((y - rows.start) * columns.len() + x - columns.start) as u32,
                     point: *point,
                     area,
@@ -166,26 +213,23 @@ impl SurfaceRaster {
     }
 
     /// What a run of segments of one strand leaves in a texel.
-    fn fragment(&self, run: &[Part]) -> Option<Fragment> {
-        let area: f32 = run.iter().map(|part| part.area).sum();
-        let taken: f32 = run.iter().map(|part| part.taken).sum();
+    fn fragment(&self, run: &Part) -> Option<Fragment> {
+        let Part { area, taken, depths: [front, back], .. } = *run;
         let alpha = if area > 1.0 || !self.covers { taken / area } else { taken };
-        let front = run.iter().map(|part| part.depths[0]).fold(f32::INFINITY, f32::min);
-        let back = run.iter().map(|part| part.depths[1]).fold(f32::NEG_INFINITY, f32::max);
-        let surface = Fragment::surface(front, alpha.clamp(0.0, 1.0));
         let middle = 0.5 * (front + back);
         let [front, back] = if self.covers { [front, back] } else { [middle; 2] };
-        let fragment = Fragment { front, back, ..surface };
+        let fragment = Fragment { back, ..Fragment::surface(front, alpha.clamp(0.0, 1.0)) };
         (fragment.optical_depth > 0.0 && back.is_finite()).then_some(fragment)
     }
 
-    /// Calls `keep` for the texels, in some columns and rows, whose central rays meet a triangle.
+    /// Adds to `fragments` those of the texels, in some columns and rows, whose central rays meet a
+    /// triangle.
     fn fill(
         &self,
         triangle: &MapTriangle,
         columns: &Range<usize>,
         rows: &Range<usize>,
-        mut keep: impl FnMut(usize, Fragment),
+        fragments: &mut Vec<(u32, Fragment)>,
     ) {
         let size = self.size as f32;
         let outline = triangle.outline();
@@ -197,7 +241,8 @@ impl SurfaceRaster {
                 if let Some(depth) = triangle_depth(triangle, center, &ray) {
                     let texel = (y - rows.start) * columns.len() + x - columns.start;
                     let optical_depth = triangle.optical_depth;
-                    keep(texel, Fragment { front: depth, back: depth, optical_depth });
+                    let fragment = Fragment { front: depth, back: depth, optical_depth };
+                    fragments.push((texel as u32, fragment));
                 }
             }
         }
@@ -216,9 +261,9 @@ fn flat<T: Sync, U: Send>(items: &[T], one: impl Fn(&T) -> Option<U> + Sync) -> 
 fn texels(places: impl Iterator<Item = f32>, all: &Range<usize>) -> Range<usize> {
     let (low, high) =
         places.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-    // Conversions saturate, and NaN is 0.
-    let begin = (low.floor() as usize).max(all.start);
-    let end = (high.floor() as usize).saturating_add(usize::from(high >= 0.0)).min(all.end);
+    // Conversions cut off the fraction and saturate, and NaN is 0.
+    let begin = (low as usize).max(all.start);
+    let end = (high as usize).saturating_add(usize::from(high >= 0.0)).min(all.end);
     begin.min(end)..end
 }
 

@@ -40,8 +40,8 @@ pub(super) fn trace_lists<T: Copy + Default + Send>(
         let at = |i: usize| (i as f32 + 0.5) / size as f32;
         let of_tile = surfaces.as_ref().map(|all| all.tile(columns.clone(), rows.clone()));
         let pieces = |x: usize, y: usize| {
-            let index = (y - rows.start) * columns.len() + x - columns.start;
-            of_tile.as_ref().map_or(&[][..], |lists| &lists[index])
+            let texel = (y - rows.start) * columns.len() + x - columns.start;
+            of_tile.as_ref().map_or(&[][..], |lists| lists.of(texel))
         };
         let mut nodes = Vec::new();
         let row = |y: usize| {

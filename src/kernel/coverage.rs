@@ -31,6 +31,8 @@ const SHORTEST: f32 = 1e-30;
 pub struct Stroke {
     /// The corners of its outline, in order around it.
     pub outline: [Vec2; 4],
+    /// The sides of its outline.
+    pub sides: Sides,
     /// The ends of its axis.
     pub ends: [Vec2; 2],
     /// How far its outline reaches beyond its axis along u and v, at most.
@@ -67,8 +69,10 @@ pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<St
     let ends = [tip_a, tip_b].each(project);
     let reach = [(right_a, 0), (left_a, 0), (right_b, 1), (left_b, 1)];
     let reach = reach.each(|(corner, i)| (corner - ends[i]).abs());
+    let outline = [right_a, left_a, left_b, right_b];
     Some(Stroke {
-        outline: [right_a, left_a, left_b, right_b],
+        outline,
+        sides: sides_of(&outline),
         ends,
         reach: reach[0].max(reach[1]).max(reach[2]).max(reach[3]),
         points: [tip_a, tip_b],
@@ -122,36 +126,49 @@ fn direction(vector: Vec3, ray: Vec3) -> Vec3 {
     across / across.length().max(SHORTEST)
 }
 
-/// The area that a convex quadrangle covers of the texel whose upper left corner is `texel`, 0..1:
-/// the integral along its sides of how far they are from the texel's left side.
-pub fn covered(outline: &[Vec2; 4], texel: Vec2) -> f32 {
-    let mut area = 0.0;
-    for i in 0..4 {
-        area += beside(outline[i] - texel, outline[(i + 1) % 4] - texel);
-    }
-    area.abs().min(1.0)
+/// The four sides of an outline: where they begin and end, and how u changes over v along each.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sides {
+    /// u where each begins.
+    pub u: Vec4,
+    /// v where each begins.
+    pub v: Vec4,
+    /// v where each ends.
+    pub end: Vec4,
+    /// Change of u over v; 0 for level ones, whose area is 0.
+    pub slopes: Vec4,
 }
 
-/// The area between a line and the left side of the unit square, within the square; negative for a
-/// line upwards.
-fn beside(from: Vec2, to: Vec2) -> f32 {
-    let (top, bottom) = (from.y.clamp(0.0, 1.0), to.y.clamp(0.0, 1.0));
-    if top == bottom {
-        return 0.0;
-    }
-    let slope = (to.x - from.x) / (to.y - from.y);
-    let ends = [top, bottom].each(|y| from.x + (y - from.y) * slope);
+/// The sides of a convex quadrangle.
+pub fn sides_of(outline: &[Vec2; 4]) -> Sides {
+    let [a, b, c, d] = *outline;
+    let (u, v) = (Vec4::new(a.x, b.x, c.x, d.x), Vec4::new(a.y, b.y, c.y, d.y));
+    let (end_u, end) = (u.yzwx(), v.yzwx());
+    let rises = end - v;
+    let level = rises.cmpeq(Vec4::ZERO);
+    let slopes =
+        Vec4::select(level, Vec4::ZERO, (end_u - u) / Vec4::select(level, Vec4::ONE, rises));
+    Sides { u, v, end, slopes }
+}
+
+/// The area that a convex quadrangle covers of the texel whose upper left corner is `texel`, 0..1:
+/// the sum over its sides of the area between each and the texel's left side, negative for sides
+/// upwards.
+#[inline]
+pub fn covered(sides: &Sides, texel: Vec2) -> f32 {
+    let (u, v) = (sides.u - texel.x, sides.v - texel.y);
+    let (top, bottom) =
+        (v.clamp(Vec4::ZERO, Vec4::ONE), (sides.end - texel.y).clamp(Vec4::ZERO, Vec4::ONE));
+    let ends = [u + (top - v) * sides.slopes, u + (bottom - v) * sides.slopes];
     let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-    let (left, right) = (low.clamp(0.0, 1.0), high.clamp(0.0, 1.0));
-    let length = high - low;
-    // The mean of the line's x, clamped to the square.
-    let mean = if length > 1e-6 {
-        let beyond = (high - low.max(1.0)).max(0.0);
-        ((right - left) * (right + left) * 0.5 + beyond) / length
-    } else {
-        left
-    };
-    mean * (bottom - top)
+    let (left, right) = (low.clamp(Vec4::ZERO, Vec4::ONE), high.clamp(Vec4::ZERO, Vec4::ONE));
+    let lengths = high - low;
+    // The mean of each side's u, clamped to the texel.
+    let beyond = (high - low.max(Vec4::ONE)).max(Vec4::ZERO);
+    let sums = (right - left) * (right + left) * 0.5 + beyond;
+    let upright = lengths.cmplt(Vec4::splat(1e-6));
+    let means = Vec4::select(upright, left, sums / Vec4::select(upright, Vec4::ONE, lengths));
+    (means * (bottom - top)).element_sum().abs().min(1.0)
 }
 
 /// The range of a stroke's axis, as shares of its length, in the texel whose upper left corner is
@@ -217,11 +234,11 @@ mod tests {
             // A triangle over the lower right half.
             ([[3.0, 6.0], [4.0, 5.0], [4.0, 6.0], [4.0, 6.0]].map(Vec2::from), 0.5),
         ] {
-            let found = covered(&outline, at);
+            let found = covered(&sides_of(&outline), at);
             assert!((found - area).abs() < 1e-5, "{outline:?}: {found}, not {area}");
             let mut other = outline;
             other.reverse();
-            assert_eq!(covered(&other, at), found);
+            assert!((covered(&sides_of(&other), at) - found).abs() < 1e-6);
         }
     }
 
@@ -231,7 +248,7 @@ mod tests {
         let cross = |i: usize| outline[i].perp_dot(outline[(i + 1) % 4]);
         let area = 0.5 * (0..4).map(cross).sum::<f32>();
         let texels = (0..144).map(|i| Vec2::new((i % 12) as f32, (i / 12) as f32));
-        let sum: f32 = texels.map(|texel| covered(&outline, texel)).sum();
+        let sum: f32 = texels.map(|texel| covered(&sides_of(&outline), texel)).sum();
         assert!((sum - area.abs()).abs() < 1e-4, "{sum}, not {area}");
     }
 }
