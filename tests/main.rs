@@ -22,6 +22,7 @@ mod examples;
 mod formats;
 mod fragments;
 mod golden;
+mod hair_truth;
 mod hostile;
 mod info;
 mod light_meter;

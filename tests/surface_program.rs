@@ -124,7 +124,7 @@ fn what_does_not_fit_hair_or_meshes_is_refused_in_one_line() {
         let said = stderr(&folder.run("render s.toml -o p.png --quiet"));
         assert!(said.contains(named) && said.lines().count() == 1, "{text}: {said}");
     }
-    let refused = folder.run("render pane.obj --map threshold --quiet -o p.png");
+    let refused = folder.run("render pane.obj --map grid:16 --quiet -o p.png");
     assert!(stderr(&refused).contains("meshes and hair"), "{}", stderr(&refused));
     assert!(!folder.path().join("p.png").exists());
     for input in ["pane.obj", "fur.hair"] {

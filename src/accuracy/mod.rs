@@ -10,6 +10,7 @@ mod exact;
 mod picture;
 mod points;
 mod random;
+mod surface_points;
 
 use std::hint::black_box;
 use std::time::Instant;

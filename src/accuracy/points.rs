@@ -5,9 +5,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::random::Random;
+use super::surface_points::on_surfaces;
 use super::{Errors, ExactTexels};
 use crate::progress::Progress;
-use crate::scene::{Beam, Body, LightView, Media};
+use crate::scene::{Beam, Body, Casters, LightView, Media};
 use crate::shadow::Shadow;
 
 /// A position in a map, with the exact transmittance there.
@@ -23,14 +24,15 @@ pub struct Sample {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Place {
-    /// Anywhere in the volume's box.
+    /// Anywhere in the box of the media and of surfaces.
     Volume,
-    /// In voxels whose value is above 0.
+    /// In voxels whose value is above 0, and on surfaces: on strands' axes and on triangles. Where
+    /// there are both, half of the points are on surfaces.
     Medium,
-    /// On the central rays of texels that hit the volume, between entry and exit, looked up in that
+    /// On the central rays of texels that hit those boxes, between entry and exit, looked up in that
     /// texel alone. This is the representation's own error, without that of the map's resolution.
     Rays,
-    /// Behind the volume, at up to its own depth behind it: the shadow that it casts on other
+    /// Behind the boxes, at up to their own depth behind them: the shadow that it casts on other
     /// objects.
     Behind,
 }
@@ -77,8 +79,8 @@ impl Points {
             let mut random = Random::new(seed, place as u64);
             let count = count as usize;
             let drawn = match place {
-                Place::Volume => in_volume(&beam.media, count, &mut random),
-                Place::Medium => in_medium(&beam.media, count, &mut random),
+                Place::Volume => in_volume(beam.casters(), count, &mut random),
+                Place::Medium => in_casters(beam, count, &mut random),
                 Place::Rays => on_rays(beam, map_size, count, &mut random),
                 Place::Behind => behind(beam, count, &mut random),
             };
@@ -147,10 +149,32 @@ fn sample(drawn: Drawn, beam: &Beam, exact: &ExactTexels<'_>) -> Option<Sample> 
     }
 }
 
-fn in_volume(media: &Media, count: usize, random: &mut Random) -> Vec<Drawn> {
+fn in_volume(casters: Casters<'_>, count: usize, random: &mut Random) -> Vec<Drawn> {
+    if !casters.surfaces.is_empty() {
+        let bounds = casters.world_bounds();
+        let one = |_| Drawn::World(bounds.min + random.cube() * bounds.size());
+        return (0..count).map(one).collect();
+    }
+    let media = casters.media;
     let domain = media.domain();
     let world = |index: DVec3| Drawn::World(media.world_from_index().transform_point3(index));
     (0..count).map(|_| world(domain.min + random.cube() * domain.size())).collect()
+}
+
+fn in_casters(beam: &Beam, count: usize, random: &mut Random) -> Vec<Drawn> {
+    let casters = beam.casters();
+    let on = if casters.surfaces.is_empty() {
+        0
+    } else if casters.media.bodies().is_empty() {
+        count
+    } else {
+        count / 2
+    };
+    let mut drawn = in_medium(casters.media, count - on, random);
+    let lit =
+        |(point, off): (DVec3, f64)| Drawn::World(point - off * beam.light.direction_at(point));
+    drawn.extend(on_surfaces(casters.surfaces, on, random).into_iter().map(lit));
+    drawn
 }
 
 fn in_medium(media: &Media, count: usize, random: &mut Random) -> Vec<Drawn> {
@@ -189,16 +213,16 @@ fn on_rays(beam: &Beam, map_size: u32, count: usize, random: &mut Random) -> Vec
     drawn_through(count, || {
         let texel = random.below(n * n);
         let [u, v] = [texel % n, texel / n].map(|i| (i as f64 + 0.5) / n as f64);
-        let [enter, exit] = extent(&beam.media, &beam.view, u, v)?;
+        let [enter, exit] = extent(beam.casters(), &beam.view, u, v)?;
         Some([u, v, enter + random.unit() * (exit - enter)])
     })
 }
 
 fn behind(beam: &Beam, count: usize, random: &mut Random) -> Vec<Drawn> {
-    let [near, far] = beam.view.axial_extent(&beam.media);
+    let [near, far] = beam.view.depths_of(beam.casters());
     drawn_through(count, || {
         let (u, v) = (random.unit(), random.unit());
-        let [_, exit] = extent(&beam.media, &beam.view, u, v)?;
+        let [_, exit] = extent(beam.casters(), &beam.view, u, v)?;
         Some([u, v, exit + random.unit() * (far - near)])
     })
 }
@@ -209,11 +233,19 @@ fn drawn_through(count: usize, mut draw: impl FnMut() -> Option<[f64; 3]>) -> Ve
     (0..count).map_while(|_| one().map(Drawn::Light)).collect()
 }
 
-/// Depths where the ray through (u, v) enters and leaves the volume; `None` if it misses.
-fn extent(media: &Media, view: &LightView, u: f64, v: f64) -> Option<[f64; 2]> {
+/// Depths where the ray through (u, v) enters the first and leaves the last box of media and
+/// surfaces; `None` if it misses them.
+fn extent(casters: Casters<'_>, view: &LightView, u: f64, v: f64) -> Option<[f64; 2]> {
     let (origin, direction) = view.ray(u, v);
+    let media = casters.media;
     let index_from_world = media.world_from_index().inverse();
-    let origin = index_from_world.transform_point3(origin);
-    let direction = index_from_world.transform_vector3(direction);
-    media.domain().intersect(origin, direction).map(|(enter, exit)| [enter, exit])
+    let within_index = media.domain().intersect(
+        index_from_world.transform_point3(origin),
+        index_from_world.transform_vector3(direction),
+    );
+    let surfaces = casters.surfaces.world_bounds();
+    let counts = surfaces.is_none() || !media.bodies().is_empty();
+    let within = surfaces.and_then(|bounds| bounds.intersect(origin, direction));
+    let both = within_index.filter(|_| counts).into_iter().chain(within);
+    both.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).map(|(enter, exit)| [enter, exit])
 }

@@ -23,7 +23,7 @@ pub trait Passes: Backend {
     /// If the device fails or runs out of memory.
     fn trace_threshold(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>>;
@@ -71,7 +71,7 @@ pub trait Passes: Backend {
     /// If this backend does not build such maps.
     fn trace_coded(
         &self,
-        _media: &Media,
+        _casters: Casters<'_>,
         _frame: &Frame,
         _codec: &dyn Codec,
         _progress: &dyn Progress,
@@ -136,19 +136,20 @@ pub(super) fn build_map(
 ) -> Result<Map> {
     let frame = Frame::new(beam, settings)?;
     let (media, view, casters) = (&beam.media, beam.view, beam.casters());
+    let around = frame.around(casters);
     let kind = settings.map.kind.unwrap_or_default();
     if !beam.surfaces.is_empty() {
         check_surfaces(passes, kind, settings)?;
     }
     match kind {
         MapKind::Threshold => {
-            let texels = passes.trace_threshold(media, &frame, progress)?;
-            Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &frame)))
+            let texels = passes.trace_threshold(casters, &frame, progress)?;
+            Ok(Map::Threshold(ThresholdMap::new(texels, settings, view, &around)))
         }
         MapKind::Coded(coding) => {
             let bytes =
-                passes.trace_coded(media, &frame.with_all_slabs(), &*codec(coding), progress)?;
-            Ok(Map::Coded(CodedMap::new(bytes, coding, view, &frame)))
+                passes.trace_coded(casters, &frame.with_all_slabs(), &*codec(coding), progress)?;
+            Ok(Map::Coded(CodedMap::new(bytes, coding, view, &around)))
         }
         MapKind::Visibility => {
             let tolerance = settings.finer(settings.map.fragments.tolerance) as f32;
@@ -187,10 +188,13 @@ fn check_surfaces(passes: &dyn Passes, kind: MapKind, settings: &Settings) -> Re
         let why = format!("{} draws no meshes and no hair", passes.description());
         return Err(Error::value("backend", why));
     }
-    let takes = matches!(kind, MapKind::Fragments | MapKind::Visibility);
-    if !takes || (kind == MapKind::Fragments && settings.map.fragments.slices == Slices::Raster) {
-        let why = format!("'{kind}' maps of meshes and hair are not built; take fragments");
+    if matches!(kind, MapKind::Grid(_)) {
+        let why = format!("'{kind}' maps of meshes and hair are not built");
         return Err(Error::value("map", why));
+    }
+    if kind == MapKind::Fragments && settings.map.fragments.slices == Slices::Raster {
+        let why = "'raster' draws no meshes and no hair; take 'auto'";
+        return Err(Error::value("slices", why));
     }
     Ok(())
 }

@@ -52,7 +52,7 @@ fn passes_take_no_more_samples_than_they_did() {
             (&scene.media, Frame::new(&scene.only_beam().unwrap(), &settings).unwrap());
         let map = CpuBackend.map(&scene.only_beam().unwrap(), &settings, &Silent).unwrap();
         let counts = [
-            samples(|| drop(trace_threshold::trace_threshold(media, &frame, &Silent))),
+            samples(|| drop(trace_threshold::trace_threshold(media.into(), &frame, &Silent))),
             samples(|| drop(trace_slices::trace_slices(media.into(), &frame, &Silent))),
             samples(|| drop(march_view::march_view(media, &frame, &map, &Silent))),
         ];

@@ -82,11 +82,11 @@ impl Backend for CpuBackend {
 impl Passes for CpuBackend {
     fn trace_threshold(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>> {
-        Ok(trace_threshold::trace_threshold(media, frame, progress))
+        Ok(trace_threshold::trace_threshold(casters, frame, progress))
     }
 
     /// Allocates no more than the nodes that it returns, so `memory` is never reached.
@@ -117,12 +117,12 @@ impl Passes for CpuBackend {
 
     fn trace_coded(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         codec: &dyn Codec,
         progress: &dyn Progress,
     ) -> Result<Vec<u8>> {
-        Ok(trace_coded::trace_coded(media, frame, codec, progress))
+        Ok(trace_coded::trace_coded(casters, frame, codec, progress))
     }
 
     fn trace_visibility(

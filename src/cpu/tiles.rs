@@ -13,7 +13,7 @@ use crate::shadow::Runs;
 pub(super) const TILE: usize = 16;
 
 /// Columns of the tiles of a width.
-fn columns(width: usize) -> impl Iterator<Item = Range<usize>> {
+pub(super) fn columns(width: usize) -> impl Iterator<Item = Range<usize>> {
     (0..width.div_ceil(TILE)).map(move |i| i * TILE..((i + 1) * TILE).min(width))
 }
 
@@ -40,6 +40,26 @@ pub(super) fn fill<T: Copy + Send + Sync, S>(
             }
         }
         progress.advance(rows as u64);
+    });
+}
+
+/// Fills rows of `width` cells with what `tile` says of the cells in some columns and rows, row by
+/// row.
+pub(super) fn fill_tiles<T: Copy + Send + Sync>(
+    cells: &mut [T],
+    width: usize,
+    progress: &dyn Progress,
+    tile: impl Fn(Range<usize>, Range<usize>) -> Vec<T> + Sync,
+) {
+    parallel::for_each(cells.chunks_mut((width * TILE).max(1)).enumerate(), |(j, band)| {
+        let rows = j * TILE..j * TILE + band.len() / width;
+        for columns in columns(width) {
+            let found = tile(columns.clone(), rows.clone());
+            for (row, from) in band.chunks_exact_mut(width).zip(found.chunks_exact(columns.len())) {
+                row[columns.clone()].copy_from_slice(from);
+            }
+        }
+        progress.advance(rows.len() as u64);
     });
 }
 

@@ -4,32 +4,68 @@ use std::cell::Cell;
 
 use glam::{Vec3, Vec4};
 
+use super::raster_surfaces::SurfaceRaster;
 use super::tiles;
+use super::trace_slices::trace_texel as trace_nodes;
 use crate::frame::Frame;
-use crate::kernel::light::light_ray;
+use crate::kernel::fragments::Node;
+use crate::kernel::light::{light_extent, light_ray};
 use crate::kernel::media::{Sampler, density_along, four_along};
 use crate::kernel::occupancy::{BATCH, Walk, cut_to_bend};
 use crate::kernel::ray::{intersect_box, step_count, voxels_over};
 use crate::kernel::threshold::{LARGEST_OPTICAL_DEPTH, crossing_depth, levels};
 use crate::math::Each;
 use crate::progress::Progress;
-use crate::scene::Media;
+use crate::scene::Casters;
 
 /// All texels, row 0 at v = 0: depths of three opacities and the largest opacity.
 pub(super) fn trace_threshold(
-    media: &Media,
+    casters: Casters<'_>,
     frame: &Frame,
     progress: &dyn Progress,
 ) -> Vec<[f32; 4]> {
     let size = frame.map.size as usize;
     progress.begin("shadow map", size as u64);
-    let sampler = Sampler::of_extinction(media);
+    let sampler = Sampler::of_extinction(casters.media);
     let mut texels = vec![[0.0; 4]; size * size];
-    tiles::fill(&mut texels, size, progress, Vec::new, |batches, place| {
-        let [u, v] = place.each(|i| (i as f32 + 0.5) / size as f32);
-        trace_texel(&sampler, frame, [u, v], batches)
+    let place = |place: [usize; 2]| place.each(|i| (i as f32 + 0.5) / size as f32);
+    let Some(surfaces) = SurfaceRaster::new(casters, frame) else {
+        tiles::fill(&mut texels, size, progress, Vec::new, |batches, at| {
+            trace_texel(&sampler, frame, place(at), batches)
+        });
+        return texels;
+    };
+    // What surfaces leave stands between the medium's slabs, all of which are needed then.
+    let (all, around) = (frame.with_all_slabs(), frame.around(casters));
+    tiles::fill_tiles(&mut texels, size, progress, |columns, rows| {
+        let lists = surfaces.tile(columns.clone(), rows.clone());
+        let mut nodes = Vec::new();
+        let places = rows.flat_map(|y| columns.clone().map(move |x| [x, y]));
+        let texel = |(index, at): (usize, [usize; 2])| {
+            trace_nodes(&sampler, &all, place(at), lists.of(index), &mut nodes);
+            let [u, v] = place(at);
+            of_nodes(frame, &nodes, light_extent(&around, u, v).1)
+        };
+        places.enumerate().map(texel).collect()
     });
     texels
+}
+
+/// The four numbers of a texel with these nodes, whose ray ends at `exit`.
+fn of_nodes(frame: &Frame, nodes: &[Node], exit: f32) -> [f32; 4] {
+    let Some(last) = nodes.last() else { return [0.0; 4] };
+    let reached = |target: f32| {
+        let k = nodes.partition_point(|node| node.optical_depth < target);
+        match (k.checked_sub(1).and_then(|before| nodes.get(before)), nodes.get(k)) {
+            (Some(a), Some(b)) => {
+                let share = (target - a.optical_depth) / (b.optical_depth - a.optical_depth);
+                a.depth + (b.depth - a.depth) * share
+            }
+            (None, Some(b)) => b.depth,
+            (_, None) => exit,
+        }
+    };
+    four_numbers(frame, 1.0 - (-last.optical_depth).exp(), exit, reached)
 }
 
 /// Four steps of a ray in sequence.
@@ -107,13 +143,16 @@ fn trace_texel(
         }
         t = walk.next_place(t + BATCH as f32 * step);
     }
-    let largest = 1.0 - (-tau).exp();
-
-    let depth_of = |level: f32| {
-        let target = -(1.0 - level).ln();
+    four_numbers(frame, 1.0 - (-tau).exp(), exit, |target| {
         let k = batches.partition_point(|batch| batch.reached()[4] < target);
         batches.get(k).map_or(exit, |batch| batch.depth_of(frame.map.crossing, target))
-    };
+    })
+}
+
+/// The four numbers of a texel with the opacity `largest`, whose ray ends at `exit`; `reached` is
+/// the depth where an optical depth is reached.
+fn four_numbers(frame: &Frame, largest: f32, exit: f32, reached: impl Fn(f32) -> f32) -> [f32; 4] {
+    let depth_of = |level: f32| reached(-(1.0 - level).ln());
     let thresholds = frame.map.thresholds;
     let paper = frame.map.lookup == 1;
     let depths = if paper {

@@ -17,7 +17,7 @@ mod surfaces;
 use bytemuck::{Pod, Zeroable};
 
 use crate::error::{Error, Result};
-use crate::scene::{Beam, Media};
+use crate::scene::{Beam, Casters, Media};
 use crate::settings::{Settings, Shading};
 use fill::{Space, tolerance};
 pub use mixture::{
@@ -119,6 +119,23 @@ impl Frame {
             let why = format!("an optical depth of up to {thickest:e} does not fit in f32");
             Err(Error::value("density scale", why))
         }
+    }
+
+    /// The same frame with a domain that holds the surfaces of `casters` too: between its ends along
+    /// a ray lies all that casts a shadow on it. Media are marched within their own domain.
+    #[must_use]
+    pub fn around(mut self, casters: Casters<'_>) -> Self {
+        if let Some(surfaces) = casters.surfaces.world_bounds() {
+            let own = surfaces.transformed(&casters.media.world_from_index().inverse());
+            // Rounding must not leave out what touches the box.
+            let slack = (1e-5 * own.size().max_element()) as f32;
+            let (min, max) = (own.min.as_vec3() - slack, own.max.as_vec3() + slack);
+            let bare = casters.media.bodies().is_empty();
+            let media = &mut self.media;
+            media.domain_min = if bare { min } else { media.domain_min.min(min) };
+            media.domain_max = if bare { max } else { media.domain_max.max(max) };
+        }
+        self
     }
 
     /// The same frame with slabs of their shortest length, all of which are kept.

@@ -185,14 +185,14 @@ impl Backend for GpuBackend {
 impl Passes for GpuBackend {
     fn trace_threshold(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>> {
         progress.begin("shadow map", 1);
         let gpu = &self.renderer;
         let texels = self.watch.over(|| {
-            let gpu_media = self.upload(media)?;
+            let gpu_media = self.upload(casters.media)?;
             let frame_buffer = gpu.frame(frame, &gpu_media)?;
             let map = gpu.map(frame.map.size)?;
             gpu.submit(|encoder| gpu.trace_threshold(encoder, &gpu_media, &frame_buffer, &map))?;

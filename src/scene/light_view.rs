@@ -225,6 +225,17 @@ impl LightView {
         [near.max(0.0), far]
     }
 
+    /// Distances along the view's axis of what is nearest and farthest among media and surfaces, in
+    /// world lengths: from the near plane (directional) or from the light.
+    pub fn depths_of(&self, casters: Casters<'_>) -> [f64; 2] {
+        if casters.surfaces.is_empty() {
+            return self.axial_extent(casters.media);
+        }
+        let depth = |corner: DVec3| (self.light_from_world * corner.extend(1.0)).z;
+        let (near, far) = extent(casters.corners().into_iter().map(depth));
+        [near.max(0.0), far]
+    }
+
     /// Number of voxel lengths between those two distances along the view's axis.
     pub fn axial_voxels(&self, media: &Media) -> f64 {
         let [near, far] = self.axial_extent(media);

@@ -79,14 +79,14 @@ impl Backend for Bent {
 impl Passes for Bent {
     fn trace_threshold(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>> {
         if matches!(self, Self::Lit) {
             return Ok(vec![[0.0; 4]; (frame.map.size * frame.map.size) as usize]);
         }
-        CpuBackend.trace_threshold(media, &self.bend(frame), progress)
+        CpuBackend.trace_threshold(casters, &self.bend(frame), progress)
     }
 
     fn trace_slices(

@@ -24,7 +24,7 @@ use crate::compare::{Bench, Method, Row, check_filter};
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
 use crate::scene::{Light, LightKind, Scene};
-use crate::settings::Filter;
+use crate::settings::{Filter, MapKind};
 
 /// Defaults: texels along each edge of the maps, pixels of the pictures, and points of each place.
 const MAP_SIZE: u32 = 256;
@@ -107,7 +107,7 @@ impl Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let methods = match &arguments.maps {
+    let mut methods = match &arguments.maps {
         Some(labels) => Method::list(labels)?,
         None => Method::all(),
     };
@@ -116,6 +116,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let folder = PendingFolder::create(&path, &FILES, &request.inputs)?;
     let mut job = request.load()?;
     check_filter(&job.settings)?;
+    if arguments.maps.is_none() && !job.scene.surfaces.is_empty() {
+        job.note("grids of meshes and hair are not built, and not compared");
+        methods.retain(|method| !matches!(method.kind, MapKind::Grid(_)));
+    }
     let settings = job.settings.clone();
     let mut deepest = 0.0;
     for beam in job.scene.beams()? {
