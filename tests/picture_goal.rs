@@ -122,7 +122,7 @@ fn pixels_alone_are_those_of_the_picture() {
     let frame = Frame::new(&beam, &settings).unwrap();
     let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
     let image = CpuBackend.view(&beam, &settings, &map, &Silent).unwrap();
-    let lazy = LazyFragments::new(&beam.media, &frame);
+    let lazy = LazyFragments::new(&beam.media, &frame).unwrap();
     let pixels: Vec<[u32; 2]> = (0..300).map(|i| [i * 7 % 40, i * 11 % 32]).collect();
     for shadow in [&map as &dyn Shadow, &lazy] {
         let found = CpuBackend.march_pixels(&beam.media, &frame, shadow, &pixels);

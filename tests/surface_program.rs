@@ -134,3 +134,35 @@ fn what_does_not_fit_hair_or_meshes_is_refused_in_one_line() {
         assert_eq!(fs::read(folder.path().join(input)).unwrap(), before);
     }
 }
+
+#[test]
+fn meshes_and_hair_of_any_shape_end_in_a_picture_or_one_line() {
+    let folder = folder();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 1\nf 1 2 3\n";
+    write("flat.obj", &format!("{triangle}{}", "f 1 1 2\n".repeat(100_000)));
+    write("nan.obj", &format!("{triangle}f 1 2 4\n"));
+    write("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
+    write("far.obj", "v 1e30 0 0\nv 1e30 1 0\nv 0 1e30 0\nf 1 2 3\n");
+    for name in ["flat.obj", "nan.obj", "line.obj", "far.obj"] {
+        for light in ["0,-1,0", "1,0,0", "0.3,-0.5,0.2"] {
+            picture(&folder, &format!("{name} --light {light}"));
+        }
+    }
+    write("point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
+    write("outside.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+    write("none.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+    for (name, said) in [("point.obj", "one point"), ("outside.obj", "9"), ("none.obj", "no ")] {
+        let output = folder.run(&format!("render {name} --quiet -o p.png"));
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{name}: {text}");
+        assert!(text.lines().count() == 1 && text.contains(said), "{name}: {text}");
+    }
+    // Strands as wide as the map, over each other.
+    fs::write(folder.path().join("many.hair"), hair(4_000)).unwrap();
+    picture(&folder, "many.hair --thickness 9");
+    fs::write(folder.path().join("many.hair"), hair(40_000)).unwrap();
+    let output = folder.run(&format!("render many.hair --thickness 9 {SMALL} --quiet -o p.npy"));
+    let text = stderr(&output);
+    assert!(text.contains("over one tile of the map") && text.lines().count() == 1, "{text}");
+}

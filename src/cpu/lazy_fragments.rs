@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use super::raster_surfaces::SurfaceRaster;
 use super::trace_slices::trace_texel;
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::kernel::exponential::transmitted;
 use crate::kernel::fragments::{Node, front_of, nodes_before, optical_depth_between};
@@ -31,11 +32,14 @@ struct Traced {
 
 impl<'a> LazyFragments<'a> {
     /// The map of `casters`, which may be media alone, for `frame`; nothing is traced yet.
-    pub fn new(casters: impl Into<Casters<'a>>, frame: &'a Frame) -> Self {
+    ///
+    /// # Errors
+    /// If surfaces take too much memory.
+    pub fn new(casters: impl Into<Casters<'a>>, frame: &'a Frame) -> Result<Self> {
         let casters = casters.into();
-        let surfaces = SurfaceRaster::new(casters, frame);
+        let surfaces = SurfaceRaster::new(casters, frame)?;
         let sampler = Sampler::of_extinction(casters.media);
-        Self { sampler, surfaces, frame, traced: Mutex::default() }
+        Ok(Self { sampler, surfaces, frame, traced: Mutex::default() })
     }
 
     /// The number of texels that were traced, and the seconds that it took, of all threads together.

@@ -86,7 +86,7 @@ impl Passes for CpuBackend {
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>> {
-        Ok(trace_threshold::trace_threshold(casters, frame, progress))
+        trace_threshold::trace_threshold(casters, frame, progress)
     }
 
     /// Allocates no more than the nodes that it returns, so `memory` is never reached.
@@ -122,7 +122,7 @@ impl Passes for CpuBackend {
         codec: &dyn Codec,
         progress: &dyn Progress,
     ) -> Result<Vec<u8>> {
-        Ok(trace_coded::trace_coded(casters, frame, codec, progress))
+        trace_coded::trace_coded(casters, frame, codec, progress)
     }
 
     fn trace_visibility(

@@ -12,6 +12,7 @@ use std::ops::Range;
 use glam::{Vec2, Vec4Swizzles};
 
 use super::tiles::TILE;
+use crate::error::{ErrorKind, Result};
 use crate::frame::{FIRST_SEGMENT, Frame, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
 use crate::kernel::coverage::{
     Stroke, covered, depth_along, holds, nearest_share, range_over, stroke_of,
@@ -25,6 +26,9 @@ use crate::shadow::{Fragment, disjoint};
 
 /// Number of surfaces' parts that are prepared together.
 const CHUNK: usize = 1024;
+
+/// Most bytes of the fragments of a tile, of which each thread works on one, and of the tiles' lists.
+const MOST_BYTES: f64 = (1_u64 << 29) as f64;
 
 /// A segment in the map.
 #[derive(Clone, Copy, Debug)]
@@ -139,9 +143,13 @@ struct Bins {
 
 impl SurfaceRaster {
     /// Prepares the surfaces of `casters`; `None` if there are none.
-    pub(super) fn new(casters: Casters<'_>, frame: &Frame) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`ErrorKind::Limit`] if so many wide strands lie over each other that a tile's fragments
+    /// would not fit memory.
+    pub(super) fn new(casters: Casters<'_>, frame: &Frame) -> Result<Option<Self>> {
         if casters.surfaces.is_empty() {
-            return None;
+            return Ok(None);
         }
         let size = frame.map.size as usize;
         let surfaces = FrameSurfaces::of(casters);
@@ -155,12 +163,29 @@ impl SurfaceRaster {
         let triangles: Vec<MapTriangle> = flat(&surfaces.triangles, |corners| {
             triangle_of(frame, corners.map(Vec4Swizzles::xyz), corners[0].w)
         });
-        let outlines = |drawn: &Drawn| drawn.stroke.outline.to_vec();
-        let segments_of = Bins::of(&segments, size, outlines);
-        let triangles_of = Bins::of(&triangles, size, MapTriangle::outline);
+        let segments_of = Bins::of(&segments, size, |drawn| drawn.stroke.outline)?;
+        let triangles_of = Bins::of(&triangles, size, |triangle| triangle.corners)?;
         let covers = frame.map.covers == 1;
         let frame = *frame;
-        Some(Self { size, segments, triangles, segments_of, triangles_of, covers, frame })
+        let all = Self { size, segments, triangles, segments_of, triangles_of, covers, frame };
+        all.check_room().map(|()| Some(all))
+    }
+
+    /// Checks that there is memory for the fragments of the fullest tile.
+    fn check_room(&self) -> Result<()> {
+        let cells = (TILE * TILE) as f64;
+        let of_segment = |index: &u32| {
+            touched_cells(&self.segments[*index as usize].stroke.outline, 1.0).min(cells)
+        };
+        let of_triangles = (TILE * TILE * size_of::<(u32, Fragment)>()) as f64;
+        let of_tile = |tile: usize| {
+            let segments: f64 = self.segments_of.of_tile(tile).iter().map(of_segment).sum();
+            let triangles = self.triangles_of.of_tile(tile).len() as f64 * of_triangles;
+            segments * (size_of::<Part>() + 4 * size_of::<Fragment>()) as f64 + triangles
+        };
+        let tiles = self.size.div_ceil(TILE).pow(2);
+        let fullest = (0..tiles).map(of_tile).fold(0.0, f64::max);
+        check(fullest, "hair or meshes over one tile of the map")
     }
 
     /// The fragments of the texels in some columns and rows, which lie in one tile, row by row.
@@ -232,7 +257,7 @@ impl SurfaceRaster {
         fragments: &mut Vec<(u32, Fragment)>,
     ) {
         let size = self.size as f32;
-        let outline = triangle.outline();
+        let outline = triangle.corners;
         for y in texels(outline.iter().map(|corner| corner.y), rows) {
             let Some([low, high]) = row_extent(&outline, y as f32) else { continue };
             for x in texels([low, high].into_iter(), columns) {
@@ -247,6 +272,24 @@ impl SurfaceRaster {
             }
         }
     }
+}
+
+/// Checks a number of bytes against the most that are taken.
+fn check(bytes: f64, what: &str) -> Result<()> {
+    if bytes <= MOST_BYTES {
+        return Ok(());
+    }
+    let (needed, limit) = (format!("{bytes:.0} bytes"), format!("{MOST_BYTES:.0} bytes"));
+    Err(ErrorKind::Limit { what: what.to_owned(), needed, limit }.into())
+}
+
+/// The number of square cells, with edges of `edge` texels, that a convex outline touches, on
+/// average over its places: the area of the outline grown by a cell.
+fn touched_cells(outline: &[Vec2; 4], edge: f32) -> f64 {
+    let [a, b, c, d] = outline.each(|corner| corner / edge);
+    let area = 0.5 * (c - a).perp_dot(d - b).abs();
+    let spans = a.max(b).max(c).max(d) - a.min(b).min(c).min(d);
+    f64::from(area + spans.x + spans.y + 1.0)
 }
 
 /// What `one` makes of items, on all threads, in their order.
@@ -293,10 +336,20 @@ fn row_extent(outline: &[Vec2], y: f32) -> Option<[f32; 2]> {
 
 impl Bins {
     /// The tiles that the outlines of `items` touch.
-    fn of<T: Sync>(items: &[T], size: usize, outline: impl Fn(&T) -> Vec<Vec2> + Sync) -> Self {
+    ///
+    /// # Errors
+    /// If their lists would take too much memory.
+    fn of<T: Sync>(
+        items: &[T],
+        size: usize,
+        outline: impl Fn(&T) -> [Vec2; 4] + Sync,
+    ) -> Result<Self> {
         let across = size.div_ceil(TILE);
+        let all = (across * across) as f64;
+        let pairs = items.iter().map(|one| touched_cells(&outline(one), TILE as f32).min(all));
+        check(pairs.sum::<f64>() * size_of::<[u32; 2]>() as f64, "wide hair or large triangles")?;
         let touched = |item: &T| -> Vec<u32> {
-            let tiles: Vec<Vec2> = outline(item).iter().map(|c| *c / TILE as f32).collect();
+            let tiles = outline(item).each(|corner| corner / TILE as f32);
             let rows = texels(tiles.iter().map(|corner| corner.y), &(0..across));
             let of_row = |y: usize| {
                 let extent = row_extent(&tiles, y as f32);
@@ -327,7 +380,7 @@ impl Bins {
             sorted[*place as usize] = *index;
             *place += 1;
         }
-        Self { starts, items: sorted }
+        Ok(Self { starts, items: sorted })
     }
 
     /// The indices of a tile's items.

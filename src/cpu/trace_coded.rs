@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::raster_surfaces::SurfaceRaster;
 use super::tiles::{TILE, columns};
 use super::trace_slices::trace_texel;
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::kernel::light::light_extent;
 use crate::kernel::media::Sampler;
@@ -20,11 +21,11 @@ pub(super) fn trace_coded(
     frame: &Frame,
     codec: &dyn Codec,
     progress: &dyn Progress,
-) -> Vec<u8> {
+) -> Result<Vec<u8>> {
     let (size, stride) = (frame.map.size as usize, codec.stride());
     progress.begin("shadow map", size as u64);
     let sampler = Sampler::of_extinction(casters.media);
-    let surfaces = SurfaceRaster::new(casters, frame);
+    let surfaces = SurfaceRaster::new(casters, frame)?;
     let around = frame.around(casters);
     let mut bytes = vec![0; size * size * stride];
     let bands = bytes.par_chunks_mut(size * stride * TILE).enumerate();
@@ -46,5 +47,5 @@ pub(super) fn trace_coded(
         }
         progress.advance(rows.len() as u64);
     });
-    bytes
+    Ok(bytes)
 }

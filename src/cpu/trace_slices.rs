@@ -34,7 +34,7 @@ pub(super) fn trace_lists<T: Copy + Default + Send>(
     keep: impl Fn(&[Node], &mut Runs<T>) -> Result<()> + Sync,
 ) -> Result<Runs<T>> {
     let sampler = Sampler::of_extinction(casters.media);
-    let surfaces = SurfaceRaster::new(casters, frame);
+    let surfaces = SurfaceRaster::new(casters, frame)?;
     let size = frame.map.size as usize;
     tiles::runs(size, progress, |columns, rows| {
         let at = |i: usize| (i as f32 + 0.5) / size as f32;

@@ -7,6 +7,7 @@ use glam::{Vec3, Vec4};
 use super::raster_surfaces::SurfaceRaster;
 use super::tiles;
 use super::trace_slices::trace_texel as trace_nodes;
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::kernel::fragments::Node;
 use crate::kernel::light::{light_extent, light_ray};
@@ -23,17 +24,17 @@ pub(super) fn trace_threshold(
     casters: Casters<'_>,
     frame: &Frame,
     progress: &dyn Progress,
-) -> Vec<[f32; 4]> {
+) -> Result<Vec<[f32; 4]>> {
     let size = frame.map.size as usize;
     progress.begin("shadow map", size as u64);
     let sampler = Sampler::of_extinction(casters.media);
     let mut texels = vec![[0.0; 4]; size * size];
     let place = |place: [usize; 2]| place.each(|i| (i as f32 + 0.5) / size as f32);
-    let Some(surfaces) = SurfaceRaster::new(casters, frame) else {
+    let Some(surfaces) = SurfaceRaster::new(casters, frame)? else {
         tiles::fill(&mut texels, size, progress, Vec::new, |batches, at| {
             trace_texel(&sampler, frame, place(at), batches)
         });
-        return texels;
+        return Ok(texels);
     };
     // What surfaces leave stands between the medium's slabs, all of which are needed then.
     let (all, around) = (frame.with_all_slabs(), frame.around(casters));
@@ -48,7 +49,7 @@ pub(super) fn trace_threshold(
         };
         places.enumerate().map(texel).collect()
     });
-    texels
+    Ok(texels)
 }
 
 /// The four numbers of a texel with these nodes, whose ray ends at `exit`.

@@ -22,13 +22,6 @@ pub struct MapTriangle {
     pub optical_depth: f32,
 }
 
-impl MapTriangle {
-    /// Its corners.
-    pub fn outline(&self) -> Vec<Vec2> {
-        self.corners.to_vec()
-    }
-}
-
 /// The triangle between `corners` (frame space) in the map; `None` behind a light with a position,
 /// or if it has no area.
 pub fn triangle_of(frame: &Frame, corners: [Vec3; 3], optical_depth: f32) -> Option<MapTriangle> {

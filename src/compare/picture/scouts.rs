@@ -68,8 +68,8 @@ impl Scouts {
                 beams.iter().map(|beam| Frame::new(beam, &scout)).collect::<Result<_>>()?;
             sparse = frames.iter().any(|frame| frame.view.spacing > 1);
             let pairs = beams.iter().zip(&frames);
-            let maps: Vec<_> =
-                pairs.map(|(beam, frame)| LazyFragments::new(beam.casters(), frame)).collect();
+            let maps = pairs.map(|(beam, frame)| LazyFragments::new(beam.casters(), frame));
+            let maps = maps.collect::<Result<Vec<_>>>()?;
             let shadows: Vec<&dyn Shadow> = maps.iter().map(|map| map as &dyn Shadow).collect();
             // The first march traces the texels, the second only looks them up.
             let found = marched(&beams, &frames, &shadows, truth.pixels());

@@ -151,6 +151,10 @@ pub fn complete(
     let visible = visible(&loaded, &mediums);
     let visible = if visible.is_empty() { Media::none().world_corners().to_vec() } else { visible };
     let bounds = bounds_of(&visible);
+    if !loaded.surfaces.is_empty() && bounds.size() == DVec3::ZERO {
+        let why = format!("everything lies at one point, {}", bounds.min);
+        return Err(Error::value("scene", why));
+    }
     let lights = lights(file, &bounds, &mut choices)?;
     let mut of_ground = Choices(Vec::new());
     let mut ground = ground(&file.ground, &bounds, surroundings, &mut of_ground)?;

@@ -1,21 +1,25 @@
 //! Fragments of one texel that overlap in depth, taken apart into pieces that do not.
 
 use super::Fragment;
+use crate::kernel::fragments::OPAQUE_OPTICAL_DEPTH;
 
 /// Appends to `pieces` those of `fragments` in order of depth, of which none begins in front of the
 /// end of the one before. Over any depth they have the optical depth of all fragments together.
-/// `fragments` are sorted by their fronts; `open` is scratch memory.
+/// `fragments` are sorted by their fronts; `open` is scratch memory. What lies behind an optical
+/// depth at which nothing gets through is left out.
 pub fn disjoint(fragments: &mut [Fragment], open: &mut Vec<Fragment>, pieces: &mut Vec<Fragment>) {
     fragments.sort_by(|a, b| a.front.total_cmp(&b.front));
     // Those that begin in front of `at` and end behind it are among `open`.
     open.clear();
     let (mut next, mut at) = (0, f32::NEG_INFINITY);
-    loop {
+    let mut passed = 0.0;
+    while passed < OPAQUE_OPTICAL_DEPTH {
         open.retain(|one| one.back > at);
         while let Some(one) = fragments.get(next).filter(|one| one.front <= at) {
             if one.back > one.front {
                 open.push(*one);
             } else {
+                passed += one.optical_depth;
                 pieces.push(*one);
             }
             next += 1;
@@ -28,7 +32,9 @@ pub fn disjoint(fragments: &mut [Fragment], open: &mut Vec<Fragment>, pieces: &m
         if !open.is_empty() {
             let slope: f32 =
                 open.iter().map(|one| one.optical_depth / (one.back - one.front)).sum();
-            pieces.push(Fragment { front: at, back: end, optical_depth: slope * (end - at) });
+            let optical_depth = slope * (end - at);
+            passed += optical_depth;
+            pieces.push(Fragment { front: at, back: end, optical_depth });
         }
         at = end;
     }
