@@ -12,6 +12,7 @@ use deepshadow::surface::{Material, Mesh, Strands, Varying};
 use deepshadow::{Backend, CpuBackend, Settings, Silent};
 use glam::{DMat4, DVec2, DVec3, Vec3};
 
+use crate::support::backends::every_backend;
 use crate::support::scenes::{scene, settings, unit_cube, volume};
 
 /// Numbers of 0..1 (xorshift64).
@@ -380,4 +381,18 @@ fn other_kinds_of_map_take_surfaces_or_say_that_they_do_not() {
     let settings = fragments(64).with(|s| s.map.kind = Some("grid:16".parse().unwrap()));
     let error = CpuBackend.map(&beam, &settings, &Silent).unwrap_err().to_string();
     assert!(error.contains("meshes and hair"), "{error}");
+}
+
+#[test]
+fn backends_draw_surfaces_or_say_that_they_do_not() {
+    let scene = bare(vec![pane(1.0, 0.0, 0.5)], DVec3::NEG_Y);
+    for backend in every_backend() {
+        let stage = backend.render(&scene, &fragments(16), &Silent);
+        let map = backend.map(&scene.only_beam().unwrap(), &fragments(16), &Silent);
+        for error in [stage.err(), map.err()] {
+            let said = error.map(|error| error.to_string()).unwrap_or_default();
+            let refused = said.contains("draws no meshes and no hair");
+            assert_eq!(refused, !backend.draws_surfaces(), "{}: {said}", backend.description());
+        }
+    }
 }

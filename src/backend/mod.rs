@@ -5,10 +5,10 @@ mod catcher;
 mod passes;
 mod stage;
 
-use crate::error::{Result, memory};
+use crate::error::{Error, Result, memory};
 use crate::image::Image;
 use crate::progress::Progress;
-use crate::scene::{Beam, Scene};
+use crate::scene::{Beam, Scene, Surfaces};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Map, codec};
 pub use catcher::ShadowCatcher;
@@ -96,6 +96,18 @@ pub trait Backend: Send + Sync {
     fn render(&self, scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Result<Image> {
         self.stage().render(scene, settings, progress)
     }
+}
+
+/// Checks that `backend` builds maps of what `surfaces` there are.
+///
+/// # Errors
+/// If it does not draw surfaces, and there are some.
+pub fn check_surfaces(backend: &dyn Backend, surfaces: &Surfaces) -> Result<()> {
+    if surfaces.is_empty() || backend.draws_surfaces() {
+        return Ok(());
+    }
+    let why = format!("{} draws no meshes and no hair", backend.description());
+    Err(Error::value("backend", why))
 }
 
 /// Checks `settings`, and that the host has room for their picture and map.

@@ -1,6 +1,6 @@
 //! The passes one by one, with input and output in the host's memory.
 
-use super::Backend;
+use super::{Backend, check_surfaces};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
@@ -138,8 +138,9 @@ pub(super) fn build_map(
     let (media, view, casters) = (&beam.media, beam.view, beam.casters());
     let around = frame.around(casters);
     let kind = settings.map.kind.unwrap_or_default();
+    check_surfaces(passes, &beam.surfaces)?;
     if !beam.surfaces.is_empty() {
-        check_surfaces(passes, kind, settings)?;
+        check_kind(kind, settings)?;
     }
     match kind {
         MapKind::Threshold => {
@@ -179,15 +180,11 @@ pub(super) fn build_map(
     }
 }
 
-/// Checks that a backend can build maps of surfaces with these settings.
+/// Checks that maps of surfaces are built with these settings.
 ///
 /// # Errors
-/// If it cannot.
-fn check_surfaces(passes: &dyn Passes, kind: MapKind, settings: &Settings) -> Result<()> {
-    if !passes.draws_surfaces() {
-        let why = format!("{} draws no meshes and no hair", passes.description());
-        return Err(Error::value("backend", why));
-    }
+/// If they are not.
+fn check_kind(kind: MapKind, settings: &Settings) -> Result<()> {
     if matches!(kind, MapKind::Grid(_)) {
         let why = format!("'{kind}' maps of meshes and hair are not built");
         return Err(Error::value("map", why));

@@ -10,7 +10,7 @@ use super::shadow::GpuShadow;
 use super::tile::Tile;
 use super::tiles::{most_nodes, usual_nodes};
 use super::{GpuBackend, uploaded};
-use crate::backend::{Backend, Cause, Stage};
+use crate::backend::{Backend, Cause, Stage, check_surfaces};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
@@ -270,6 +270,7 @@ impl Stage for GpuStage<'_> {
         progress: &dyn Progress,
     ) -> Result<Image> {
         settings.check()?;
+        check_surfaces(self.backend, &scene.surfaces.casting())?;
         let beams = scene.beams_for(settings)?;
         let watch = &self.backend.watch;
         loop {
