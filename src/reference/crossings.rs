@@ -314,7 +314,7 @@ mod tests {
             "bent",
             points.map(Vec3::from).to_vec(),
             &[5],
-            Varying::Same(0.2),
+            Varying::Same(0.25),
             Varying::PerPoint(vec![0.5, 0.5, 0.5, 0.25, 0.25]),
             Varying::Same(Vec3::ONE),
         );
@@ -324,7 +324,7 @@ mod tests {
         found.sort_by(|a, b| a[0].total_cmp(&b[0]));
         assert_eq!(found.len(), 2, "{found:?}");
         // At the joint, the union of two segments reaches up to the slanted one's flank.
-        let middle = 0.5 * (-0.1 + 0.1 / (1.0_f64 / 1.25_f64.sqrt()));
+        let middle = 0.5 * (-0.125 + 0.125 * 1.25_f64.sqrt());
         assert!((found[0][0] - 5.0 - middle).abs() < 1e-12, "{found:?}");
         assert!((found[1][0] - 8.0).abs() < 1e-12 && found[1][1] == 0.25, "{found:?}");
         assert_eq!(crossings.transmittance(from, DVec3::Y, [0.0, 20.0]), 0.5 * 0.75);
