@@ -7,12 +7,12 @@ use crate::backend::Backend;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::reference::Extinction;
-use crate::scene::{Beam, Channels, LightView, Scene};
+use crate::scene::{Beam, Channels, LightKind, LightView, Scene};
 use crate::settings::Settings;
 use crate::shadow::{Map, Shadow, TexelMap};
 
 /// Fewest and most rays along each edge of a square over which an exact mean is taken.
-const RAYS: [f64; 2] = [8.0, 64.0];
+const RAYS: [f64; 2] = [20.0, 96.0];
 /// Such rays are at most this share of the thinnest strand's thickness apart, if they are not too
 /// many.
 const APART: f64 = 0.25;
@@ -20,6 +20,11 @@ const APART: f64 = 0.25;
 const OFF_SURFACE: f64 = 1e-5;
 /// ...and by this many texels' edges for maps: a filter reaches that far.
 const OFF_TEXELS: f64 = 1.5;
+
+/// Footprints in maps are at least this wide, in texels.
+const LEAST_SPAN: f64 = 1e-3;
+/// Depths beyond this, in units of the view, are those of points behind everything.
+const FARTHEST: f32 = 1e30;
 
 /// How light is measured.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -72,6 +77,13 @@ pub fn probe(
     check(points, how)?;
     settings.check()?;
     let mut found = vec![vec![[0.0; 3]; scene.lights.len()]; points.len()];
+    // A spot light among the casters has no views where it does not shine.
+    let mut scene = scene.clone();
+    for light in &mut scene.lights {
+        if let LightKind::Spot { position, .. } = light.kind {
+            light.kind = LightKind::Point { position };
+        }
+    }
     for beam in scene.beams()?.iter().filter(|beam| beam.index < scene.lights.len()) {
         let meter = Meter::new(beam, settings, backend, how, progress)?;
         if how.exact {
@@ -161,7 +173,8 @@ impl<'a> Meter<'a> {
         match &self.source {
             Source::Exact(exact) => Some(self.exact(exact, place, to_light) as f32),
             Source::Map { map, window } => {
-                let Some(light) = view.place(place) else { return Some(1.0) };
+                let Some(mut light) = view.place(place) else { return Some(1.0) };
+                light.z = light.z.clamp(-FARTHEST, FARTHEST);
                 Some(match (self.how.footprint, map.texels()) {
                     (Some(edge), Some(texels)) => {
                         over_texels(texels, light.to_array(), edge / self.lengths(place))
@@ -228,7 +241,8 @@ fn sides(view: &LightView, to_light: DVec3) -> [DVec3; 2] {
 fn over_texels(map: &dyn TexelMap, [u, v, depth]: [f32; 3], spans: DVec2) -> f32 {
     let size = map.size();
     let range = |center: f32, span: f64| {
-        let (center, half) = (f64::from(center) * f64::from(size), 0.5 * span * f64::from(size));
+        let span = (span * f64::from(size)).max(LEAST_SPAN);
+        let (center, half) = (f64::from(center) * f64::from(size), 0.5 * span);
         // Beyond one texel outside of the map all are alike.
         let inside = |c: f64| c.clamp(-1.0, f64::from(size) + 1.0);
         let ends = [center - half, center + half];

@@ -256,7 +256,7 @@ fn hair_and_meshes_are_told_by_their_parts() {
     for (arguments, code, word) in [
         ("info h.tfx --dims 1,2,3 --from tfx", 2, "dims: does not apply to h.tfx (format tfx)"),
         ("info m.obj --from gltf", 1, "its JSON"),
-        ("render h.tfx --backend cpu", 1, "h.tfx: hair, not a volume"),
+        ("convert h.tfx out.vdb", 1, "h.tfx: hair, not a volume"),
         ("convert m.glb out.vdb", 1, "m.glb: a mesh, not a volume"),
     ] {
         let output = folder.run(arguments);

@@ -47,6 +47,33 @@ fn the_light_meter_minds_normals_bias_and_each_light() {
     assert!(refused(&wrong, &flat).starts_with("normals: normal 0"), "no direction");
 }
 
+/// The share of a spot light is that of a light in all directions, also among what casts shadows.
+#[test]
+fn a_spot_lights_cone_is_no_shadow() {
+    let mut scene = bare(vec![pane(1.0, 0.5, 0.75), pane(1.0, -0.5, 0.5)], DVec3::NEG_Y);
+    let direction = DVec3::NEG_Y;
+    let kind = LightKind::Spot {
+        position: DVec3::new(0.1, 0.0, 0.1),
+        direction,
+        cone_degrees: 20.0,
+        cone_softness: 0.2,
+    };
+    scene.lights = vec![Light::new(kind, DVec3::ONE)];
+    let at = |x: f64, y: f64| ProbePoint::from(DVec3::new(x, y, 0.0));
+    let points = [at(0.1, -2.0), at(0.1, 2.0), at(0.6, 0.0), at(0.1, 0.3)];
+    for how in [exact(None), through_map(None), through_map(Some(1e-30))] {
+        let found = probe(&scene, &fragments(32), &CpuBackend, &points, &how, &Silent).unwrap();
+        for (row, due) in found.iter().zip([0.5, 0.25, 1.0, 1.0]) {
+            assert!((row[0][0] - due).abs() < 1e-6, "{how:?}: {found:?}");
+        }
+    }
+    scene.lights = vec![Light::directional(DVec3::NEG_Y)];
+    let far = [at(0.0, -1e39), at(0.0, 1e39)];
+    let found = probe(&scene, &fragments(32), &CpuBackend, &far, &through_map(None), &Silent);
+    let found = found.unwrap();
+    assert!((found[0][0][0] - 0.125).abs() < 1e-6 && found[1][0][0] == 1.0, "{found:?}");
+}
+
 /// An array of 32-bit floats of shape (n, columns).
 fn npy(rows: &[&[f32]]) -> Vec<u8> {
     let shape = [rows.len(), rows[0].len()];

@@ -2,17 +2,16 @@
 
 use std::f64::consts::PI;
 
-use deepshadow::accuracy::{ExactTexels, Place, Points};
+use deepshadow::accuracy::ExactTexels;
 use deepshadow::probe::{Probe, ProbePoint, probe};
 use deepshadow::reference::Crossings;
 use deepshadow::scene::{Beam, Light, LightKind, Media, Scene, Shape, Surface, Surfaces};
-use deepshadow::settings::{Filter, MapKind};
+use deepshadow::settings::MapKind;
 use deepshadow::shadow::TexelMap;
 use deepshadow::surface::{Material, Mesh, Strands, Varying};
 use deepshadow::{Backend, CpuBackend, Settings, Silent};
 use glam::{DMat4, DVec2, DVec3, Vec3};
 
-use crate::support::backends::every_backend;
 use crate::support::scenes::{scene, settings, unit_cube, volume};
 
 /// Numbers of 0..1 (xorshift64).
@@ -136,6 +135,28 @@ fn a_grid_of_strands_takes_its_share_of_the_light() {
     }
 }
 
+/// The flanks of a strand that tapers off are where the cone around its axis has them.
+#[test]
+fn strands_may_taper_off() {
+    let points = vec![Vec3::NEG_X, Vec3::X];
+    let thickness = Varying::PerPoint(vec![0.4, 0.0]);
+    let (opacity, white) = (Varying::Same(0.5), Varying::Same(Vec3::ONE));
+    let strands = Strands::new("cone", points, &[2], thickness, opacity, white).unwrap();
+    let shape = Shape::Strands(strands.into());
+    let cone = Surface::new(shape, DMat4::IDENTITY).unwrap();
+    let scene = bare(vec![cone], DVec3::NEG_Y);
+    for x in [-0.8_f64, -0.5, 0.0, 0.5] {
+        // Its half angle has a sine of .1.
+        let flank = 0.1 * (1.0 - x);
+        for (z, due) in [(flank - 0.006, 0.5), (flank + 0.006, 1.0)] {
+            for how in [exact(None), through_map(None)] {
+                let found = measured(&scene, &fragments(700), DVec3::new(x, -1.0, z), &how);
+                assert!((found - due).abs() < 0.01, "{x}, {z}: {found}, not {due}");
+            }
+        }
+    }
+}
+
 #[test]
 fn meshes_shadow_what_lies_behind_them() {
     for (opacity, due) in [(1.0, 0.0), (0.5, 0.25), (0.0, 1.0)] {
@@ -179,7 +200,7 @@ fn ends() -> Vec<[DVec3; 2]> {
 }
 
 /// Strands, a pane and a ball of glass, and a medium, for lights anywhere.
-fn mixed(opacity: f64) -> Scene {
+pub fn mixed(opacity: f64) -> Scene {
     let density = |[x, y, z]: [usize; 3]| ((x * 5 + y * 3 + z * 7) % 11) as f32 / 10.0;
     let mut mixed = scene(volume([8; 3], unit_cube(), density), 2.0);
     let strands = rods(&ends(), 2.0 * RADIUS as f32, opacity as f32);
@@ -264,7 +285,7 @@ fn a_medium_strands_and_meshes_multiply_in_one_texel() {
 }
 
 /// A ball of hair.
-fn tangle(count: usize) -> Surfaces {
+pub fn tangle(count: usize) -> Surfaces {
     let mut random = Random(11);
     let mut place = || loop {
         let p = DVec3::from_array([0; 3].map(|_| random.unit())) * 2.0 - 1.0;
@@ -333,66 +354,4 @@ fn what_is_asked_for_as_a_footprint_gets_better_with_every_doubling() {
     let squares = found.iter().zip(&truth).map(|(a, b)| (a - b).powi(2));
     let rms = (squares.sum::<f64>() / truth.len() as f64).sqrt();
     assert!(rms > 1.5 * last, "{rms}");
-}
-
-#[test]
-fn links_find_what_a_search_finds_on_strands() {
-    let mut scene = bare(Vec::new(), DVec3::new(0.3, -1.0, 0.2));
-    scene.surfaces = tangle(400);
-    let beam = scene.only_beam().unwrap();
-    let with = |links: bool| {
-        let settings = fragments(64).with(|s| {
-            s.map.filter = Filter::Pcf5;
-            s.map.fragments.links = links;
-            s.map.fragments.tolerance = 0.0;
-        });
-        CpuBackend.map(&beam, &settings, &Silent).unwrap()
-    };
-    let (linked, plain) = (with(true), with(false));
-    assert!(linked.as_fragments().unwrap().links().is_some());
-    for i in 0..4_000 {
-        let (u, v, depth) = ((i % 63) as f32 / 63.0, (i / 63) as f32 / 63.0, (i % 17) as f32 / 8.0);
-        let found = [&linked, &plain].map(|map| map.texels().unwrap().filtered(5, u, v, depth));
-        assert!((found[0] - found[1]).abs() < 1e-6, "{u}, {v}, {depth}: {found:?}");
-    }
-}
-
-#[test]
-fn other_kinds_of_map_take_surfaces_or_say_that_they_do_not() {
-    let beam = mixed(0.4).only_beam().unwrap();
-    let points = Points::draw(&beam, 64, &[Place::Rays], [2_000, 1], &Silent);
-    // What a kind makes of steps is its own error; nothing would be some .5.
-    let kinds = [
-        ("fragments", 0.04),
-        ("visibility", 0.04),
-        ("nested", 0.05),
-        ("slices:32", 0.06),
-        ("relative", 0.1),
-        ("threshold", 0.15),
-        ("adaptive:16", 0.1),
-    ];
-    for (name, allowed) in kinds {
-        let settings = fragments(64).with(|s| s.map.kind = Some(name.parse().unwrap()));
-        let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
-        let rms = points.errors(Place::Rays, &map, 1).rms;
-        eprintln!("{name}: {rms:.4}");
-        assert!(rms < allowed, "{name}: {rms}");
-    }
-    let settings = fragments(64).with(|s| s.map.kind = Some("grid:16".parse().unwrap()));
-    let error = CpuBackend.map(&beam, &settings, &Silent).unwrap_err().to_string();
-    assert!(error.contains("meshes and hair"), "{error}");
-}
-
-#[test]
-fn backends_draw_surfaces_or_say_that_they_do_not() {
-    let scene = bare(vec![pane(1.0, 0.0, 0.5)], DVec3::NEG_Y);
-    for backend in every_backend() {
-        let stage = backend.render(&scene, &fragments(16), &Silent);
-        let map = backend.map(&scene.only_beam().unwrap(), &fragments(16), &Silent);
-        for error in [stage.err(), map.err()] {
-            let said = error.map(|error| error.to_string()).unwrap_or_default();
-            let refused = said.contains("draws no meshes and no hair");
-            assert_eq!(refused, !backend.draws_surfaces(), "{}: {said}", backend.description());
-        }
-    }
 }

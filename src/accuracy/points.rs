@@ -56,6 +56,9 @@ impl Place {
 /// outline is tight, so about half of the rays hit.
 const MOST_MISSES: usize = 1000;
 
+/// The smallest edge of the box around surfaces in which points are drawn, as a share of the largest.
+const FLATTEST: f64 = 0.1;
+
 /// Samples of every [`Place`].
 #[derive(Clone, Debug)]
 pub struct Points {
@@ -151,7 +154,11 @@ fn sample(drawn: Drawn, beam: &Beam, exact: &ExactTexels<'_>) -> Option<Sample> 
 
 fn in_volume(casters: Casters<'_>, count: usize, random: &mut Random) -> Vec<Drawn> {
     if !casters.surfaces.is_empty() {
-        let bounds = casters.world_bounds();
+        // Flat things get some space around them.
+        let mut bounds = casters.world_bounds();
+        let around = DVec3::splat(FLATTEST * bounds.size().max_element()) - bounds.size();
+        let around = 0.5 * around.max(DVec3::ZERO);
+        (bounds.min, bounds.max) = (bounds.min - around, bounds.max + around);
         let one = |_| Drawn::World(bounds.min + random.cube() * bounds.size());
         return (0..count).map(one).collect();
     }

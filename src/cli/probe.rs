@@ -62,6 +62,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
                 let (found, due) = (directions.len(), positions.len());
                 return Err(Error::contents(normals, format!("{found} normals for {due} points")));
             }
+            if let Some(row) = directions.iter().position(|n| *n == [0.0; 3]) {
+                return Err(Error::contents(normals, format!("row {row} has no direction")));
+            }
             directions.into_iter().map(|normal| Some(DVec3::from(normal))).collect()
         }
         None => vec![None; positions.len()],
@@ -80,7 +83,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let values: Vec<f32> = found.iter().flatten().flatten().copied().collect();
     pending.finish_with(&encode_array(&[places.len(), lights, 3], values.into_iter())?)?;
     let by = if *exact { "rays in f64".to_owned() } else { job.backend.description() };
-    job.note(&format!("wrote {}: {} points, {lights} lights, {by}", path.display(), places.len()));
+    let lights = if lights == 1 { "1 light".to_owned() } else { format!("{lights} lights") };
+    job.note(&format!("wrote {}: {} points, {lights}, {by}", path.display(), places.len()));
     Ok(())
 }
 

@@ -124,7 +124,7 @@ impl ReadOptions {
 }
 
 /// Checks that `path` can be read at any place, which formats and limits need.
-fn refuse_stream(path: &Path) -> Result<()> {
+pub(super) fn refuse_stream(path: &Path) -> Result<()> {
     let found = std::fs::metadata(path).map_err(|error| Error::file(path, error))?;
     if found.is_dir() {
         return Err(Error::contents(path, "a folder, not a file"));

@@ -60,8 +60,12 @@ pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<St
         };
         let side = direction(axis.cross(ray), ray);
         let along = direction(ray.cross(side), ray);
-        let tip = center + along * (outwards * FRAC_PI_4 * radius * along.dot(axis).signum());
-        let wide = side * (radius * widening(frame, axis, ray, radius));
+        let beyond = outwards * FRAC_PI_4 * radius;
+        let tip = center + along * (beyond * along.dot(axis).signum());
+        // What sticks out goes on as the strand does, so that its flanks stay where they are.
+        let slope = (b.w - a.w) / along.dot(axis).abs().max(b.w.max(a.w)).max(SHORTEST);
+        let wide = (radius + slope * beyond).max(0.0) * widening(frame, axis, ray, radius);
+        let wide = side * wide;
         (tip, project(tip - wide), project(tip + wide))
     };
     let (tip_a, right_a, left_a) = end(a, if caps[0] { -1.0 } else { 0.0 });

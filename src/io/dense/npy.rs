@@ -9,6 +9,7 @@ use super::payload::Payload;
 use super::{DenseHeader, Order};
 use crate::error::{Error, Result, memory};
 use crate::io::number::{Endian, ValueType};
+use crate::io::options::refuse_stream;
 use crate::io::sidecar::Sidecar;
 
 /// What the header of an array says.
@@ -67,6 +68,7 @@ fn head_read(input: &Input) -> Result<Head> {
 /// # Errors
 /// If the file cannot be read, or is not such an array.
 pub fn read_vectors(path: &Path, max_bytes: u64) -> Result<Vec<[f64; 3]>> {
+    refuse_stream(path)?;
     let input = Input::open(path, max_bytes)?;
     let head = head_read(&input)?;
     let [count, 3] = head.lengths[..] else {
