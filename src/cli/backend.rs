@@ -74,12 +74,12 @@ impl Opening {
     /// The backend for maps of `kind`, of meshes and hair too if there are `surfaces`. If a GPU fails later, `say` receives the reason for the
     /// change to the processor.
     pub(super) fn finish(
-        self,
+        mut self,
         kind: Option<MapKind>,
         surfaces: bool,
         say: fn(&str),
     ) -> Result<&'static dyn Backend> {
-        let found = match (self.gpu, self.choice) {
+        let found = match (self.gpu.take(), self.choice) {
             (Some(looking), _) => looking.join().map_err(|_| Error::gpu("the driver failed")),
             (None, BackendChoice::Gpu) => Ok(gpu().map(Some)),
             (None, BackendChoice::Auto) => Ok(Ok(gpu_hardware())),
@@ -105,6 +105,16 @@ impl Opening {
                 Err(Error::value("map", format!("'{kind}' maps need --backend cpu")))
             }
             _ => Ok(&CpuBackend),
+        }
+    }
+}
+
+/// Drivers do not bear that a process ends while they open a device: it would be aborted.
+impl Drop for Opening {
+    fn drop(&mut self) {
+        if let Some(looking) = self.gpu.take() {
+            // What it found does not matter any more.
+            drop(looking.join());
         }
     }
 }

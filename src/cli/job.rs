@@ -162,8 +162,14 @@ impl<'a> Request<'a> {
     /// Those who will work on the request, and what there is to say of it.
     pub(super) fn crew(&mut self) -> (Crew, Vec<String>) {
         let expected = expected(&self.file).filter(|_| self.picture);
-        let opening = Some(Opening::begin(self.choice, expected));
-        if self.picture && !(self.file.mesh.is_empty() && self.file.hair.is_empty()) {
+        let has_surfaces = !(self.file.mesh.is_empty() && self.file.hair.is_empty());
+        // GPUs draw no surfaces, so none is opened for them unless that is asked for.
+        let choice = match self.choice {
+            BackendChoice::Auto if has_surfaces => BackendChoice::Cpu,
+            choice => choice,
+        };
+        let opening = Some(Opening::begin(choice, expected));
+        if self.picture && has_surfaces {
             self.said
                 .push("meshes and hair cast shadows, but the camera does not see them".to_owned());
         }
