@@ -30,7 +30,7 @@
 //! ```
 //!
 //! A scene consists of [`scene::Light`]s, a [`scene::Camera`], [`scene::Media`] (volumes, each with
-//! a [`scene::Medium`]), and a [`scene::Ground`]. Vectors are glam's, of f64 ([`glam::DVec3`]).
+//! a [`scene::Medium`]), [`scene::Surfaces`] (hair and meshes) and a [`scene::Ground`]. Vectors are glam's, of f64 ([`glam::DVec3`]).
 //! A *world length* is the unit of the volumes' spacing.
 //!
 //! From here on:

@@ -246,13 +246,13 @@ fn extent(casters: Casters<'_>, view: &LightView, u: f64, v: f64) -> Option<[f64
     let (origin, direction) = view.ray(u, v);
     let media = casters.media;
     let index_from_world = media.world_from_index().inverse();
-    let within_index = media.domain().intersect(
+    let in_media = media.domain().intersect(
         index_from_world.transform_point3(origin),
         index_from_world.transform_vector3(direction),
     );
+    let in_media = in_media.filter(|_| casters.media_count());
     let surfaces = casters.surfaces.world_bounds();
-    let counts = surfaces.is_none() || !media.bodies().is_empty();
-    let within = surfaces.and_then(|bounds| bounds.intersect(origin, direction));
-    let both = within_index.filter(|_| counts).into_iter().chain(within);
+    let in_surfaces = surfaces.and_then(|bounds| bounds.intersect(origin, direction));
+    let both = in_media.into_iter().chain(in_surfaces);
     both.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).map(|(enter, exit)| [enter, exit])
 }

@@ -30,8 +30,8 @@ pub trait Passes: Backend {
 
     /// Pass `trace_slices`: integrates the slabs of every texel's ray, in order, adds what surfaces
     /// leave on it, and turns both into nodes: all of them, or as few as keep the frame's tolerance.
-    /// Returns the texels row by row, row 0 at v = 0. `memory` is the largest number of bytes to reserve at a time, for
-    /// backends that do; larger maps are built in tiles.
+    /// Returns the texels row by row, row 0 at v = 0. `memory` is the largest number of bytes to
+    /// reserve at a time, for backends that do; larger maps are built in tiles.
     ///
     /// # Errors
     /// If the device fails or runs out of memory, or if the number of nodes exceeds 32 bits.

@@ -71,8 +71,8 @@ impl Opening {
         Self { choice, gpu }
     }
 
-    /// The backend for maps of `kind`, of meshes and hair too if there are `surfaces`. If a GPU fails later, `say` receives the reason for the
-    /// change to the processor.
+    /// The backend for maps of `kind`, of meshes and hair too if there are `surfaces`. If a GPU
+    /// fails later, `say` receives the reason for the change to the processor.
     pub(super) fn finish(
         mut self,
         kind: Option<MapKind>,

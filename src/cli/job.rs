@@ -89,7 +89,7 @@ impl<'a> Request<'a> {
         for table in file.volume.iter().filter(|table| !is_numbered(table)) {
             inputs.extend(source_files(table)?);
         }
-        for path in file.surface_paths_mut() {
+        for path in file.surfaces().filter_map(|(_, table)| table.path.as_ref()) {
             inputs.extend(surface_files(path)?);
         }
         surfaces::check(source, &file)?;
@@ -162,7 +162,7 @@ impl<'a> Request<'a> {
     /// Those who will work on the request, and what there is to say of it.
     pub(super) fn crew(&mut self) -> (Crew, Vec<String>) {
         let expected = expected(&self.file).filter(|_| self.picture);
-        let has_surfaces = !(self.file.mesh.is_empty() && self.file.hair.is_empty());
+        let has_surfaces = self.file.has_surfaces();
         // GPUs draw no surfaces, so none is opened for them unless that is asked for.
         let choice = match self.choice {
             BackendChoice::Auto if has_surfaces => BackendChoice::Cpu,
@@ -194,8 +194,7 @@ impl Crew {
         if let Some(opening) = self.opening.take() {
             let tell: fn(&str) = if self.quiet { |_| () } else { say };
             let kind = file.shadow.map.as_ref().map(|name| name.parse()).transpose()?;
-            let surfaces = !file.mesh.is_empty() || !file.hair.is_empty();
-            self.backend = opening.finish(kind, surfaces, tell)?;
+            self.backend = opening.finish(kind, file.has_surfaces(), tell)?;
         }
         Ok(self)
     }

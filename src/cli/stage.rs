@@ -114,8 +114,8 @@ impl StageArguments {
             light.irradiance = Some(color.map(|c| c * Light::UNIT_IRRADIANCE));
             still(&mut light.keyframes, |one| one.irradiance = None);
         }
-        for albedo in file.surface_albedos_mut() {
-            *albedo = self.albedo.map(|c| c.0).or(*albedo);
+        for surface in file.surfaces_mut() {
+            overlay! { surface.albedo => self.albedo.map(|c| c.0), }
         }
         for volume in file.volume.iter_mut() {
             overlay! {

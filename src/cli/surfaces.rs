@@ -21,18 +21,14 @@ pub(super) struct SurfaceArguments {
 impl SurfaceArguments {
     /// Writes the given options into `file`, and the axis `up`.
     pub(super) fn overlay(&self, file: &mut SceneFile, up: Option<&String>) {
-        for mesh in file.mesh.iter_mut() {
+        for surface in file.surfaces_mut() {
             overlay! {
-                mesh.opacity => self.opacity,
-                mesh.up => up.cloned(),
+                surface.opacity => self.opacity,
+                surface.up => up.cloned(),
             }
         }
         for hair in file.hair.iter_mut() {
-            overlay! {
-                hair.opacity => self.opacity,
-                hair.thickness => self.thickness,
-                hair.up => up.cloned(),
-            }
+            overlay! { hair.thickness => self.thickness, }
         }
     }
 }
@@ -52,7 +48,7 @@ pub(super) fn check(source: &SourceArguments, file: &SceneFile) -> Result<()> {
         Err(Error::value(what, format!("does not apply: there is no {there}")))
     };
     let SurfaceArguments { opacity, thickness } = source.surfaces;
-    if opacity.is_some() && file.mesh.is_empty() && file.hair.is_empty() {
+    if opacity.is_some() && !file.has_surfaces() {
         return refused("opacity", "mesh and no hair");
     }
     if thickness.is_some() && file.hair.is_empty() {

@@ -2,21 +2,18 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::io::dense::DEFAULT_MAX_BYTES;
-use crate::io::{load_ingredients, load_surfaces};
+use crate::io::{LoadedShape, load_ingredients, load_shape, place_shape};
 use crate::scene::automatic::{Ingredients, Loaded};
-use crate::scene::file::{HairTable, MeshTable, VolumeTable};
+use crate::scene::file::{SurfaceTable, VolumeTable};
 use crate::scene::{SceneFile, Surfaces};
 
 /// The volumes and surfaces of the last scene file.
 #[derive(Default)]
 pub(super) struct Volumes {
     loaded: Vec<OfTable>,
-    /// The surfaces, and the tables for which they were loaded.
-    surfaces: Option<(OfSurfaces, Surfaces)>,
+    /// The shapes of surfaces, and what they were loaded for.
+    shapes: Vec<((&'static str, SurfaceTable), LoadedShape)>,
 }
-
-/// The tables of surfaces.
-type OfSurfaces = (Vec<MeshTable>, Vec<HairTable>);
 
 struct OfTable {
     /// What it was loaded for.
@@ -71,18 +68,32 @@ impl Volumes {
             self.loaded.push(OfTable { table, automatic, ingredients });
         }
         let volumes = self.loaded.iter().map(|loaded| loaded.ingredients.clone()).collect();
-        let tables = (file.mesh.to_vec(), file.hair.to_vec());
-        let kept = self.surfaces.take().filter(|(known, _)| *known == tables);
-        let surfaces = match kept {
-            Some((_, surfaces)) => surfaces,
-            None => {
-                let (surfaces, said) = load_surfaces(file)?;
-                notes.extend(said);
-                surfaces
-            }
-        };
-        self.surfaces = Some((tables, surfaces.clone()));
+        let surfaces = self.surfaces(file, &mut notes)?;
         Ok((Loaded { volumes, surfaces }, notes))
+    }
+
+    /// The surfaces of `file`; `notes` get what there is to say of those that were not loaded
+    /// before.
+    fn surfaces(&mut self, file: &SceneFile, notes: &mut Vec<String>) -> Result<Surfaces> {
+        let known = std::mem::take(&mut self.shapes);
+        let mut surfaces = Vec::new();
+        for (what, table) in file.surfaces() {
+            // Its place is no part of what is loaded.
+            let SurfaceTable { path, albedo, opacity, thickness, .. } = table.clone();
+            let key = SurfaceTable { path, albedo, opacity, thickness, ..SurfaceTable::default() };
+            let key = (what, key);
+            let shape = match known.iter().find(|(known, _)| *known == key) {
+                Some((_, shape)) => shape.clone(),
+                None => {
+                    let (shape, said) = load_shape(what, table)?;
+                    notes.extend(said);
+                    shape
+                }
+            };
+            surfaces.push(place_shape(what, table, &shape)?);
+            self.shapes.push((key, shape));
+        }
+        Ok(surfaces.into())
     }
 }
 

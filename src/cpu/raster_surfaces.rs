@@ -80,45 +80,55 @@ impl Parts {
     }
 }
 
-/// The fragments of some texels: for each the pieces in order of depth, of which none overlaps
-/// another.
-pub(super) struct TileLists {
-    /// The index of each texel's first piece, and their number at the end.
+/// Lists of texels or tiles.
+#[derive(Debug)]
+pub(super) struct Lists<T> {
+    /// The index of each list's first item, and the number of items at the end.
     starts: Vec<u32>,
-    pieces: Vec<Fragment>,
+    items: Vec<T>,
 }
 
-impl TileLists {
-    /// The pieces of a texel.
-    pub(super) fn of(&self, texel: usize) -> &[Fragment] {
-        &self.pieces[self.starts[texel] as usize..self.starts[texel + 1] as usize]
-    }
-
-    /// Sorts fragments into the lists of `texels` texels.
-    fn new(texels: usize, fragments: &[(u32, Fragment)]) -> Self {
-        let mut ends = vec![0_u32; texels + 1];
-        for (texel, _) in fragments {
-            ends[*texel as usize + 1] += 1;
+impl<T: Copy + Default> Lists<T> {
+    /// The items of (list, item) pairs, each list's in the order of the pairs.
+    fn sorted<'a>(count: usize, pairs: impl Iterator<Item = &'a (u32, T)> + Clone) -> Self
+    where
+        T: 'a,
+    {
+        let mut starts = vec![0_u32; count + 1];
+        for (list, _) in pairs.clone() {
+            starts[*list as usize + 1] += 1;
         }
-        for texel in 0..texels {
-            ends[texel + 1] += ends[texel];
+        for list in 0..count {
+            starts[list + 1] += starts[list];
         }
-        let mut next = ends.clone();
-        let mut sorted = vec![Fragment::default(); fragments.len()];
-        for (texel, fragment) in fragments {
-            let place = &mut next[*texel as usize];
-            sorted[*place as usize] = *fragment;
+        let mut next = starts.clone();
+        let mut items = vec![T::default(); starts[count] as usize];
+        for (list, item) in pairs {
+            let place = &mut next[*list as usize];
+            items[*place as usize] = *item;
             *place += 1;
         }
-        let mut lists = Self { starts: vec![0], pieces: Vec::with_capacity(2 * fragments.len()) };
-        let mut open = Vec::new();
-        for ends in ends.windows(2) {
-            let own = &mut sorted[ends[0] as usize..ends[1] as usize];
-            disjoint(own, &mut open, &mut lists.pieces);
-            lists.starts.push(lists.pieces.len() as u32);
-        }
-        lists
+        Self { starts, items }
     }
+
+    /// The items of a list.
+    pub(super) fn of(&self, list: usize) -> &[T] {
+        &self.items[self.starts[list] as usize..self.starts[list + 1] as usize]
+    }
+}
+
+/// The pieces of `texels` texels, made of their fragments: in order of depth, of which none overlaps
+/// another.
+fn pieces_of(texels: usize, fragments: &[(u32, Fragment)]) -> Lists<Fragment> {
+    let Lists { starts: ends, items: mut sorted } = Lists::sorted(texels, fragments.iter());
+    let mut pieces = Lists { starts: vec![0], items: Vec::with_capacity(2 * fragments.len()) };
+    let mut open = Vec::new();
+    for ends in ends.windows(2) {
+        let own = &mut sorted[ends[0] as usize..ends[1] as usize];
+        disjoint(own, &mut open, &mut pieces.items);
+        pieces.starts.push(pieces.items.len() as u32);
+    }
+    pieces
 }
 
 /// Surfaces as a map sees them, sorted into its tiles.
@@ -128,17 +138,10 @@ pub(super) struct SurfaceRaster {
     segments: Vec<Drawn>,
     triangles: Vec<MapTriangle>,
     /// For each tile, which segments and triangles may touch it.
-    segments_of: Bins,
-    triangles_of: Bins,
+    segments_of: Lists<u32>,
+    triangles_of: Lists<u32>,
     covers: bool,
     frame: Frame,
-}
-
-/// Lists of indices by tile.
-#[derive(Debug)]
-struct Bins {
-    starts: Vec<u32>,
-    items: Vec<u32>,
 }
 
 impl SurfaceRaster {
@@ -163,8 +166,8 @@ impl SurfaceRaster {
         let triangles: Vec<MapTriangle> = flat(&surfaces.triangles, |corners| {
             triangle_of(frame, corners.map(Vec4Swizzles::xyz), corners[0].w)
         });
-        let segments_of = Bins::of(&segments, size, |drawn| drawn.stroke.outline)?;
-        let triangles_of = Bins::of(&triangles, size, |triangle| triangle.corners)?;
+        let segments_of = bins(&segments, size, |drawn| drawn.stroke.outline)?;
+        let triangles_of = bins(&triangles, size, |triangle| triangle.corners)?;
         let covers = frame.map.covers == 1;
         let frame = *frame;
         let all = Self { size, segments, triangles, segments_of, triangles_of, covers, frame };
@@ -179,8 +182,8 @@ impl SurfaceRaster {
         };
         let of_triangles = (TILE * TILE * size_of::<(u32, Fragment)>()) as f64;
         let of_tile = |tile: usize| {
-            let segments: f64 = self.segments_of.of_tile(tile).iter().map(of_segment).sum();
-            let triangles = self.triangles_of.of_tile(tile).len() as f64 * of_triangles;
+            let segments: f64 = self.segments_of.of(tile).iter().map(of_segment).sum();
+            let triangles = self.triangles_of.of(tile).len() as f64 * of_triangles;
             segments * (size_of::<Part>() + 4 * size_of::<Fragment>()) as f64 + triangles
         };
         let tiles = self.size.div_ceil(TILE).pow(2);
@@ -189,11 +192,11 @@ impl SurfaceRaster {
     }
 
     /// The fragments of the texels in some columns and rows, which lie in one tile, row by row.
-    pub(super) fn tile(&self, columns: Range<usize>, rows: Range<usize>) -> TileLists {
+    pub(super) fn tile(&self, columns: Range<usize>, rows: Range<usize>) -> Lists<Fragment> {
         let texels = columns.len() * rows.len();
         let tile = rows.start / TILE * self.size.div_ceil(TILE) + columns.start / TILE;
         let mut parts = Parts { all: Vec::new(), open: vec![u32::MAX; texels] };
-        for &index in self.segments_of.of_tile(tile) {
+        for &index in self.segments_of.of(tile) {
             self.draw(&self.segments[index as usize], &columns, &rows, &mut parts);
         }
         let mut fragments: Vec<(u32, Fragment)> = parts
@@ -201,10 +204,10 @@ impl SurfaceRaster {
             .iter()
             .filter_map(|part| self.fragment(part).map(|fragment| (part.texel, fragment)))
             .collect();
-        for &index in self.triangles_of.of_tile(tile) {
+        for &index in self.triangles_of.of(tile) {
             self.fill(&self.triangles[index as usize], &columns, &rows, &mut fragments);
         }
-        TileLists::new(texels, &fragments)
+        pieces_of(texels, &fragments)
     }
 
     /// Adds to `parts` what a segment covers of the texels in some columns and rows.
@@ -334,57 +337,36 @@ fn row_extent(outline: &[Vec2], y: f32) -> Option<[f32; 2]> {
     extent
 }
 
-impl Bins {
-    /// The tiles that the outlines of `items` touch.
-    ///
-    /// # Errors
-    /// If their lists would take too much memory.
-    fn of<T: Sync>(
-        items: &[T],
-        size: usize,
-        outline: impl Fn(&T) -> [Vec2; 4] + Sync,
-    ) -> Result<Self> {
-        let across = size.div_ceil(TILE);
-        let all = (across * across) as f64;
-        let pairs = items.iter().map(|one| touched_cells(&outline(one), TILE as f32).min(all));
-        check(pairs.sum::<f64>() * size_of::<[u32; 2]>() as f64, "wide hair or large triangles")?;
-        let touched = |item: &T| -> Vec<u32> {
-            let tiles = outline(item).each(|corner| corner / TILE as f32);
-            let rows = texels(tiles.iter().map(|corner| corner.y), &(0..across));
-            let of_row = |y: usize| {
-                let extent = row_extent(&tiles, y as f32);
-                let columns = extent.map(|ends| texels(ends.into_iter(), &(0..across)));
-                columns.unwrap_or(0..0).map(move |x| (y * across + x) as u32)
-            };
-            rows.flat_map(of_row).collect()
+/// For each tile of a map of `size` squared texels, the indices of the items whose outlines touch it.
+///
+/// # Errors
+/// If their lists would take too much memory.
+fn bins<T: Sync>(
+    items: &[T],
+    size: usize,
+    outline: impl Fn(&T) -> [Vec2; 4] + Sync,
+) -> Result<Lists<u32>> {
+    let across = size.div_ceil(TILE);
+    let all = (across * across) as f64;
+    let pairs = items.iter().map(|one| touched_cells(&outline(one), TILE as f32).min(all));
+    check(pairs.sum::<f64>() * size_of::<(u32, u32)>() as f64, "wide hair or large triangles")?;
+    let touched = |item: &T| -> Vec<u32> {
+        let tiles = outline(item).each(|corner| corner / TILE as f32);
+        let rows = texels(tiles.iter().map(|corner| corner.y), &(0..across));
+        let of_row = |y: usize| {
+            let extent = row_extent(&tiles, y as f32);
+            let columns = extent.map(|ends| texels(ends.into_iter(), &(0..across)));
+            columns.unwrap_or(0..0).map(move |x| (y * across + x) as u32)
         };
-        let chunks = parallel::map(items.chunks(CHUNK).enumerate(), |(chunk, items)| {
-            let mut pairs: Vec<[u32; 2]> = Vec::with_capacity(2 * items.len());
-            for (i, item) in items.iter().enumerate() {
-                let index = (chunk * CHUNK + i) as u32;
-                pairs.extend(touched(item).into_iter().map(|tile| [tile, index]));
-            }
-            pairs
-        });
-        let mut starts = vec![0_u32; across * across + 1];
-        for [tile, _] in chunks.iter().flatten() {
-            starts[*tile as usize + 1] += 1;
+        rows.flat_map(of_row).collect()
+    };
+    let chunks = parallel::map(items.chunks(CHUNK).enumerate(), |(chunk, items)| {
+        let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(2 * items.len());
+        for (i, item) in items.iter().enumerate() {
+            let index = (chunk * CHUNK + i) as u32;
+            pairs.extend(touched(item).into_iter().map(|tile| (tile, index)));
         }
-        for i in 1..starts.len() {
-            starts[i] += starts[i - 1];
-        }
-        let mut next = starts.clone();
-        let mut sorted = vec![0; starts[across * across] as usize];
-        for [tile, index] in chunks.iter().flatten() {
-            let place = &mut next[*tile as usize];
-            sorted[*place as usize] = *index;
-            *place += 1;
-        }
-        Ok(Self { starts, items: sorted })
-    }
-
-    /// The indices of a tile's items.
-    fn of_tile(&self, tile: usize) -> &[u32] {
-        &self.items[self.starts[tile] as usize..self.starts[tile + 1] as usize]
-    }
+        pairs
+    });
+    Ok(Lists::sorted(across * across, chunks.iter().flatten()))
 }

@@ -130,10 +130,13 @@ impl Frame {
             // Rounding must not leave out what touches the box.
             let slack = (1e-5 * own.size().max_element()) as f32;
             let (min, max) = (own.min.as_vec3() - slack, own.max.as_vec3() + slack);
-            let bare = casters.media.bodies().is_empty();
             let media = &mut self.media;
-            media.domain_min = if bare { min } else { media.domain_min.min(min) };
-            media.domain_max = if bare { max } else { media.domain_max.max(max) };
+            if casters.media_count() {
+                (media.domain_min, media.domain_max) =
+                    (media.domain_min.min(min), media.domain_max.max(max));
+            } else {
+                (media.domain_min, media.domain_max) = (min, max);
+            }
         }
         self
     }

@@ -33,5 +33,5 @@ pub use load::{load_color, load_volume, open, source_files, superior_axis};
 pub use options::ReadOptions;
 pub use output::{Inputs, PendingFile, PendingFolder};
 pub use picture::{PictureFormat, PictureOptions};
-pub use placed::load_surfaces;
+pub use placed::{LoadedShape, load_shape, load_surfaces, place_shape};
 pub use surface::{SurfaceFile, read_surface, read_surface_as, surface_files, surface_up};

@@ -1,6 +1,5 @@
 //! Loads the surfaces that `[mesh]` and `[hair]` tables name, and places them in the world.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
@@ -10,9 +9,17 @@ use super::format::Format;
 use super::load::Motion;
 use super::surface::{SurfaceFile, read_surface, surface_up};
 use crate::error::{Error, Result};
-use crate::scene::file::{HairTable, MeshTable};
+use crate::scene::file::SurfaceTable;
 use crate::scene::{SceneFile, Shape, Surface, Surfaces};
 use crate::volume::Axis;
+
+/// What a `[mesh]` or `[hair]` table names, before it is placed.
+#[derive(Clone, Debug)]
+pub struct LoadedShape {
+    shape: Shape,
+    /// The axis of the file that points up, unless the table says so.
+    up: Axis,
+}
 
 /// Loads the surfaces of all `[mesh]` and `[hair]` tables of `file`, in this order. The strings say
 /// what was left out or assumed.
@@ -20,73 +27,55 @@ use crate::volume::Axis;
 /// # Errors
 /// If a file cannot be read or is not what its table says, or if a value is out of its range.
 pub fn load_surfaces(file: &SceneFile) -> Result<(Surfaces, Vec<String>)> {
-    let (mut surfaces, mut notes) = (Vec::new(), Vec::new());
-    for table in file.mesh.iter() {
-        surfaces.push(load_mesh(table, &mut notes)?);
-    }
-    for table in file.hair.iter() {
-        surfaces.push(load_hair(table, &mut notes)?);
-    }
+    let mut notes = Vec::new();
+    let loaded = file.surfaces().map(|(what, table)| {
+        let (shape, said) = load_shape(what, table)?;
+        notes.extend(said);
+        place_shape(what, table, &shape)
+    });
+    let surfaces = loaded.collect::<Result<Vec<_>>>()?;
     Ok((surfaces.into(), notes))
 }
 
-fn load_mesh(table: &MeshTable, notes: &mut Vec<String>) -> Result<Surface> {
-    let path = named("mesh", table.path.as_ref())?;
-    let SurfaceFile::Mesh(mesh) = read(path, notes)? else {
-        return Err(Error::contents(path, "hair, which belongs in a [[hair]] table"));
-    };
-    let mesh = mesh.with_material(table.albedo.map(DVec3::from), table.opacity)?;
-    let motion = Motion {
-        what: "mesh",
-        translate: table.translate,
-        rotate_degrees: table.rotate_degrees,
-        scale: table.scale,
-    };
-    let shape = Shape::Mesh(Arc::new(mesh));
-    placed(shape, path, table.up.as_ref(), &motion, table.casts)
-}
-
-fn load_hair(table: &HairTable, notes: &mut Vec<String>) -> Result<Surface> {
-    let path = named("hair", table.path.as_ref())?;
-    let SurfaceFile::Strands(strands) = read(path, notes)? else {
-        return Err(Error::contents(path, "a mesh, which belongs in a [[mesh]] table"));
-    };
+/// Loads what the table `what` (`mesh` or `hair`) names, with its values of what it is made of. The
+/// strings say what was left out or assumed.
+///
+/// # Errors
+/// As [`load_surfaces`].
+pub fn load_shape(what: &str, table: &SurfaceTable) -> Result<(LoadedShape, Vec<String>)> {
+    let Some(path) = &table.path else { return Err(Error::value(what, "give a path")) };
+    let (file, notes) = read_surface(path, DEFAULT_MAX_BYTES)?;
     let albedo = table.albedo.map(DVec3::from);
-    let strands = strands.with_values(table.thickness, table.opacity, albedo)?;
-    let motion = Motion {
-        what: "hair",
-        translate: table.translate,
-        rotate_degrees: table.rotate_degrees,
-        scale: table.scale,
+    let shape = match (file, what) {
+        (SurfaceFile::Mesh(_), "mesh") if table.thickness.is_some() => {
+            return Err(Error::value("mesh.thickness", "does not apply to meshes"));
+        }
+        (SurfaceFile::Mesh(mesh), "mesh") => {
+            Shape::Mesh(Arc::new(mesh.with_material(albedo, table.opacity)?))
+        }
+        (SurfaceFile::Strands(strands), "hair") => {
+            Shape::Strands(Arc::new(strands.with_values(table.thickness, table.opacity, albedo)?))
+        }
+        (SurfaceFile::Mesh(_), _) => {
+            return Err(Error::contents(path, "a mesh, which belongs in a [[mesh]] table"));
+        }
+        (SurfaceFile::Strands(_), _) => {
+            return Err(Error::contents(path, "hair, which belongs in a [[hair]] table"));
+        }
     };
-    let shape = Shape::Strands(Arc::new(strands));
-    placed(shape, path, table.up.as_ref(), &motion, table.casts)
+    Ok((LoadedShape { shape, up: surface_up(Format::of_file(path)?) }, notes))
 }
 
-fn named<'a>(what: &str, path: Option<&'a PathBuf>) -> Result<&'a Path> {
-    path.map(PathBuf::as_path).ok_or_else(|| Error::value(what, "give a path"))
-}
-
-fn read(path: &Path, notes: &mut Vec<String>) -> Result<SurfaceFile> {
-    let (file, said) = read_surface(path, DEFAULT_MAX_BYTES)?;
-    notes.extend(said);
-    Ok(file)
-}
-
-/// A surface whose axis `up` points up in the world, moved.
-fn placed(
-    shape: Shape,
-    path: &Path,
-    up: Option<&String>,
-    motion: &Motion<'_>,
-    casts: Option<bool>,
-) -> Result<Surface> {
-    let up: Axis = match up {
-        Some(name) => name.parse()?,
-        None => surface_up(Format::of_file(path)?),
-    };
+/// Places what was loaded for the table `what` where that says.
+///
+/// # Errors
+/// If a value of `table` is out of its range.
+pub fn place_shape(what: &str, table: &SurfaceTable, loaded: &LoadedShape) -> Result<Surface> {
+    let up = table.up.as_deref().map_or(Ok(loaded.up), str::parse)?;
+    let SurfaceTable { translate, rotate_degrees, scale, .. } = *table;
+    let motion = Motion { what, translate, rotate_degrees, scale };
     let turn = DMat4::from_mat3(up.world_from_file());
-    let mut surface = Surface::new(shape, motion.matrix()? * turn)?;
-    surface.casts = casts.unwrap_or(true);
+    let mut surface = Surface::new(loaded.shape.clone(), motion.matrix()? * turn)?;
+    surface.casts = table.casts.unwrap_or(true);
     Ok(surface)
 }

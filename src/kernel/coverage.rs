@@ -115,7 +115,7 @@ fn in_front(frame: &Frame, [a, b]: [Vec4; 2]) -> Option<[Vec4; 2]> {
 }
 
 /// A point's distance from the light along the axis of its view; 1 for parallel light.
-fn distance_of(frame: &Frame, point: Vec3) -> f32 {
+pub(super) fn distance_of(frame: &Frame, point: Vec3) -> f32 {
     if frame.light.spread == 0 { 1.0 } else { frame.light.from_frame[3].dot(point.extend(1.0)) }
 }
 

@@ -19,7 +19,7 @@
 
 use glam::{Vec4, Vec4Swizzles};
 
-use super::exponential::{four_transmitted, transmitted};
+use super::exponential::four_transmitted;
 use super::fragments::Node;
 
 /// Largest difference of optical depth between the points that a fit must pass.
@@ -221,13 +221,8 @@ impl Fitter {
     /// [`Fitter::four_ranges`] at one point, for the last fragment.
     #[inline]
     fn range(&self, optical_depth: f32) -> [f32; 2] {
-        let through = transmitted(optical_depth);
-        let room = (self.tolerance - self.bend * through).max(self.tolerance * LEAST_ROOM);
-        let share = room / through;
-        let below = 2.0 * share / (2.0 + share);
-        let within = share < 1.0 - LOWEST_SHARE;
-        let above = if within { 2.0 * share / (2.0 - share) } else { LOWEST_DEPTH };
-        [(optical_depth - below).max(0.0), optical_depth + above]
+        let [least, most] = self.four_ranges(Vec4::splat(optical_depth), Vec4::splat(self.bend));
+        [least.x, most.x]
     }
 
     /// The ranges of optical depth in which a line may pass four points, within the tolerance of

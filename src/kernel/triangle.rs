@@ -3,6 +3,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::coverage::{NEAREST, distance_of};
 use super::light::light_coordinates;
 use super::ray::Ray;
 use crate::frame::Frame;
@@ -36,10 +37,9 @@ pub fn triangle_of(frame: &Frame, corners: [Vec3; 3], optical_depth: f32) -> Opt
         let [a, b, c] = corners.each(project);
         [a, b, c, c]
     } else {
-        let row = frame.light.from_frame[3];
-        let distance = |p: Vec3| row.dot(p.extend(1.0));
+        let distance = |p: Vec3| distance_of(frame, p);
         let farthest = distance(a).max(distance(b)).max(distance(c));
-        let nearest = super::coverage::NEAREST * (b - a).length().max((c - a).length());
+        let nearest = NEAREST * (b - a).length().max((c - a).length());
         if farthest <= nearest {
             return None;
         }

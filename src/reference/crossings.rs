@@ -89,15 +89,20 @@ impl Crossings {
         self.thinnest
     }
 
-    /// Whether there are no surfaces.
-    pub fn is_empty(&self) -> bool {
-        self.things.is_empty()
+    /// Distances along the ray `origin + t direction` (world space, unit length) where it crosses
+    /// something, and the opacity there, in no order, for `t` between the bounds.
+    pub fn along(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> Vec<[f64; 2]> {
+        self.until(origin, direction, bounds, |_| false)
     }
 
-    /// Distances along the ray `origin + t direction` (world space, unit length) where it crosses
-    /// something, and the opacity there, in no order, for `t` between the bounds. It stops early
-    /// where something is opaque.
-    pub fn along(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+    /// [`Crossings::along`] until an opacity of a triangle `ends` the search.
+    fn until(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        [from, to]: [f64; 2],
+        ends: impl Fn(f64) -> bool,
+    ) -> Vec<[f64; 2]> {
         let (mut found, mut inside) = (Vec::new(), Vec::new());
         // A strand's interval may reach beyond the bounds, although its middle does not.
         let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
@@ -110,7 +115,7 @@ impl Crossings {
                         && t <= to
                     {
                         found.push([t, opacity]);
-                        return opacity < 1.0;
+                        return !ends(opacity);
                     }
                 }
                 Thing::Segment(hull) => {
@@ -148,7 +153,9 @@ impl Crossings {
     /// The share of light that gets along the ray `origin + t direction` (world space, unit length)
     /// for `t` between the bounds, 0..1.
     pub fn transmittance(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
-        self.along(origin, direction, bounds).iter().map(|[_, opacity]| 1.0 - opacity).product()
+        // Nothing gets through what is opaque, whatever else there is.
+        let found = self.until(origin, direction, bounds, |opacity| opacity >= 1.0);
+        found.iter().map(|[_, opacity]| 1.0 - opacity).product()
     }
 }
 
@@ -352,5 +359,23 @@ mod tests {
             }
         }
         assert_eq!(crossings.transmittance(DVec3::new(1.1, 0.0, -1.0), DVec3::Z, [0.0, 9.0]), 1.0);
+    }
+
+    /// What lies in front of and behind an opaque triangle is found too.
+    #[test]
+    fn all_crossings_of_a_ray_are_found() {
+        let at = |z: f32| [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]].map(Vec3::from);
+        let positions: Vec<Vec3> = (0..40).flat_map(|i| at(i as f32)).collect();
+        let triangles = (0..40).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let of = |opacity: f64| Material { opacity, ..Material::default() };
+        let materials = vec![of(0.1), of(1.0)];
+        let material_of = (0..40).map(|i| u32::from(i == 20)).collect();
+        let mesh = Mesh::new("stack", positions, triangles, materials, material_of).unwrap();
+        let crossings = crossings(Shape::Mesh(mesh.into()));
+        let found = crossings.along(DVec3::NEG_Z, DVec3::Z, [0.0, 100.0]);
+        assert_eq!(found.len(), 40);
+        assert_eq!(crossings.transmittance(DVec3::NEG_Z, DVec3::Z, [0.0, 100.0]), 0.0);
+        let front = crossings.transmittance(DVec3::NEG_Z, DVec3::Z, [0.0, 20.5]);
+        assert!((front - 0.9_f64.powi(20)).abs() < 1e-12, "{front}");
     }
 }

@@ -65,9 +65,10 @@ impl<'a> Extinction<'a> {
         surfaces * (-self.optical_depth(origin, direction, bounds)).exp()
     }
 
-    /// Optical depth of the media along `origin + t direction` (world space, unit length) for `t` between the
-    /// bounds, in world lengths. It is exact to rounding, also through transfer functions, whose
-    /// knots split cells; where a second grid modulates extinction it is exact to about 1e-6.
+    /// Optical depth of the media along `origin + t direction` (world space, unit length) for `t`
+    /// between the bounds, in world lengths. It is exact to rounding, also through transfer
+    /// functions, whose knots split cells; where a second grid modulates extinction it is exact to
+    /// about 1e-6.
     pub fn optical_depth(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
         let ray = WorldRay { origin, direction };
         let mut sum = 0.0;

@@ -21,18 +21,18 @@ pub struct Casters<'a> {
 }
 
 impl Casters<'_> {
-    /// The box around everything in the world. Media without bodies count only if there is nothing
-    /// else.
+    /// Whether the media's domain is part of the scene: media without bodies count only if there is
+    /// nothing else.
+    pub fn media_count(self) -> bool {
+        self.surfaces.is_empty() || !self.media.bodies().is_empty()
+    }
+
+    /// The box around everything in the world.
     pub fn world_bounds(self) -> Aabb {
-        let surfaces = self.surfaces.world_bounds();
-        match surfaces {
-            None => self.media.world_bounds(),
-            Some(own) if self.media.bodies().is_empty() => own,
-            Some(own) => {
-                let media = self.media.world_bounds();
-                Aabb { min: media.min.min(own.min), max: media.max.max(own.max) }
-            }
-        }
+        let media = self.media_count().then(|| self.media.world_bounds());
+        let both = media.into_iter().chain(self.surfaces.world_bounds());
+        let both = both.reduce(|a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
+        both.unwrap_or_else(|| self.media.world_bounds())
     }
 
     /// The world length of the unit in which maps and pictures are computed in f32
@@ -57,7 +57,7 @@ impl Casters<'_> {
     /// Calls `visit` for world positions, and the radius of a ball around each. The convex hull of
     /// all balls holds everything that casts a shadow.
     pub(super) fn for_each_ball(self, mut visit: impl FnMut(DVec3, f64)) {
-        if self.surfaces.is_empty() || !self.media.bodies().is_empty() {
+        if self.media_count() {
             self.media.world_corners().into_iter().for_each(|corner| visit(corner, 0.0));
         }
         self.surfaces.iter().for_each(|surface| surface.for_each_ball(&mut visit));
@@ -65,10 +65,8 @@ impl Casters<'_> {
 
     /// The corners of boxes that hold everything.
     pub(super) fn corners(self) -> Vec<DVec3> {
-        let surfaces = self.surfaces.world_bounds();
-        let media = surfaces.is_none() || !self.media.bodies().is_empty();
-        let media = media.then(|| self.media.world_corners());
-        let surfaces = surfaces.map(|own| own.corners());
+        let media = self.media_count().then(|| self.media.world_corners());
+        let surfaces = self.surfaces.world_bounds().map(|own| own.corners());
         media.into_iter().chain(surfaces).flatten().collect()
     }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Tables;
 use super::keyframes::{CameraKeyframe, LightKeyframe, VolumeKeyframe};
-pub use super::surface_tables::{HairTable, MeshTable};
+pub use super::surface_tables::SurfaceTable;
 use crate::error::{Error, Result};
 use crate::image::{Exposure, ToneMap};
 
@@ -44,10 +44,10 @@ pub struct SceneFile {
     pub volume: Tables<VolumeTable>,
     /// `[mesh]`, or `[[mesh]]` for several.
     #[serde(skip_serializing_if = "is_default")]
-    pub mesh: Tables<MeshTable>,
+    pub mesh: Tables<SurfaceTable>,
     /// `[hair]`, or `[[hair]]` for several.
     #[serde(skip_serializing_if = "is_default")]
-    pub hair: Tables<HairTable>,
+    pub hair: Tables<SurfaceTable>,
     /// `[light]`, or `[[light]]` for several; if empty, one light is chosen.
     #[serde(skip_serializing_if = "is_default")]
     pub light: Tables<LightTable>,
@@ -338,7 +338,7 @@ impl SceneFile {
                     *name = folder.join(&*name);
                 }
             }
-            for name in file.surface_paths_mut() {
+            for name in file.surfaces_mut().filter_map(|table| table.path.as_mut()) {
                 *name = folder.join(&*name);
             }
         }

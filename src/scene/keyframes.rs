@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::file::{CameraTable, HairTable, LightTable, MeshTable, SceneFile, VolumeTable, tables};
+use super::file::{CameraTable, LightTable, SceneFile, SurfaceTable, VolumeTable, tables};
 use super::numbered::NumberedName;
 use crate::error::{Error, Result};
 
@@ -154,14 +154,7 @@ impl LightTable {
     }
 }
 
-impl MeshTable {
-    fn move_to(&mut self, frame: f64) {
-        let keyframes = self.keyframes.take().unwrap_or_default();
-        set!(self, keyframes, frame; translate rotate_degrees scale);
-    }
-}
-
-impl HairTable {
+impl SurfaceTable {
     fn move_to(&mut self, frame: f64) {
         let keyframes = self.keyframes.take().unwrap_or_default();
         set!(self, keyframes, frame; translate rotate_degrees scale);
@@ -187,10 +180,8 @@ impl SceneFile {
             let keyframes = table.keyframes.iter().flatten();
             frames.extend(checked("volume", keyframes.map(|one| one.frame))?);
         }
-        let meshes = self.mesh.iter().map(|table| ("mesh", &table.keyframes));
-        let hair = self.hair.iter().map(|table| ("hair", &table.keyframes));
-        for (what, keyframes) in meshes.chain(hair) {
-            let keyframes = keyframes.iter().flatten();
+        for (what, table) in self.surfaces() {
+            let keyframes = table.keyframes.iter().flatten();
             frames.extend(checked(what, keyframes.map(|one| one.frame))?);
         }
         for table in self.light.iter() {
@@ -227,8 +218,7 @@ impl SceneFile {
             }
             table.move_to(frame as f64);
         }
-        file.mesh.iter_mut().for_each(|table| table.move_to(frame as f64));
-        file.hair.iter_mut().for_each(|table| table.move_to(frame as f64));
+        file.surfaces_mut().for_each(|table| table.move_to(frame as f64));
         for table in file.light.iter_mut() {
             table.move_to(frame as f64);
         }

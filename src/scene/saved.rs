@@ -78,7 +78,7 @@ impl SceneFile {
                 *path = absolute(path)?;
             }
         }
-        for path in file.surface_paths_mut() {
+        for path in file.surfaces_mut().filter_map(|table| table.path.as_mut()) {
             *path = absolute(path)?;
         }
         Ok(file)

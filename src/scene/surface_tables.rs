@@ -8,38 +8,15 @@ use super::file::{SceneFile, tables};
 use super::keyframes::PlaceKeyframe;
 
 tables! {
-    /// `[mesh]`: triangles that cast shadows.
-    MeshTable {
-        /// OBJ or glTF file.
+    /// `[mesh]` and `[hair]`: triangles and strands that cast shadows.
+    SurfaceTable {
+        /// OBJ or glTF file of a mesh; `.hair` or TressFX file of hair.
         path: PathBuf,
         /// Reflectance, linear RGB, 0..1; the file's own by default.
         albedo: [f64; 3],
         /// The share of light that one crossing takes, 0..1; the file's own by default.
         opacity: f64,
-        /// Axis of the file that points up, such as `z` or `-y`; `y` by default.
-        up: String,
-        /// Translation in world lengths, after `rotate_degrees` and `scale`.
-        translate: [f64; 3],
-        /// Angles in degrees about the world's x, y and z axes, in this order.
-        rotate_degrees: [f64; 3],
-        /// Scaling about the world's origin, above 0; 1 by default.
-        scale: f64,
-        /// Whether it casts shadows; yes by default.
-        casts: bool,
-        /// Whether shadows fall on it; yes by default.
-        receives: bool,
-        /// Values at numbered frames.
-        keyframes: Vec<PlaceKeyframe>,
-    }
-    /// `[hair]`: strands that cast shadows.
-    HairTable {
-        /// `.hair` or TressFX file.
-        path: PathBuf,
-        /// Reflectance, linear RGB, 0..1; the file's own by default.
-        albedo: [f64; 3],
-        /// The share of light that one crossing of a strand takes, 0..1; the file's own by default.
-        opacity: f64,
-        /// Diameter of a strand in the file's lengths; the file's own by default.
+        /// Of hair alone: diameter of a strand in the file's lengths; the file's own by default.
         thickness: f64,
         /// Axis of the file that points up, such as `z` or `-y`; `z` for .hair files and `y` for
         /// others by default.
@@ -62,18 +39,22 @@ tables! {
 impl SceneFile {
     /// Whether there is nothing in it that casts a shadow.
     pub fn is_bare(&self) -> bool {
-        self.volume.is_empty() && self.mesh.is_empty() && self.hair.is_empty()
+        self.volume.is_empty() && !self.has_surfaces()
     }
 
-    /// The albedos of meshes and hair.
-    pub fn surface_albedos_mut(&mut self) -> impl Iterator<Item = &mut Option<[f64; 3]>> {
-        let meshes = self.mesh.iter_mut().map(|table| &mut table.albedo);
-        meshes.chain(self.hair.iter_mut().map(|table| &mut table.albedo))
+    /// Whether there are meshes or hair.
+    pub fn has_surfaces(&self) -> bool {
+        self.surfaces().next().is_some()
     }
 
-    /// The paths of meshes and hair.
-    pub fn surface_paths_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
-        let meshes = self.mesh.iter_mut().filter_map(|table| table.path.as_mut());
-        meshes.chain(self.hair.iter_mut().filter_map(|table| table.path.as_mut()))
+    /// The tables of meshes and hair, each with its name.
+    pub fn surfaces(&self) -> impl Iterator<Item = (&'static str, &SurfaceTable)> {
+        let meshes = self.mesh.iter().map(|table| ("mesh", table));
+        meshes.chain(self.hair.iter().map(|table| ("hair", table)))
+    }
+
+    /// The tables of meshes and hair, to be changed.
+    pub fn surfaces_mut(&mut self) -> impl Iterator<Item = &mut SurfaceTable> {
+        self.mesh.iter_mut().chain(self.hair.iter_mut())
     }
 }
