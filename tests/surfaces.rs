@@ -43,7 +43,7 @@ pub fn rods(ends: &[[DVec3; 2]], thickness: f32, opacity: f32) -> Surface {
 pub fn mesh(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>, opacity: f64) -> Surface {
     let material = Material { opacity, ..Material::default() };
     let materials = vec![0; triangles.len()];
-    let mesh = Mesh::new("mesh", positions, triangles, vec![material], materials).unwrap();
+    let mesh = Mesh::new("mesh", positions, triangles, vec![material], materials, None).unwrap();
     Surface::new(Shape::Mesh(mesh.into()), DMat4::IDENTITY).unwrap()
 }
 

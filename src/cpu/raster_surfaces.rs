@@ -145,13 +145,13 @@ pub(super) struct SurfaceRaster {
 }
 
 impl SurfaceRaster {
-    /// Prepares the surfaces of `casters`; `None` if there are none.
+    /// Prepares the surfaces of `casters` that cast shadows; `None` if there are none.
     ///
     /// # Errors
     /// [`ErrorKind::Limit`] if so many wide strands lie over each other that a tile's fragments
     /// would not fit memory.
     pub(super) fn new(casters: Casters<'_>, frame: &Frame) -> Result<Option<Self>> {
-        if casters.surfaces.is_empty() {
+        if casters.surfaces.iter().all(|surface| !surface.casts) {
             return Ok(None);
         }
         let size = frame.map.size as usize;

@@ -31,11 +31,11 @@ pub struct FrameSurfaces {
 }
 
 impl FrameSurfaces {
-    /// The surfaces of `casters`, in the space of their frame.
+    /// The surfaces of `casters` that cast shadows, in the space of their frame.
     pub fn of(casters: Casters<'_>) -> Self {
         let space = Space::of(casters);
         let mut all = Self::default();
-        for surface in casters.surfaces.iter() {
+        for surface in casters.surfaces.iter().filter(|surface| surface.casts) {
             let to = surface.world_from_object();
             match &surface.shape {
                 Shape::Mesh(mesh) => all.triangles.extend((0..mesh.triangles().len()).map(|i| {

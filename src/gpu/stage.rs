@@ -270,7 +270,7 @@ impl Stage for GpuStage<'_> {
         progress: &dyn Progress,
     ) -> Result<Image> {
         settings.check()?;
-        check_surfaces(self.backend, &scene.surfaces.casting())?;
+        check_surfaces(self.backend, &scene.surfaces)?;
         let beams = scene.beams_for(settings)?;
         let watch = &self.backend.watch;
         loop {

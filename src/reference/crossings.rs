@@ -346,7 +346,7 @@ mod tests {
         let positions = corners.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
         let triangles = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [4, 3, 0]];
         let glass = Material { opacity: 0.5, ..Material::default() };
-        let mesh = Mesh::new("square", positions, triangles, vec![glass], vec![0; 4]).unwrap();
+        let mesh = Mesh::new("square", positions, triangles, vec![glass], vec![0; 4], None).unwrap();
         let crossings = crossings(Shape::Mesh(mesh.into()));
         for i in -8..=8 {
             for j in -8..=8 {
@@ -370,7 +370,7 @@ mod tests {
         let of = |opacity: f64| Material { opacity, ..Material::default() };
         let materials = vec![of(0.1), of(1.0)];
         let material_of = (0..40).map(|i| u32::from(i == 20)).collect();
-        let mesh = Mesh::new("stack", positions, triangles, materials, material_of).unwrap();
+        let mesh = Mesh::new("stack", positions, triangles, materials, material_of, None).unwrap();
         let crossings = crossings(Shape::Mesh(mesh.into()));
         let found = crossings.along(DVec3::NEG_Z, DVec3::Z, [0.0, 100.0]);
         assert_eq!(found.len(), 40);

@@ -47,7 +47,7 @@ impl<'a> Extinction<'a> {
             transfer: body.medium.transfer.as_deref(),
             modulation: body.medium.modulation.as_deref().map(exact),
         });
-        Self { bodies: bodies.collect(), crossings: Crossings::of(surfaces) }
+        Self { bodies: bodies.collect(), crossings: Crossings::of(&surfaces.casting()) }
     }
 
     /// The surfaces.

@@ -60,7 +60,7 @@ impl Channels {
 pub struct Beam {
     /// The media, grey.
     pub media: Media,
-    /// The surfaces that cast shadows.
+    /// The surfaces, of which some may cast no shadow.
     pub surfaces: Surfaces,
     /// The light.
     pub light: Light,
@@ -147,14 +147,13 @@ impl Scene {
         // Ambient radiance, emission and background need a beam even if there is no light.
         let dark = [Light::DARK];
         let lights = if self.lights.is_empty() { &dark[..] } else { &self.lights };
-        let surfaces = self.surfaces.casting();
-        let casters = Casters { media: &self.media, surfaces: &surfaces };
+        let casters = Casters { media: &self.media, surfaces: &self.surfaces };
         for (index, light) in lights.iter().enumerate() {
             for (number, view) in LightView::of(light, casters)?.into_iter().enumerate() {
                 let first = index == 0 && number == 0;
                 let beam = |&own: &_| {
                     let beam = self.beam((index, *light), &view, own, first);
-                    Beam { surfaces: surfaces.clone(), ..beam }
+                    Beam { surfaces: self.surfaces.clone(), ..beam }
                 };
                 beams.extend(channels.iter().map(beam));
             }
@@ -241,7 +240,7 @@ impl Scene {
 }
 
 impl Beam {
-    /// What casts the shadows in this beam.
+    /// The media and surfaces in this beam.
     pub fn casters(&self) -> Casters<'_> {
         Casters { media: &self.media, surfaces: &self.surfaces }
     }

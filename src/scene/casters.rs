@@ -5,13 +5,13 @@ use std::sync::LazyLock;
 use glam::{DVec2, DVec3};
 
 use super::media::unit_of;
-use super::{Media, Surfaces};
+use super::{Media, Surface, Surfaces};
 use crate::math::Aabb;
 
 /// Largest number of directions that are tried as the side of a rectangle.
 const MOST_SIDES: usize = 256;
 
-/// The media and the surfaces of a beam, borrowed.
+/// The media and the surfaces of a beam, borrowed. Some of the surfaces may cast no shadow.
 #[derive(Clone, Copy, Debug)]
 pub struct Casters<'a> {
     /// The media.
@@ -20,7 +20,7 @@ pub struct Casters<'a> {
     pub surfaces: &'a Surfaces,
 }
 
-impl Casters<'_> {
+impl<'a> Casters<'a> {
     /// Whether the media's domain is part of the scene: media without bodies count only if there is
     /// nothing else.
     pub fn media_count(self) -> bool {
@@ -51,7 +51,14 @@ impl Casters<'_> {
         let index = self.media.world_from_index().inverse().transform_point3(position);
         let within = |of: Aabb, p: DVec3| p.cmpge(of.min).all() && p.cmple(of.max).all();
         let in_media = !self.media.bodies().is_empty() && within(self.media.domain(), index);
-        in_media || self.surfaces.world_bounds().is_some_and(|own| within(own, position))
+        in_media || self.casting().any(|surface| within(surface.world_bounds(), position))
+    }
+
+    /// The surfaces that cast shadows; all if none does, so that there is something that light can
+    /// be fitted to.
+    fn casting(self) -> impl Iterator<Item = &'a Surface> {
+        let none = self.surfaces.iter().all(|surface| !surface.casts);
+        self.surfaces.iter().filter(move |surface| surface.casts || none)
     }
 
     /// Calls `visit` for world positions, and the radius of a ball around each. The convex hull of
@@ -60,13 +67,13 @@ impl Casters<'_> {
         if self.media_count() {
             self.media.world_corners().into_iter().for_each(|corner| visit(corner, 0.0));
         }
-        self.surfaces.iter().for_each(|surface| surface.for_each_ball(&mut visit));
+        self.casting().for_each(|surface| surface.for_each_ball(&mut visit));
     }
 
     /// The corners of boxes that hold everything.
     pub(super) fn corners(self) -> Vec<DVec3> {
         let media = self.media_count().then(|| self.media.world_corners());
-        let surfaces = self.surfaces.world_bounds().map(|own| own.corners());
+        let surfaces = self.casting().map(|surface| surface.world_bounds().corners());
         media.into_iter().chain(surfaces).flatten().collect()
     }
 

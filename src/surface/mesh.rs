@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::normals;
 use crate::error::{Error, Result};
 
 /// What a triangle is made of.
@@ -32,16 +33,20 @@ pub struct Mesh {
     materials: Vec<Material>,
     /// The index of each triangle's material.
     material_of: Vec<u32>,
+    /// Unit normals at each triangle's corners, for shading; `None` for those of their planes.
+    normals: Option<Vec<[Vec3; 3]>>,
     skipped: usize,
 }
 
 impl Mesh {
     /// A mesh of `triangles`, each three indices of `positions`; `material_of` holds an index of
-    /// `materials` for each triangle. Triangles with a vertex that is not finite are left out and
+    /// `materials` for each triangle. `normals`, of any length, are those at its corners, for
+    /// shading; without them, and where one has no direction, they are those of its plane. Triangles
+    /// with a vertex that is not finite are left out and
     /// counted ([`Mesh::skipped`]). Those of no area are kept; no ray meets them.
     ///
     /// # Errors
-    /// If an index is out of range, if there are not as many `material_of` as `triangles`, if a
+    /// If an index is out of range, if there are not as many `material_of` or `normals` as `triangles`, if a
     /// material is out of its range, or if no triangle is left.
     pub fn new(
         name: impl Into<String>,
@@ -49,6 +54,7 @@ impl Mesh {
         mut triangles: Vec<[u32; 3]>,
         materials: Vec<Material>,
         mut material_of: Vec<u32>,
+        mut normals: Option<Vec<[Vec3; 3]>>,
     ) -> Result<Self> {
         let name = name.into();
         let wrong = |why: String| Err(Error::value(format!("mesh '{name}'"), why));
@@ -56,6 +62,10 @@ impl Mesh {
         if triangles.len() != material_of.len() {
             let (triangles, materials) = (triangles.len(), material_of.len());
             return wrong(format!("{triangles} triangles with the materials of {materials}"));
+        }
+        if let Some(normals) = normals.as_ref().filter(|own| own.len() != triangles.len()) {
+            let (triangles, normals) = (triangles.len(), normals.len());
+            return wrong(format!("{triangles} triangles with the normals of {normals}"));
         }
         if let Some(index) = triangles.iter().flatten().find(|&&index| index as usize >= count) {
             return wrong(format!("a triangle has vertex {index} of {count}"));
@@ -81,6 +91,10 @@ impl Mesh {
             triangles.retain(|_| keep.next() == Some(&true));
             let mut keep = finite.iter();
             material_of.retain(|_| keep.next() == Some(&true));
+            if let Some(normals) = &mut normals {
+                let mut keep = finite.iter();
+                normals.retain(|_| keep.next() == Some(&true));
+            }
         }
         if triangles.is_empty() {
             return wrong(match before {
@@ -89,7 +103,20 @@ impl Mesh {
             });
         }
         let skipped = before - triangles.len();
-        Ok(Self { name, positions, triangles, materials, material_of, skipped })
+        for (triangle, own) in triangles.iter().zip(normals.iter_mut().flatten()) {
+            *own = normals::complete(*own, triangle.map(|index| positions[index as usize]));
+        }
+        Ok(Self { name, positions, triangles, materials, material_of, normals, skipped })
+    }
+
+    /// The same mesh with normals that are smooth over edges of at most `crease_degrees` between
+    /// the planes of triangles.
+    #[must_use]
+    pub fn smoothed(mut self, crease_degrees: f64) -> Self {
+        let corners = |triangle| self.corners(triangle);
+        let crease = crease_degrees.to_radians();
+        self.normals = Some(normals::smooth(self.triangles.len(), corners, crease));
+        self
     }
 
     /// The same mesh, with `albedo` (linear RGB) and `opacity`, each 0..1, in place of those of all
@@ -133,6 +160,24 @@ impl Mesh {
         self.triangles[triangle].map(|index| self.positions[index as usize])
     }
 
+    /// Unit normals at a triangle's corners, for shading; zero if it has none of its own and no
+    /// area.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[inline]
+    pub fn normals(&self, triangle: usize) -> [Vec3; 3] {
+        match &self.normals {
+            Some(normals) => normals[triangle],
+            None => [normals::flat(self.corners(triangle)); 3],
+        }
+    }
+
+    /// Whether its normals are those of its triangles' planes.
+    pub fn is_flat(&self) -> bool {
+        self.normals.is_none()
+    }
+
     /// The materials.
     pub fn materials(&self) -> &[Material] {
         &self.materials
@@ -155,7 +200,8 @@ impl Mesh {
     /// Bytes in memory.
     pub fn bytes(&self) -> u64 {
         let arrays = size_of_val(&*self.positions) + size_of_val(&*self.triangles);
-        (arrays + size_of_val(&*self.material_of)) as u64
+        let normals = self.normals.as_ref().map_or(0, |own| size_of_val(&**own));
+        (arrays + size_of_val(&*self.material_of) + normals) as u64
     }
 }
 

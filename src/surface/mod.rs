@@ -2,6 +2,7 @@
 //! in a space of their own. Knows no file format, no light and no place in the world.
 
 mod mesh;
+mod normals;
 mod strands;
 
 pub use mesh::{Material, Mesh};

@@ -82,10 +82,12 @@ pub(super) fn read(input: &mut Input) -> Result<Mesh> {
     }
     let mut buffers = Buffers::new(&root, bin)?;
     let assembly = Assembly::of(input, &root, &mut buffers)?;
-    let Assembly { positions, mut triangles, materials, material_of, .. } = assembly;
+    let Assembly { positions, mut triangles, materials, material_of, normals, has_normals, .. } =
+        assembly;
+    let normals = has_normals.then_some(normals);
     input.take(4 * positions.len() as u64, "vertices")?;
     let positions = without_unused(positions, &mut triangles)?;
-    Mesh::new(name_of(input.path), positions, triangles, materials, material_of)
+    Mesh::new(name_of(input.path), positions, triangles, materials, material_of, normals)
         .map_err(|error| input.bad(error.to_string()))
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat4, DQuat, DVec3, Vec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, Vec3};
 use gltf::json::material::AlphaMode;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::scene::UnitQuaternion;
@@ -28,6 +28,9 @@ pub(super) struct Assembly {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) materials: Vec<Material>,
     pub(super) material_of: Vec<u32>,
+    /// Normals at the triangles' corners; zero where there are none.
+    pub(super) normals: Vec<[Vec3; 3]>,
+    pub(super) has_normals: bool,
     /// The index of the material of primitives without one.
     plain: Option<u32>,
     /// Primitives of points or lines, or without positions.
@@ -127,7 +130,8 @@ impl Assembly {
                 }
             };
             let what = (mesh, number);
-            self.primitive(reader, primitive, shape, range, what)?;
+            let normals = self.vertex_normals(reader, primitive, matrix)?;
+            self.primitive(reader, primitive, (shape, range), &normals, what)?;
         }
         Ok(())
     }
@@ -159,13 +163,32 @@ impl Assembly {
         Ok((first as u32, count))
     }
 
+    /// The normals of a primitive's vertices, turned with them; none if it has none.
+    fn vertex_normals(
+        &mut self,
+        reader: &mut Reader,
+        primitive: &Primitive,
+        matrix: &DMat4,
+    ) -> Result<Vec<Vec3>> {
+        let Some(accessor) = primitive.attributes.get(&Checked::Valid(Semantic::Normals)) else {
+            return Ok(Vec::new());
+        };
+        let mut normals = reader.vectors(accessor.value())?;
+        let turn = DMat3::from_mat4(*matrix).inverse().transpose();
+        for normal in &mut normals {
+            *normal = (turn * normal.as_dvec3()).normalize_or_zero().as_vec3();
+        }
+        self.has_normals |= !normals.is_empty();
+        Ok(normals)
+    }
+
     /// Adds the triangles of a primitive between vertices that are there.
     fn primitive(
         &mut self,
         reader: &mut Reader,
         primitive: &Primitive,
-        shape: Shape,
-        (first, count): (u32, u32),
+        (shape, (first, count)): (Shape, (u32, u32)),
+        normals: &[Vec3],
         (mesh, number): (usize, usize),
     ) -> Result<()> {
         let what = || format!("mesh {mesh}, primitive {number}");
@@ -184,10 +207,15 @@ impl Assembly {
             }
         };
         let triangles = shape.triangles(indices.len());
-        let bytes = triangles as u64 * size_of::<[u32; 4]>() as u64;
+        let bytes = triangles as u64 * size_of::<([u32; 4], [Vec3; 3])>() as u64;
         reader.input.take(bytes, "triangles")?;
         memory::grow(&mut self.triangles, triangles, "triangles")?;
         memory::grow(&mut self.material_of, triangles, "triangles")?;
+        memory::grow(&mut self.normals, triangles, "triangles")?;
+        let normal = |index: u32| normals.get(index as usize).copied().unwrap_or_default();
+        self.normals.extend((0..triangles).map(|triangle| {
+            shape.corners(triangle).map(|corner| normal(indices[corner]))
+        }));
         self.triangles.extend(
             (0..triangles)
                 .map(|triangle| shape.corners(triangle).map(|corner| first + indices[corner])),

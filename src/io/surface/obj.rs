@@ -1,5 +1,6 @@
 //! Wavefront `.obj`: vertices, and faces of the materials that other files hold. Polygons become
-//! fans of triangles. Everything but `v`, `f`, `usemtl` and `mtllib` is skipped.
+//! fans of triangles. Everything but `v`, `vn`, `f`, `s`, `usemtl` and `mtllib` is skipped. Without
+//! normals, edges are smooth up to an angle, unless the file turns smoothing off.
 
 use glam::Vec3;
 
@@ -41,6 +42,12 @@ const WORDS: [&[u8]; 27] = [
     b"end",
 ];
 
+/// The largest angle in degrees between triangles whose edge is smooth, in files without normals.
+const CREASE_DEGREES: f64 = 40.0;
+
+/// In a corner: it has no normal.
+const NO_NORMAL: u32 = u32::MAX;
+
 /// Lines that a file is recognised by.
 const FIRST_LINES: usize = 3;
 
@@ -59,6 +66,11 @@ pub(super) fn recognizes(start: &[u8]) -> bool {
 struct Faces {
     positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
+    normals: Vec<Vec3>,
+    /// The normals of the triangles' corners.
+    normals_of: Vec<[u32; 3]>,
+    /// Whether smoothing is turned off, and nowhere on.
+    is_flat: Option<bool>,
     material_of: Vec<u32>,
     material: Option<u32>,
     /// The largest vertex that did not exist when it was named, and the line that names it.
@@ -95,6 +107,8 @@ pub(super) fn read(input: &mut Input) -> Result<Mesh> {
         let last = bytes.split(|&byte| byte == b'\n').count();
         faces.line(input, &mut materials, &joined, last)?;
     }
+    let normals = faces.corner_normals(input)?;
+    let is_flat = faces.is_flat == Some(true);
     let Faces { positions, mut triangles, material_of, farthest, short, others, .. } = faces;
     if let Some((vertex, line)) = farthest.filter(|(last, _)| *last as usize >= positions.len()) {
         let (vertex, count) = (u64::from(vertex) + 1, positions.len());
@@ -111,8 +125,15 @@ pub(super) fn read(input: &mut Input) -> Result<Mesh> {
     materials.note(&mut input.notes);
     input.take(4 * positions.len() as u64, "vertices")?;
     let positions = without_unused(positions, &mut triangles)?;
-    Mesh::new(name_of(input.path), positions, triangles, materials.list, material_of)
-        .map_err(|error| input.bad(error.to_string()))
+    if normals.is_none() && !is_flat {
+        // Of each corner its place, its neighbours and its normal.
+        input.take(128 * triangles.len() as u64, "normals")?;
+    }
+    let smooths = normals.is_none() && !is_flat;
+    let name = name_of(input.path);
+    let mesh = Mesh::new(name, positions, triangles, materials.list, material_of, normals)
+        .map_err(|error| input.bad(error.to_string()))?;
+    Ok(if smooths { mesh.smoothed(CREASE_DEGREES) } else { mesh })
 }
 
 impl Faces {
@@ -126,6 +147,12 @@ impl Faces {
         let (word, rest) = split(line);
         match word {
             b"v" => self.vertex(input, rest, at),
+            b"vn" => self.normal(input, rest),
+            b"s" => {
+                let off = matches!(rest.trim_ascii(), b"off" | b"0");
+                self.is_flat = Some(off && self.is_flat != Some(false));
+                Ok(())
+            }
             b"f" | b"fo" => self.face(input, materials, rest, at),
             b"usemtl" => {
                 self.material = Some(materials.index(input, rest.trim_ascii_end())?);
@@ -155,6 +182,28 @@ impl Faces {
         Ok(())
     }
 
+    /// Three numbers. What is none has no direction, and its triangles keep their own.
+    fn normal(&mut self, input: &mut Input, rest: &[u8]) -> Result<()> {
+        let mut numbers = words(rest);
+        let mut next = || numbers.next().and_then(number::<f32>).unwrap_or(0.0);
+        let normal = Vec3::new(next(), next(), next());
+        input.take(size_of::<Vec3>() as u64, "normals")?;
+        memory::grow(&mut self.normals, 1, "normals")?;
+        self.normals.push(normal);
+        Ok(())
+    }
+
+    /// The normals at the corners of all triangles; `None` if there are none.
+    fn corner_normals(&self, input: &mut Input) -> Result<Option<Vec<[Vec3; 3]>>> {
+        if self.normals.is_empty() || self.normals_of.iter().flatten().all(|&i| i == NO_NORMAL) {
+            return Ok(None);
+        }
+        input.take(self.triangles.len() as u64 * size_of::<[Vec3; 3]>() as u64, "normals")?;
+        let of = |index: u32| self.normals.get(index as usize).copied().unwrap_or_default();
+        let all = self.normals_of.iter().map(|corners| corners.map(of));
+        memory::collected(all, "normals").map(Some)
+    }
+
     fn face(
         &mut self,
         input: &mut Input,
@@ -166,7 +215,7 @@ impl Faces {
         let mut last = None;
         let mut corners = 0_usize;
         for word in words(rest) {
-            let corner = self.corner(input, word, at)?;
+            let corner = (self.corner(input, word, at)?, self.normal_at(word));
             corners += 1;
             if let (Some(first), Some(last)) = (first, last) {
                 let material = match self.material {
@@ -174,10 +223,13 @@ impl Faces {
                     None => materials.index(input, b"")?,
                 };
                 self.material = Some(material);
-                input.take(size_of::<[u32; 4]>() as u64, "triangles")?;
+                input.take(size_of::<[u32; 7]>() as u64, "triangles")?;
                 memory::grow(&mut self.triangles, 1, "triangles")?;
                 memory::grow(&mut self.material_of, 1, "triangles")?;
-                self.triangles.push([first, last, corner]);
+                memory::grow(&mut self.normals_of, 1, "triangles")?;
+                let corners: [(u32, u32); 3] = [first, last, corner];
+                self.triangles.push(corners.map(|(vertex, _)| vertex));
+                self.normals_of.push(corners.map(|(_, normal)| normal));
                 self.material_of.push(material);
             }
             match first {
@@ -187,6 +239,17 @@ impl Faces {
         }
         self.short += usize::from(corners < 3);
         Ok(())
+    }
+
+    /// The index of the normal in a word such as `7//3` or `7/2/-1`.
+    fn normal_at(&self, word: &[u8]) -> u32 {
+        let own = word.split(|&byte| byte == b'/').nth(2).and_then(number::<i64>);
+        let index = own.and_then(|said| match said {
+            0 => None,
+            1.. => said.checked_sub(1),
+            _ => said.checked_add(self.normals.len() as i64),
+        });
+        index.and_then(|index| u32::try_from(index).ok()).unwrap_or(NO_NORMAL)
     }
 
     /// The index of the vertex in a word such as `7`, `7/2`, `7//3` or `-1`: from 1, or backwards
