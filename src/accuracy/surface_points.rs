@@ -3,11 +3,8 @@
 use glam::DVec3;
 
 use super::random::Random;
-use crate::scene::{Shape, Surface, Surfaces};
+use crate::scene::{OFF_STRANDS, Shape, Surface, Surfaces};
 
-/// Points on strands are this many thicknesses nearer to the light, so that their own strand is no
-/// part of their shadow.
-const OFF_STRANDS: f64 = 1.1;
 /// Points on triangles are nearer to the light by this share of the diagonal of what casts shadows.
 const OFF_TRIANGLES: f64 = 1e-4;
 

@@ -10,7 +10,7 @@ use super::load::Motion;
 use super::surface::{SurfaceFile, read_surface, surface_up};
 use crate::error::{Error, Result};
 use crate::scene::file::SurfaceTable;
-use crate::scene::{SceneFile, Shape, Surface, Surfaces};
+use crate::scene::{Gloss, SceneFile, Shape, Surface, Surfaces};
 use crate::volume::Axis;
 
 /// What a `[mesh]` or `[hair]` table names, before it is placed.
@@ -47,8 +47,9 @@ pub fn load_shape(what: &str, table: &SurfaceTable) -> Result<(LoadedShape, Vec<
     let (file, notes) = read_surface(path, DEFAULT_MAX_BYTES)?;
     let albedo = table.albedo.map(DVec3::from);
     let shape = match (file, what) {
-        (SurfaceFile::Mesh(_), "mesh") if table.thickness.is_some() => {
-            return Err(Error::value("mesh.thickness", "does not apply to meshes"));
+        (SurfaceFile::Mesh(_), "mesh") if of_hair(table).is_some() => {
+            let key = of_hair(table).unwrap_or_default();
+            return Err(Error::value(format!("mesh.{key}"), "does not apply to meshes"));
         }
         (SurfaceFile::Mesh(mesh), "mesh") => {
             Shape::Mesh(Arc::new(mesh.with_material(albedo, table.opacity)?))
@@ -77,5 +78,27 @@ pub fn place_shape(what: &str, table: &SurfaceTable, loaded: &LoadedShape) -> Re
     let turn = DMat4::from_mat3(up.world_from_file());
     let mut surface = Surface::new(loaded.shape.clone(), motion.matrix()? * turn)?;
     surface.casts = table.casts.unwrap_or(true);
+    surface.receives = table.receives.unwrap_or(true);
+    let Gloss { specular, shininess } = Gloss::default();
+    let (specular, shininess) =
+        (table.specular.unwrap_or(specular), table.shininess.unwrap_or(shininess));
+    if !(0.0..=1.0).contains(&specular) {
+        return Err(Error::value(format!("{what}.specular"), format!("{specular} is not in 0..1")));
+    }
+    if !(1.0..=1e5).contains(&shininess) {
+        let why = format!("{shininess} is not in 1..100000");
+        return Err(Error::value(format!("{what}.shininess"), why));
+    }
+    surface.gloss = Gloss { specular, shininess };
     Ok(surface)
+}
+
+/// A key of `table` that applies to hair alone.
+fn of_hair(table: &SurfaceTable) -> Option<&'static str> {
+    let keys = [
+        ("thickness", table.thickness.is_some()),
+        ("specular", table.specular.is_some()),
+        ("shininess", table.shininess.is_some()),
+    ];
+    keys.into_iter().find(|(_, given)| *given).map(|(key, _)| key)
 }

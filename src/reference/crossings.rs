@@ -8,6 +8,7 @@
 
 use glam::DVec3;
 
+use super::shapes::{Hull, through_triangle};
 use super::tree::Tree;
 use crate::math::Aabb;
 use crate::scene::{Shape, Surfaces};
@@ -23,18 +24,35 @@ pub struct Crossings {
 
 #[derive(Clone, Copy, Debug)]
 enum Thing {
-    Triangle { corners: [DVec3; 3], opacity: f64 },
+    Triangle {
+        corners: [DVec3; 3],
+        opacity: f64,
+        /// Its surface, and its number there.
+        place: [u32; 2],
+    },
     Segment(Hull),
 }
 
-/// The convex hull of two balls, part of a strand.
-#[derive(Clone, Copy, Debug)]
-struct Hull {
-    centers: [DVec3; 2],
-    radii: [f64; 2],
-    opacities: [f64; 2],
-    /// The strand, numbered over all surfaces.
-    strand: u32,
+/// A place where a ray crosses a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Distance along the ray.
+    pub distance: f64,
+    /// The opacity there, 0..1.
+    pub opacity: f64,
+    /// The index of the surface.
+    pub surface: usize,
+    /// Where on it.
+    pub on: On,
+}
+
+/// A place on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum On {
+    /// On a triangle of this index, with the weights of its corners.
+    Triangle(usize, [f64; 3]),
+    /// In the segment that begins at the point of this index, at a share of its way to the next.
+    Strand(usize, f64),
 }
 
 /// An interval of a ray inside a segment, with its strand and its opacity.
@@ -49,7 +67,8 @@ impl Crossings {
     /// Prepares `surfaces`.
     pub fn of(surfaces: &Surfaces) -> Self {
         let (mut things, mut strand, mut thinnest) = (Vec::new(), 0, f64::INFINITY);
-        for surface in surfaces.iter() {
+        for (number, surface) in surfaces.iter().enumerate() {
+            let place = |index: usize| [number as u32, index as u32];
             let to = surface.world_from_object();
             let scale = surface.scale();
             match &surface.shape {
@@ -57,6 +76,7 @@ impl Crossings {
                     things.extend((0..mesh.triangles().len()).map(|i| Thing::Triangle {
                         corners: mesh.corners(i).map(|p| to.transform_point3(p.as_dvec3())),
                         opacity: mesh.material(i).opacity,
+                        place: place(i),
                     }));
                 }
                 Shape::Strands(strands) => {
@@ -71,6 +91,7 @@ impl Crossings {
                                 radii,
                                 opacities: segment.opacities.map(f64::from),
                                 strand,
+                                place: place(first),
                             }));
                         }
                         strand += 1;
@@ -92,7 +113,15 @@ impl Crossings {
     /// Distances along the ray `origin + t direction` (world space, unit length) where it crosses
     /// something, and the opacity there, in no order, for `t` between the bounds.
     pub fn along(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> Vec<[f64; 2]> {
-        self.until(origin, direction, bounds, |_| false)
+        let found = self.until(origin, direction, bounds, |_| false);
+        found.iter().map(|one| [one.distance, one.opacity]).collect()
+    }
+
+    /// What the ray of [`Crossings::along`] crosses, in order of distance.
+    pub fn met(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> Vec<Crossing> {
+        let mut found = self.until(origin, direction, bounds, |_| false);
+        found.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        found
     }
 
     /// [`Crossings::along`] until an opacity of a triangle `ends` the search.
@@ -102,19 +131,24 @@ impl Crossings {
         direction: DVec3,
         [from, to]: [f64; 2],
         ends: impl Fn(f64) -> bool,
-    ) -> Vec<[f64; 2]> {
+    ) -> Vec<Crossing> {
         let (mut found, mut inside) = (Vec::new(), Vec::new());
         // A strand's interval may reach beyond the bounds, although its middle does not.
         let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
         let bounds = if self.thinnest.is_finite() { everywhere } else { [from, to] };
         self.tree.along(origin, direction, bounds, |index| {
             match self.things[index as usize] {
-                Thing::Triangle { corners, opacity } => {
-                    if let Some(t) = through_triangle(origin, direction, corners)
+                Thing::Triangle { corners, opacity, place: [surface, index] } => {
+                    if let Some((t, weights)) = through_triangle(origin, direction, corners)
                         && t >= from
                         && t <= to
                     {
-                        found.push([t, opacity]);
+                        found.push(Crossing {
+                            distance: t,
+                            opacity,
+                            surface: surface as usize,
+                            on: On::Triangle(index as usize, weights),
+                        });
                         return !ends(opacity);
                     }
                 }
@@ -143,7 +177,14 @@ impl Crossings {
                 let at = origin + middle * direction;
                 let holds = |one: &&Inside| one.interval[0] <= middle && middle <= one.interval[1];
                 let own = rest[..count].iter().find(holds).unwrap_or(first);
-                found.push([middle, own.hull.opacity_near(at)]);
+                let share = own.hull.share_near(at);
+                let [surface, point] = own.hull.place.map(|index| index as usize);
+                found.push(Crossing {
+                    distance: middle,
+                    opacity: own.hull.opacity_at(share),
+                    surface,
+                    on: On::Strand(point, share),
+                });
             }
             rest = &rest[count..];
         }
@@ -155,7 +196,7 @@ impl Crossings {
     pub fn transmittance(&self, origin: DVec3, direction: DVec3, bounds: [f64; 2]) -> f64 {
         // Nothing gets through what is opaque, whatever else there is.
         let found = self.until(origin, direction, bounds, |opacity| opacity >= 1.0);
-        found.iter().map(|[_, opacity]| 1.0 - opacity).product()
+        found.iter().map(|one| 1.0 - one.opacity).product()
     }
 }
 
@@ -171,85 +212,6 @@ impl Thing {
     }
 }
 
-impl Hull {
-    /// The interval of a ray inside the hull. Its ends lie on one of the balls or on the cone that
-    /// touches both, so it reaches from the first to the last point where the ray meets one of the
-    /// three.
-    fn inside(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
-        let ([a, b], [ra, rb]) = (self.centers, self.radii);
-        // Distances are measured from the point of the ray nearest to the hull's middle, where
-        // squares are smallest.
-        let begin = (0.5 * (a + b) - origin).dot(direction);
-        let start = origin + begin * direction;
-        let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-        let mut meet = |t: f64| ends = [ends[0].min(t), ends[1].max(t)];
-        for (center, radius) in [(a, ra), (b, rb)] {
-            let from = start - center;
-            let half = from.dot(direction);
-            let root = half * half - (from.length_squared() - radius * radius);
-            if root >= 0.0 {
-                meet(-half - root.sqrt());
-                meet(-half + root.sqrt());
-            }
-        }
-        // Where |m|^2 - ra^2 = (y - ra (ra - rb))^2 / (L^2 - (ra - rb)^2) with m from a, y = m . d,
-        // and the touching ball lies between the two.
-        let (d, narrower) = (b - a, ra - rb);
-        let square = d.length_squared() - narrower * narrower;
-        if square > 0.0 {
-            let m = start - a;
-            let (slope, at) = (direction.dot(d), m.dot(d) - ra * narrower);
-            let quadratic = square - slope * slope;
-            let half = square * m.dot(direction) - at * slope;
-            let constant = square * (m.length_squared() - ra * ra) - at * at;
-            let root = half * half - quadratic * constant;
-            if root >= 0.0 && quadratic != 0.0 {
-                for t in [(-half - root.sqrt()) / quadratic, (-half + root.sqrt()) / quadratic] {
-                    let along = (at + t * slope) / square;
-                    if (0.0..=1.0).contains(&along) {
-                        meet(t);
-                    }
-                }
-            }
-        }
-        (ends[0] < ends[1]).then(|| ends.map(|t| begin + t))
-    }
-
-    /// The opacity of a crossing at a point near the axis.
-    fn opacity_near(&self, point: DVec3) -> f64 {
-        let [a, b] = self.centers;
-        let along = (point - a).dot(b - a) / (b - a).length_squared();
-        let share = if along.is_finite() { along.clamp(0.0, 1.0) } else { 0.0 };
-        self.opacities[0] + (self.opacities[1] - self.opacities[0]) * share
-    }
-}
-
-/// Where a ray goes through a triangle, from either side (Woop, Benthin and Wald 2013): in a plane
-/// across the ray, edge by edge, so that both triangles of an edge compute the same and none of
-/// them, or one, but not both, is met there.
-fn through_triangle(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<f64> {
-    let (x, y) = direction.any_orthonormal_pair();
-    let [a, b, c] = corners.map(|p| {
-        let from = p - origin;
-        (from.dot(x), from.dot(y), from.dot(direction))
-    });
-    // Whether the ray is on the left of an edge. One on its line counts as a little above it or,
-    // for an upright edge, on its right.
-    let edge = |p: (f64, f64, f64), q: (f64, f64, f64)| {
-        let forward = (p.0, p.1) <= (q.0, q.1);
-        let (from, to) = if forward { (p, q) } else { (q, p) };
-        let area = from.0 * to.1 - from.1 * to.0;
-        let above = area > 0.0 || (area == 0.0 && to.0 > from.0);
-        (if forward { area } else { -area }, above == forward)
-    };
-    let ((u, side_u), (v, side_v), (w, side_w)) = (edge(b, c), edge(c, a), edge(a, b));
-    let area = u + v + w;
-    if side_u != side_v || side_v != side_w || area == 0.0 {
-        return None;
-    }
-    Some((u * a.2 + v * b.2 + w * c.2) / area)
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -258,54 +220,6 @@ mod tests {
 
     use super::*;
     use crate::surface::{Material, Mesh, Strands, Varying};
-
-    fn hull(ends: [[f64; 3]; 2], radii: [f64; 2]) -> Hull {
-        Hull { centers: ends.map(DVec3::from), radii, opacities: [0.25, 0.75], strand: 0 }
-    }
-
-    fn close(found: Option<[f64; 2]>, due: Option<[f64; 2]>) {
-        match (found, due) {
-            (Some(found), Some(due)) => {
-                let off = (found[0] - due[0]).abs().max((found[1] - due[1]).abs());
-                assert!(off < 1e-12, "{found:?}, not {due:?}");
-            }
-            (found, due) => assert_eq!(found, due),
-        }
-    }
-
-    #[test]
-    fn a_ray_in_a_strand_is_between_what_geometry_says() {
-        // A cylinder along x: across, at a slant, along, and past it.
-        let rod = hull([[0.0; 3], [10.0, 0.0, 0.0]], [0.5; 2]);
-        let from = DVec3::new(5.0, -3.0, 0.3);
-        let chord = (0.25_f64 - 0.09).sqrt();
-        close(rod.inside(from, DVec3::Y), Some([3.0 - chord, 3.0 + chord]));
-        let slant = DVec3::new(0.6, 0.8, 0.0);
-        close(rod.inside(from, slant), Some([(3.0 - chord) / 0.8, (3.0 + chord) / 0.8]));
-        let along = rod.inside(DVec3::new(-2.0, 0.3, 0.0), DVec3::X);
-        close(along, Some([2.0 - 0.4, 12.0 + 0.4]));
-        close(rod.inside(DVec3::new(5.0, -3.0, 0.51), DVec3::Y), None);
-        // Beyond its ends there are half balls.
-        close(rod.inside(DVec3::new(10.3, -3.0, 0.0), DVec3::Y), Some([3.0 - 0.4, 3.0 + 0.4]));
-        close(rod.inside(DVec3::new(10.51, -3.0, 0.0), DVec3::Y), None);
-        // A cone from radius 1 to a point at 2: its flanks touch the ball at 60 degrees, where they
-        // are at a height of (2 - x) tan 30 degrees.
-        let cone = hull([[0.0; 3], [2.0, 0.0, 0.0]], [1.0, 0.0]);
-        let height = (2.0 - 1.25) / 3.0_f64.sqrt();
-        close(
-            cone.inside(DVec3::new(1.25, -5.0, 0.0), DVec3::Y),
-            Some([5.0 - height, 5.0 + height]),
-        );
-        // In front of where they touch it is the ball.
-        let height = (1.0_f64 - 0.04).sqrt();
-        close(
-            cone.inside(DVec3::new(-0.2, -5.0, 0.0), DVec3::Y),
-            Some([5.0 - height, 5.0 + height]),
-        );
-        // A ball in a ball.
-        let ball = hull([[0.0; 3], [0.1, 0.0, 0.0]], [1.0, 0.2]);
-        close(ball.inside(DVec3::new(0.0, -5.0, 0.0), DVec3::Y), Some([4.0, 6.0]));
-    }
 
     /// A scene of one surface at its own place.
     fn crossings(shape: Shape) -> Crossings {
@@ -346,7 +260,8 @@ mod tests {
         let positions = corners.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
         let triangles = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [4, 3, 0]];
         let glass = Material { opacity: 0.5, ..Material::default() };
-        let mesh = Mesh::new("square", positions, triangles, vec![glass], vec![0; 4], None).unwrap();
+        let mesh =
+            Mesh::new("square", positions, triangles, vec![glass], vec![0; 4], None).unwrap();
         let crossings = crossings(Shape::Mesh(mesh.into()));
         for i in -8..=8 {
             for j in -8..=8 {

@@ -7,11 +7,13 @@
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 use rayon::prelude::*;
 
+use super::crossings::Crossings;
 use super::extinction::Extinction;
 use super::integral::{Cells, Stretch};
+use super::shading::Shading;
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::scene::{Casters, Light, LightKind, Medium, Scene};
@@ -35,39 +37,78 @@ const NEAR_SHARES: [f64; 2] = [0.5, 0.04];
 /// smooth.
 const MOST_HALVINGS: u32 = 24;
 
-/// Single scattering of all lights of `scene` at `width` x `height` pixels, with one ray through
-/// each pixel's centre, in linear radiance. Each cell that a camera ray crosses is cut into `cuts`
-/// equal parts, which are halved while they are optically thick; each part has four Gauss points.
-/// Transmittance to the camera and from the light is exact at every point.
+/// [`BruteForce::image`] with one ray through each pixel's centre.
 ///
 /// # Errors
-/// If the scene's media are not a single plain volume.
-pub fn brute_force_image(scene: &Scene, [width, height]: [u32; 2], cuts: u32) -> Result<Image> {
-    let volume = scene.media.plain();
-    let volume = volume.ok_or_else(|| Error::value("scene", "its media are not plain"))?;
-    let medium = scene.media.first().map(|body| body.medium.clone()).unwrap_or_default();
-    let casting = scene.surfaces.casting();
-    let casters = Casters { media: &scene.media, surfaces: &casting };
-    let (cells, extinction) = (Cells::of(volume), Extinction::of(casters));
-    let truth = Truth { scene, medium, cells, extinction };
-    let rays = scene.camera.rays(f64::from(width) / f64::from(height));
-    let mut image = Image::filled(width, height, [0.0; 4]);
-    image.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
-        let (x, y) = (i as u32 % width, i as u32 / width);
-        let (u, v) =
-            ((f64::from(x) + 0.5) / f64::from(width), (f64::from(y) + 0.5) / f64::from(height));
-        let (origin, direction) = rays.ray(u, v);
-        *pixel = truth.radiance(origin, direction, cuts);
-    });
-    Ok(image)
+/// As [`BruteForce::image`].
+pub fn brute_force_image(scene: &Scene, size: [u32; 2], cuts: u32) -> Result<Image> {
+    BruteForce { cuts, ..BruteForce::default() }.image(scene, size)
+}
+
+/// How a brute-force picture is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BruteForce {
+    /// The number of equal parts of each cell that a camera ray crosses. They are halved while they
+    /// are optically thick; each has four Gauss points.
+    pub cuts: u32,
+    /// The number of rays along each edge of a pixel. They go through the middles of equal squares.
+    pub rays: u32,
+    /// World lengths by which points of surfaces and of the ground are moved towards the light.
+    pub bias: f64,
+}
+
+impl Default for BruteForce {
+    fn default() -> Self {
+        Self { cuts: 1, rays: 1, bias: 0.0 }
+    }
+}
+
+impl BruteForce {
+    /// Single scattering of all lights of `scene`, and its surfaces, at `width` x `height` pixels, in
+    /// linear radiance. Transmittance to the camera and from the light is exact at every point.
+    ///
+    /// # Errors
+    /// If the scene's media are neither a single plain volume nor none.
+    pub fn image(self, scene: &Scene, [width, height]: [u32; 2]) -> Result<Image> {
+        let volume = scene.media.plain();
+        if volume.is_none() && !scene.media.bodies().is_empty() {
+            return Err(Error::value("scene", "its media are not plain"));
+        }
+        let medium = scene.media.first().map(|body| body.medium.clone()).unwrap_or_default();
+        let casters = Casters { media: &scene.media, surfaces: &scene.surfaces };
+        let extinction = &Extinction::of(casters);
+        let shading = Shading::of(scene, extinction, self.bias);
+        let crossings = Crossings::of(&scene.surfaces);
+        let cells = volume.map(Cells::of);
+        let truth = Truth { scene, medium, cells, extinction, crossings, shading, how: self };
+        let rays = scene.camera.rays(f64::from(width) / f64::from(height));
+        let mut image = Image::filled(width, height, [0.0; 4]);
+        image.pixels.par_iter_mut().enumerate().for_each(|(i, pixel)| {
+            let at = |c: u32, sub: u32, n: u32| {
+                (f64::from(c) + (f64::from(sub) + 0.5) / f64::from(self.rays)) / f64::from(n)
+            };
+            let (x, y) = (i as u32 % width, i as u32 / width);
+            let mut sum = DVec4::ZERO;
+            for (sub_x, sub_y) in (0..self.rays).flat_map(|j| (0..self.rays).map(move |i| (i, j))) {
+                let (origin, direction) = rays.ray(at(x, sub_x, width), at(y, sub_y, height));
+                sum += truth.radiance(origin, direction);
+            }
+            *pixel = (sum / f64::from(self.rays).powi(2)).as_vec4().to_array();
+        });
+        Ok(image)
+    }
 }
 
 /// A scene, prepared for rays.
 struct Truth<'a> {
     scene: &'a Scene,
     medium: Medium,
-    cells: Cells<'a>,
-    extinction: Extinction<'a>,
+    cells: Option<Cells<'a>>,
+    extinction: &'a Extinction<'a>,
+    /// All surfaces, as the camera sees them.
+    crossings: Crossings,
+    shading: Shading<'a>,
+    how: BruteForce,
 }
 
 /// A source of light.
@@ -102,15 +143,48 @@ struct Seen<'a> {
 }
 
 impl Truth<'_> {
-    fn radiance(&self, origin: DVec3, direction: DVec3, cuts: u32) -> [f32; 4] {
-        let (scene, scale) = (self.scene, self.medium.density_scale);
+    fn radiance(&self, origin: DVec3, direction: DVec3) -> DVec4 {
+        let scene = self.scene;
         let ground = ground_distance(scene, origin, direction);
-        let mut tau = 0.0;
+        let end = ground.unwrap_or(f64::INFINITY);
+        let (mut tau, mut light) = (0.0, DVec3::ZERO);
+        // The share of light that surfaces let through, and where the last of them was.
+        let (mut clear, mut from) = (1.0, 0.0);
+        for met in self.crossings.met(origin, direction, [0.0, end]) {
+            let way = [from, met.distance];
+            light += clear * self.between((origin, direction), way, &mut tau);
+            let seen = clear * (-tau).exp() * met.opacity;
+            if seen > DARK {
+                light += seen * self.shading.radiance(&met, origin, direction);
+            }
+            (clear, from) = (clear * (1.0 - met.opacity), met.distance);
+            if clear < DARK {
+                break;
+            }
+        }
+        if clear >= DARK {
+            light += clear * self.between((origin, direction), [from, end], &mut tau);
+        }
+        let (behind, alpha) = match (ground, scene.background) {
+            (Some(t), _) => (self.ground_radiance(origin + t * direction), 1.0),
+            (None, Some(background)) => (background, 1.0),
+            (None, None) => (DVec3::ZERO, 0.0),
+        };
+        let through = clear * (-tau).exp();
+        let alpha = 1.0 - through * (1.0 - alpha);
+        (light + through * behind).extend(alpha)
+    }
+
+    /// What the medium between two distances sends to the camera; `tau` is the optical depth from
+    /// there, and grows.
+    fn between(&self, (origin, direction): (DVec3, DVec3), way: [f64; 2], tau: &mut f64) -> DVec3 {
+        let (scale, cuts) = (self.medium.density_scale, self.how.cuts);
         let mut light = DVec3::ZERO;
-        let way = [0.0, ground.unwrap_or(f64::INFINITY)];
-        self.cells.walk(origin, direction, way, |stretch| {
+        let Some(cells) = &self.cells else { return light };
+        cells.walk(origin, direction, way, |stretch| {
+            let tau_before = *tau;
             let part = (stretch.exit - stretch.enter) / f64::from(cuts);
-            let view = Seen { stretch, origin, direction, scale, tau };
+            let view = Seen { stretch, origin, direction, scale, tau: tau_before };
             for source in self.sources() {
                 for cut in 0..cuts {
                     let [from, to] = [cut, cut + 1].map(|i| stretch.enter + f64::from(i) * part);
@@ -118,18 +192,10 @@ impl Truth<'_> {
                     light += self.part(&view, source, [from, to], ends, MOST_HALVINGS);
                 }
             }
-            tau += scale * stretch.integral();
+            *tau += scale * stretch.integral();
             true
         });
-        let (behind, alpha) = match (ground, scene.background) {
-            (Some(t), _) => (self.ground_radiance(origin + t * direction), 1.0),
-            (None, Some(background)) => (background, 1.0),
-            (None, None) => (DVec3::ZERO, 0.0),
-        };
-        let through = (-tau).exp();
-        let seen = light + through * behind;
-        let alpha = 1.0 - through * (1.0 - alpha);
-        [seen.x as f32, seen.y as f32, seen.z as f32, alpha as f32]
+        light
     }
 
     /// All sources of light: each light, and ambient light.
@@ -211,7 +277,10 @@ impl Truth<'_> {
         let albedo = scene.ground.map_or(0.0, |ground| ground.albedo);
         let direct = |light: &Light| {
             let cosine = (-light.direction_at(point).y).max(0.0);
-            self.arriving(light, point) * (cosine * FRAC_1_PI)
+            let place = point - self.how.bias * light.direction_at(point);
+            let arriving =
+                light.irradiance_at(point) * self.extinction.light_transmittance(light, place);
+            arriving * (cosine * FRAC_1_PI)
         };
         albedo * (scene.lights.iter().map(direct).sum::<DVec3>() + scene.ambient)
     }

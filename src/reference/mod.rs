@@ -6,10 +6,12 @@ mod extinction;
 mod image;
 mod integral;
 mod profile;
+mod shading;
+mod shapes;
 mod tree;
 
-pub use crossings::Crossings;
+pub use crossings::{Crossing, Crossings, On};
 pub use extinction::Extinction;
-pub use image::brute_force_image;
+pub use image::{BruteForce, brute_force_image};
 pub use integral::{Cells, optical_depth};
 pub use profile::TexelProfile;

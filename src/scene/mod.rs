@@ -36,7 +36,7 @@ pub use media::Media;
 pub use medium::{Body, Emission, Medium};
 pub use numbered::NumberedName;
 pub use occupancy::{EMPTY, Occupancy, ROUGHEST};
-pub use surfaces::{Shape, Surface, Surfaces};
+pub use surfaces::{Gloss, OFF_STRANDS, Shape, Surface, Surfaces};
 pub use tables::Tables;
 pub use transfer::TransferFunction;
 

@@ -18,6 +18,10 @@ tables! {
         opacity: f64,
         /// Of hair alone: diameter of a strand in the file's lengths; the file's own by default.
         thickness: f64,
+        /// Of hair alone: how bright its highlights are, 0..1; 0.1 by default.
+        specular: f64,
+        /// Of hair alone: how narrow its highlights are, at least 1; 40 by default.
+        shininess: f64,
         /// Axis of the file that points up, such as `z` or `-y`; `z` for .hair files and `y` for
         /// others by default.
         up: String,

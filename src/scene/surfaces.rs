@@ -28,14 +28,40 @@ pub struct Surface {
     bounds: Aabb,
     /// Whether it casts shadows.
     pub casts: bool,
+    /// Whether shadows fall on it.
+    pub receives: bool,
+    /// How strands reflect light besides their albedo.
+    pub gloss: Gloss,
 }
+
+/// The highlight of strands (Kajiya and Kay 1989): rays leave a strand on a cone around it, at the
+/// angle at which the light arrives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    /// Radiance in the middle of the highlight, as a share of that of a white surface that faces the
+    /// light, 0..1.
+    pub specular: f64,
+    /// How narrow it is: the power to which the cosine of the angle to the cone is raised, at least
+    /// 1.
+    pub shininess: f64,
+}
+
+impl Default for Gloss {
+    fn default() -> Self {
+        Self { specular: 0.1, shininess: 40.0 }
+    }
+}
+
+/// Points on strands are looked up this many thicknesses nearer to the light, so that their own
+/// strand is no part of their shadow.
+pub const OFF_STRANDS: f64 = 1.1;
 
 /// The surfaces of a scene. Copies share them.
 #[derive(Clone, Debug, Default)]
 pub struct Surfaces(Arc<Vec<Surface>>);
 
 impl Surface {
-    /// A surface that casts shadows, at `world_from_object`, for column vectors.
+    /// A surface that casts and receives shadows, at `world_from_object`, for column vectors.
     ///
     /// # Errors
     /// If that transform stretches unequally, so that a strand's thickness would have no meaning,
@@ -53,7 +79,14 @@ impl Surface {
             return Err(Error::value("surface", why));
         }
         let (min, max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut own = Self { shape, world_from_object, bounds: Aabb { min, max }, casts: true };
+        let mut own = Self {
+            shape,
+            world_from_object,
+            bounds: Aabb { min, max },
+            casts: true,
+            receives: true,
+            gloss: Gloss::default(),
+        };
         let mut bounds = own.bounds;
         own.for_each_ball(|center, radius| {
             (bounds.min, bounds.max) =

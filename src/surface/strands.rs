@@ -219,6 +219,24 @@ impl Strands {
         }
     }
 
+    /// The direction of the strand at each point, of unit length: between those of the two segments
+    /// that meet there. Zero where a strand has no length.
+    pub fn tangents(&self) -> Vec<Vec3> {
+        let mut tangents = vec![Vec3::ZERO; self.points.len()];
+        for own in (0..self.count()).map(|index| self.strand(index)) {
+            for first in own.start..own.end - 1 {
+                let along = self.points[first + 1].as_dvec3() - self.points[first].as_dvec3();
+                let along = along.normalize_or_zero().as_vec3();
+                tangents[first] += along;
+                tangents[first + 1] += along;
+            }
+        }
+        for tangent in &mut tangents {
+            *tangent = tangent.normalize_or_zero();
+        }
+        tangents
+    }
+
     /// Diameters, in the points' unit.
     pub fn thickness(&self) -> &Varying<f32> {
         &self.thickness

@@ -213,9 +213,10 @@ impl Assembly {
         memory::grow(&mut self.material_of, triangles, "triangles")?;
         memory::grow(&mut self.normals, triangles, "triangles")?;
         let normal = |index: u32| normals.get(index as usize).copied().unwrap_or_default();
-        self.normals.extend((0..triangles).map(|triangle| {
-            shape.corners(triangle).map(|corner| normal(indices[corner]))
-        }));
+        self.normals.extend(
+            (0..triangles)
+                .map(|triangle| shape.corners(triangle).map(|corner| normal(indices[corner]))),
+        );
         self.triangles.extend(
             (0..triangles)
                 .map(|triangle| shape.corners(triangle).map(|corner| first + indices[corner])),
