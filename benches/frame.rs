@@ -26,7 +26,9 @@ fn frame(criterion: &mut Criterion) {
         let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
         let frame = Frame::new(&beam, &settings).unwrap();
         group.bench_function(format!("view {name}"), |bencher| {
-            bencher.iter(|| CpuBackend.march_view(&scene.media, &frame, &map, &Silent).unwrap());
+            bencher.iter(|| {
+                CpuBackend.march_view((&scene.media).into(), &frame, &map, &Silent).unwrap()
+            });
         });
     }
     group.finish();

@@ -125,7 +125,7 @@ fn pixels_alone_are_those_of_the_picture() {
     let lazy = LazyFragments::new(&beam.media, &frame).unwrap();
     let pixels: Vec<[u32; 2]> = (0..300).map(|i| [i * 7 % 40, i * 11 % 32]).collect();
     for shadow in [&map as &dyn Shadow, &lazy] {
-        let found = CpuBackend.march_pixels(&beam.media, &frame, shadow, &pixels);
+        let found = CpuBackend.march_pixels(beam.casters(), &frame, shadow, &pixels).unwrap();
         for (&[x, y], found) in pixels.iter().zip(found) {
             for (a, b) in found.iter().zip(image.pixel(x, y)) {
                 assert!((a - b).abs() < 1e-5, "({x}, {y}): {a}, not {b}");

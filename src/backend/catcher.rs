@@ -42,7 +42,8 @@ impl Stage for ShadowCatcher<'_> {
         let Some(ground) = scene.ground else { return Ok(picture) };
         let media = scene.media.black();
         let white = Some(Ground { albedo: 1.0, ..ground });
-        let of_ground = Scene { media, ground: white, background: None, ..scene.clone() };
+        let surfaces = scene.surfaces.black();
+        let of_ground = Scene { media, surfaces, ground: white, background: None, ..scene.clone() };
         let arriving = self.ground.render(&of_ground, settings, progress)?;
         let [width, height] = settings.image.size.map(f64::from);
         let rays = scene.camera.rays(width / height);

@@ -110,14 +110,15 @@ pub trait Passes: Backend {
         Err(unbuilt(&self.description()))
     }
 
-    /// Pass `march_view`: marches every camera ray through the volume, lit through `map`. Returns
-    /// linear radiance and opacity.
+    /// Pass `march_view`: marches every camera ray through the volume and between surfaces (passes
+    /// `raster_view` and `shade_view`), lit through `map`. Returns linear radiance and opacity.
     ///
     /// # Errors
-    /// If the device fails or runs out of memory.
+    /// If the device fails or runs out of memory, or if this backend does not draw surfaces, and
+    /// there are some.
     fn march_view(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         map: &Map,
         progress: &dyn Progress,
@@ -225,7 +226,7 @@ pub(super) fn view_through(
     progress: &dyn Progress,
 ) -> Result<Image> {
     let frame = Frame::new(beam, settings)?;
-    passes.march_view(&beam.media, &frame, map, progress)
+    passes.march_view(beam.casters(), &frame, map, progress)
 }
 
 fn unbuilt(backend: &str) -> Error {

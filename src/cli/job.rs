@@ -169,10 +169,6 @@ impl<'a> Request<'a> {
             choice => choice,
         };
         let opening = Some(Opening::begin(choice, expected));
-        if self.picture && has_surfaces {
-            self.said
-                .push("meshes and hair cast shadows, but the camera does not see them".to_owned());
-        }
         let (quiet, transparent) = (self.source.quiet, self.source.transparent);
         let crew = Crew { opening, backend: &CpuBackend, quiet, transparent };
         (crew, std::mem::take(&mut self.said))

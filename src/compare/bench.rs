@@ -122,7 +122,7 @@ impl<'a> Bench<'a> {
             let frame = Frame::new(beam, settings)?;
             let points = Points::draw(beam, size, &Place::ALL, [count, seed], progress);
             let exact = ExactPoints(ExactTexels::new(beam, size));
-            let seen = CpuBackend.march_view_through(&beam.media, &frame, &exact, progress);
+            let seen = CpuBackend.march_view_through(beam.casters(), &frame, &exact, progress)?;
             beam.add(&seen, &mut true_image);
             let label = beam.label(&beams);
             parts.push(Part { beam: beam.clone(), label, points, frame });
@@ -155,25 +155,28 @@ impl<'a> Bench<'a> {
             maps.push(map);
         }
         let maps: Vec<&dyn Shadow> = maps.iter().map(|map| map as &dyn Shadow).collect();
-        Ok(Row { build_seconds, lookup_nanoseconds, ..self.row(&method.label, &maps) })
+        Ok(Row { build_seconds, lookup_nanoseconds, ..self.row(&method.label, &maps)? })
     }
 
     /// The error of the maps' resolution alone: exact transmittance of every texel, filtered.
-    pub fn floor(&self) -> Row {
+    ///
+    /// # Errors
+    /// If surfaces take too much memory.
+    pub fn floor(&self) -> Result<Row> {
         let size = self.settings.map.size;
         let exact: Vec<_> = self.parts.iter().map(|part| part.exact(size)).collect();
         let exact: Vec<&dyn Shadow> = exact.iter().map(|map| map as &dyn Shadow).collect();
         self.row("exact texels", &exact)
     }
 
-    fn row(&self, label: &str, maps: &[&dyn Shadow]) -> Row {
+    fn row(&self, label: &str, maps: &[&dyn Shadow]) -> Result<Row> {
         let [width, height] = self.settings.image.size;
         let mut image = Image::filled(width, height, [0.0; 4]);
         let (mut each, mut worst) = (Vec::new(), None::<Curve>);
         for (part, &map) in self.parts.iter().zip(maps) {
             each.push(Place::ALL.map(|place| part.points.errors(place, map, self.window)));
-            let media = &part.beam.media;
-            let seen = CpuBackend.march_view_through(media, &part.frame, map, &Silent);
+            let casters = part.beam.casters();
+            let seen = CpuBackend.march_view_through(casters, &part.frame, map, &Silent)?;
             part.beam.add(&seen, &mut image);
             let curve = part.points.worst(map).map(|sample| self.curve(part, map, sample));
             let worse = |a: &Curve, b: &Curve| a.error() < b.error();
@@ -187,7 +190,7 @@ impl<'a> Bench<'a> {
             Errors::together(&of_place)
         });
         let names = self.parts.iter().filter_map(|part| part.label.clone());
-        Row {
+        Ok(Row {
             label: label.to_owned(),
             bytes: maps.iter().map(|map| map.bytes()).sum(),
             texels: u64::from(self.settings.map.size).pow(2),
@@ -198,7 +201,7 @@ impl<'a> Bench<'a> {
             difference: self.picture.difference(&image),
             image,
             worst,
-        }
+        })
     }
 
     /// The curve along the whole ray of a sample, in world lengths.

@@ -54,7 +54,7 @@ fn passes_take_no_more_samples_than_they_did() {
         let counts = [
             samples(|| drop(trace_threshold::trace_threshold(media.into(), &frame, &Silent))),
             samples(|| drop(trace_slices::trace_slices(media.into(), &frame, &Silent))),
-            samples(|| drop(march_view::march_view(media, &frame, &map, &Silent))),
+            samples(|| drop(march_view::march_view(media.into(), &frame, &map, &Silent))),
         ];
         found.push(format!("{preset:?} {counts:.1?}"));
         // Fewer samples fail too, because the table would then be too loose a bound.

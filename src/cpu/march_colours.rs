@@ -30,7 +30,7 @@ impl View<'_> {
     }
 
     /// Transmittances of the channels where that of the least extinct one is `through`.
-    fn colours(&self, through: f32) -> Vec3 {
+    pub(super) fn colours(&self, through: f32) -> Vec3 {
         let optical_depth = -through.max(SMALLEST_WEIGHT).ln();
         four_transmitted((optical_depth * self.frame.media.ratios).extend(0.0)).truncate()
     }
@@ -79,7 +79,7 @@ impl View<'_> {
         sum
     }
 
-    fn lit_ground_of_colours(&self, point: Vec3) -> Vec3 {
+    pub(super) fn lit_ground_of_colours(&self, point: Vec3) -> Vec3 {
         let mut light = light_coordinates(self.frame, point);
         light.z = surface_depth(self.frame, light);
         let transmittances = self.colours_at(light);
@@ -88,7 +88,7 @@ impl View<'_> {
     }
 
     /// Transmittances at (u, v, depth).
-    fn colours_at(&self, light: Vec3) -> Vec3 {
+    pub(super) fn colours_at(&self, light: Vec3) -> Vec3 {
         self.map.lookup_colours(self.frame.map.window, light, self.frame.media.ratios)
     }
 }

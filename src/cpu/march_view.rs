@@ -5,8 +5,11 @@ use std::cell::Cell;
 
 use glam::{Vec3, Vec4};
 
+use super::raster_view::ViewRaster;
 use super::refine_view::{Refinement, refine_view};
+use super::shade_view::Overlay;
 use super::tiles;
+use crate::error::Result;
 use crate::frame::{Frame, FrameView};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
@@ -23,24 +26,34 @@ use crate::kernel::view::{
 use crate::math::Each;
 use crate::parallel;
 use crate::progress::Progress;
-use crate::scene::Media;
+use crate::scene::Casters;
 use crate::shadow::Shadow;
 
 /// The whole picture: premultiplied linear radiance and opacity.
+///
+/// # Errors
+/// If surfaces take too much memory.
 pub(super) fn march_view(
-    media: &Media,
+    casters: Casters<'_>,
     frame: &Frame,
     map: &dyn Shadow,
     progress: &dyn Progress,
-) -> Image {
+) -> Result<Image> {
     let FrameView { width, height, samples, spacing, tolerance, .. } = frame.view;
     map.prepare();
-    let view = View { sampler: Sampler::of(media), frame, map };
-    if spacing > 1 || (samples > 1 && tolerance > 0.0) {
+    let view = View { sampler: Sampler::of(casters.media), frame, map };
+    let refined = spacing > 1 || (samples > 1 && tolerance > 0.0);
+    let raster = ViewRaster::new(casters, frame)?;
+    let overlay =
+        raster.as_ref().map(|raster| Overlay::new(&view, raster, samples, !refined, progress));
+    let pixel = |place: [usize; 2], rays: u32| {
+        let seen = overlay.as_ref().and_then(|overlay| overlay.pixel(place, rays));
+        seen.unwrap_or_else(|| view.pixel(place, rays))
+    };
+    if refined {
         let size = [width, height].each(|n| n as usize);
         let refinement = Refinement { size, spacing: spacing as usize, samples, tolerance };
-        let pixel = |place: [usize; 2], rays: u32| view.pixel(place, rays);
-        return refine_view(refinement, progress, |place| view.is_empty(place), pixel);
+        return Ok(refine_view(refinement, progress, |place| view.is_empty(place), pixel));
     }
     progress.begin("picture", u64::from(height));
     let mut image = Image::filled(width, height, [0.0; 4]);
@@ -49,22 +62,30 @@ pub(super) fn march_view(
         width as usize,
         progress,
         || (),
-        |(), place| view.pixel(place, samples).to_array(),
+        |(), place| pixel(place, samples).to_array(),
     );
-    image
+    Ok(image)
 }
 
 /// The pixels (x, y) of the same picture.
+///
+/// # Errors
+/// If surfaces take too much memory.
 pub(super) fn march_pixels(
-    media: &Media,
+    casters: Casters<'_>,
     frame: &Frame,
     map: &dyn Shadow,
     pixels: &[[u32; 2]],
-) -> Vec<[f32; 4]> {
+) -> Result<Vec<[f32; 4]>> {
     map.prepare();
-    let view = View { sampler: Sampler::of(media), frame, map };
+    let view = View { sampler: Sampler::of(casters.media), frame, map };
+    let raster = ViewRaster::new(casters, frame)?;
     let samples = frame.view.samples;
-    parallel::map(pixels, |pixel| view.pixel(pixel.each(|c| c as usize), samples).to_array())
+    Ok(parallel::map(pixels, |pixel| {
+        let place = pixel.each(|c| c as usize);
+        let seen = raster.as_ref().and_then(|raster| view.seen_at(raster, place, samples));
+        seen.unwrap_or_else(|| view.pixel(place, samples)).to_array()
+    }))
 }
 
 /// The surroundings of a camera ray.
@@ -118,7 +139,7 @@ impl View<'_> {
     }
 
     /// The ray of one of the samples of pixel (x, y).
-    fn ray(&self, [x, y]: [usize; 2], [sample, samples]: [u32; 2]) -> Ray {
+    pub(super) fn ray(&self, [x, y]: [usize; 2], [sample, samples]: [u32; 2]) -> Ray {
         let FrameView { width, height, .. } = self.frame.view;
         let offset = pixel_offset(sample, samples);
         let at = |c: usize, offset: f32, n: u32| (c as f32 + offset) / n as f32;
@@ -183,7 +204,7 @@ impl View<'_> {
     }
 
     /// Transmittance at (u, v, depth).
-    fn lookup(&self, light: Vec3) -> f32 {
+    pub(super) fn lookup(&self, light: Vec3) -> f32 {
         self.map.lookup(self.frame.map.window, light.x, light.y, light.z)
     }
 

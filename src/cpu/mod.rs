@@ -1,6 +1,7 @@
 //! The CPU backend: the passes on all cores. It is the default on machines without a GPU, and the
 //! reference for other backends.
 
+mod bins;
 #[cfg(test)]
 mod bounds;
 #[cfg(test)]
@@ -12,7 +13,9 @@ mod march_colours;
 mod march_view;
 mod raster_slices;
 mod raster_surfaces;
+mod raster_view;
 mod refine_view;
+mod shade_view;
 mod sort_fragments;
 mod tiles;
 mod trace_coded;
@@ -39,25 +42,31 @@ pub struct CpuBackend;
 impl CpuBackend {
     /// A picture lit through anything that implements [`Shadow`]: pass `march_view` for maps that
     /// are not a [`Map`].
-    pub fn march_view_through(
+    ///
+    /// # Errors
+    /// If surfaces take too much memory.
+    pub fn march_view_through<'a>(
         self,
-        media: &Media,
+        casters: impl Into<Casters<'a>>,
         frame: &Frame,
         map: &dyn Shadow,
         progress: &dyn Progress,
-    ) -> Image {
-        march_view::march_view(media, frame, map, progress)
+    ) -> Result<Image> {
+        march_view::march_view(casters.into(), frame, map, progress)
     }
 
     /// Some pixels, each (x, y), of that picture.
-    pub fn march_pixels(
+    ///
+    /// # Errors
+    /// As [`Self::march_view_through`].
+    pub fn march_pixels<'a>(
         self,
-        media: &Media,
+        casters: impl Into<Casters<'a>>,
         frame: &Frame,
         map: &dyn Shadow,
         pixels: &[[u32; 2]],
-    ) -> Vec<[f32; 4]> {
-        march_view::march_pixels(media, frame, map, pixels)
+    ) -> Result<Vec<[f32; 4]>> {
+        march_view::march_pixels(casters.into(), frame, map, pixels)
     }
 }
 
@@ -147,11 +156,11 @@ impl Passes for CpuBackend {
 
     fn march_view(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        Ok(march_view::march_view(media, frame, map, progress))
+        march_view::march_view(casters, frame, map, progress)
     }
 }

@@ -9,8 +9,10 @@
 
 mod fill;
 mod lattice;
+mod looks;
 mod mixture;
 mod parts;
+mod seen;
 mod steps;
 mod surfaces;
 
@@ -20,6 +22,7 @@ use crate::error::{Error, Result};
 use crate::scene::{Beam, Casters, Media};
 use crate::settings::{Settings, Shading};
 use fill::{Space, tolerance};
+pub use looks::{FrameCoat, FrameLooks};
 pub use mixture::{
     FARTHEST_CELL, Field, LEAST_CELLS, MOST_FIELDS, MOST_PARTS, Mixture, Part, TABLE_CELLS,
 };

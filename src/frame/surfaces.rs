@@ -4,7 +4,7 @@
 use glam::{Vec4, Vec4Swizzles};
 
 use super::fill::Space;
-use crate::scene::{Casters, Shape};
+use crate::scene::{Casters, Shape, Surface};
 
 /// In a segment's number: the point where it begins.
 pub const SEGMENT_POINT: u32 = (1 << 30) - 1;
@@ -33,9 +33,14 @@ pub struct FrameSurfaces {
 impl FrameSurfaces {
     /// The surfaces of `casters` that cast shadows, in the space of their frame.
     pub fn of(casters: Casters<'_>) -> Self {
+        Self::among(casters, |surface| surface.casts)
+    }
+
+    /// The surfaces of `casters` that are `wanted`, in the space of their frame.
+    pub(super) fn among(casters: Casters<'_>, wanted: impl Fn(&Surface) -> bool) -> Self {
         let space = Space::of(casters);
         let mut all = Self::default();
-        for surface in casters.surfaces.iter().filter(|surface| surface.casts) {
+        for surface in casters.surfaces.iter().filter(|surface| wanted(surface)) {
             let to = surface.world_from_object();
             match &surface.shape {
                 Shape::Mesh(mesh) => all.triangles.extend((0..mesh.triangles().len()).map(|i| {

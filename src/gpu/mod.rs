@@ -47,7 +47,7 @@ mod tiles;
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::backend::{Backend, Expected, Passes, Stage, check_host};
+use crate::backend::{Backend, Expected, Passes, Stage, check_host, check_surfaces};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
@@ -246,13 +246,14 @@ impl Passes for GpuBackend {
 
     fn march_view(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
+        check_surfaces(self, casters.surfaces)?;
         progress.begin("picture", 1);
-        let image = self.watch.over(|| self.marched(media, frame, map))?;
+        let image = self.watch.over(|| self.marched(casters.media, frame, map))?;
         progress.advance(1);
         Ok(image)
     }

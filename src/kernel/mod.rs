@@ -14,6 +14,7 @@ pub mod mixture;
 pub mod occupancy;
 pub mod ray;
 pub mod slices;
+pub mod surface;
 pub mod table;
 pub mod threshold;
 pub mod triangle;

@@ -1,8 +1,9 @@
 //! The light that surfaces send to a camera, in f64.
 //!
 //! Triangles are Lambertian on both sides. Where the normals of their corners differ from those of
-//! their planes, light that grazes a plane is dimmed (Chiang, Li and Burley 2019, "Taming the shadow
-//! terminator"), so that it ends where the triangle's own shadow begins. Strands follow Kajiya and
+//! their planes, they stand for a smooth surface, and shadows fall on that (Hanika 2021, "Hacking the
+//! shadow terminator"): a point is raised to the planes through the corners, across their normals.
+//! Strands follow Kajiya and
 //! Kay 1989, section 4: a diffuse part with the sine of the angle between light and strand, and a
 //! highlight. Both parts are scaled as a Lambertian surface's, so that a strand across the light is
 //! as bright as a surface of its albedo that faces it.
@@ -56,13 +57,22 @@ impl<'a> Shading<'a> {
                 let [a, b, c] = mesh.corners(triangle).map(|p| to.transform_point3(p.as_dvec3()));
                 let plane = (b - a).cross(c - a).normalize_or_zero();
                 let plane = if plane.dot(direction) > 0.0 { -plane } else { plane };
-                let normals = mesh.normals(triangle).map(|normal| normal.as_dvec3());
-                let mean = weights.iter().zip(normals).map(|(w, n)| *w * n).sum::<DVec3>();
-                let normal = to.transform_vector3(mean).try_normalize().unwrap_or(plane);
-                let normal = if normal.dot(plane) < 0.0 { -normal } else { normal };
+                let mean = |of: &dyn Fn(usize) -> DVec3| (0..3).map(|i| weights[i] * of(i)).sum();
+                let normals = mesh
+                    .normals(triangle)
+                    .map(|normal| to.transform_vector3(normal.as_dvec3()).normalize_or_zero());
+                let normal: DVec3 = mean(&|i| normals[i]);
+                let normal = normal.try_normalize().unwrap_or(plane);
+                let side = if normal.dot(plane) < 0.0 { -1.0 } else { 1.0 };
                 let point = origin + crossing.distance * direction;
+                let corners = [a, b, c];
+                let raised: DVec3 = mean(&|i| {
+                    let normal = side * normals[i];
+                    point - (point - corners[i]).dot(normal).min(0.0) * normal
+                });
                 let albedo = mesh.material(triangle).albedo;
-                albedo * self.on_triangle(surface, point, plane, normal)
+                let place = raised + self.off * plane;
+                albedo * self.on_triangle(surface, [point, place], side * normal)
             }
             (Shape::Strands(strands), On::Strand(first, share)) => {
                 let to = surface.world_from_object();
@@ -79,20 +89,17 @@ impl<'a> Shading<'a> {
         }
     }
 
-    /// What arrives on a triangle, and from all around, of which it reflects the share of its
-    /// albedo.
-    fn on_triangle(&self, surface: &Surface, point: DVec3, plane: DVec3, normal: DVec3) -> DVec3 {
+    /// What arrives on a triangle at `point`, in the shadow at `place`, and from all around, of which
+    /// it reflects the share of its albedo.
+    fn on_triangle(&self, surface: &Surface, [point, place]: [DVec3; 2], normal: DVec3) -> DVec3 {
         let from = |light: &Light| {
             let to_light = -light.direction_at(point);
-            let (over, cosine) = (plane.dot(to_light), normal.dot(to_light));
-            if over <= 0.0 || cosine <= 0.0 {
+            let cosine = normal.dot(to_light);
+            if cosine <= 0.0 {
                 return DVec3::ZERO;
             }
-            let grazing = (over / (cosine * normal.dot(plane))).min(1.0);
-            let kept = grazing + grazing * grazing - grazing.powi(3);
-            let place = point + self.off * plane + self.bias * to_light;
-            let arriving = self.arriving(surface, light, point, place);
-            arriving * (cosine * kept * FRAC_1_PI)
+            let arriving = self.arriving(surface, light, point, place + self.bias * to_light);
+            arriving * (cosine * FRAC_1_PI)
         };
         self.scene.lights.iter().map(from).sum::<DVec3>() + self.scene.ambient
     }

@@ -32,6 +32,8 @@ pub struct Surface {
     pub receives: bool,
     /// How strands reflect light besides their albedo.
     pub gloss: Gloss,
+    /// Whether it reflects light at all; black otherwise.
+    pub reflects: bool,
 }
 
 /// The highlight of strands (Kajiya and Kay 1989): rays leave a strand on a cone around it, at the
@@ -86,6 +88,7 @@ impl Surface {
             casts: true,
             receives: true,
             gloss: Gloss::default(),
+            reflects: true,
         };
         let mut bounds = own.bounds;
         own.for_each_ball(|center, radius| {
@@ -166,6 +169,13 @@ impl Surfaces {
         }
         let casting: Vec<Surface> = self.iter().filter(|one| one.casts).cloned().collect();
         casting.into()
+    }
+
+    /// The same surfaces, all of them black.
+    #[must_use]
+    pub fn black(&self) -> Self {
+        let black = |surface: &Surface| Surface { reflects: false, ..surface.clone() };
+        self.iter().map(black).collect::<Vec<Surface>>().into()
     }
 
     /// Whether both are the same surfaces in memory at the same places.

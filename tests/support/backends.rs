@@ -115,11 +115,11 @@ impl Passes for Bent {
 
     fn march_view(
         &self,
-        media: &Media,
+        casters: Casters<'_>,
         frame: &Frame,
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        CpuBackend.march_view(media, &self.bend(frame), map, progress)
+        CpuBackend.march_view(casters, &self.bend(frame), map, progress)
     }
 }

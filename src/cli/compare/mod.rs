@@ -144,7 +144,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let seed = arguments.seed.unwrap_or(SEED);
     let bench = Bench::new(&job.scene, &settings, [count, seed], &*job.progress)?;
     job.progress.begin("maps", methods.len() as u64 + 1);
-    let floor = bench.floor();
+    let floor = bench.floor()?;
     job.progress.advance(1);
     let mut rows = Vec::new();
     for method in &methods {

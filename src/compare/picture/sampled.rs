@@ -135,7 +135,7 @@ impl Sampled {
             let draws = (found.pixels.len()..count).map(|_| next(&mut random));
             let (pixels, weights): (Vec<[u32; 2]>, Vec<f64>) = draws.unzip();
             found.drawn += pixels.len();
-            let radiance = marched(&beams, &frames, &exact, &pixels);
+            let radiance = marched(&beams, &frames, &exact, &pixels)?;
             for ((pixel, weight), radiance) in pixels.into_iter().zip(weights).zip(radiance) {
                 if radiance.iter().any(|&c| c > 0.0) {
                     found.pixels.push(pixel);
@@ -245,13 +245,13 @@ pub(super) fn marched(
     frames: &[Frame],
     shadows: &[&dyn Shadow],
     pixels: &[[u32; 2]],
-) -> Vec<[f64; 3]> {
+) -> Result<Vec<[f64; 3]>> {
     let mut sum = Image::filled(pixels.len() as u32, 1, [0.0; 4]);
     for ((beam, frame), &shadow) in beams.iter().zip(frames).zip(shadows) {
-        let seen = CpuBackend.march_pixels(&beam.media, frame, shadow, pixels);
+        let seen = CpuBackend.march_pixels(beam.casters(), frame, shadow, pixels)?;
         beam.add(&Image { pixels: seen, width: sum.width, height: 1 }, &mut sum);
     }
-    sum.pixels.iter().map(|&[r, g, b, _]| [r, g, b].map(f64::from)).collect()
+    Ok(sum.pixels.iter().map(|&[r, g, b, _]| [r, g, b].map(f64::from)).collect())
 }
 
 #[cfg(test)]

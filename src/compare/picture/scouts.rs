@@ -72,9 +72,9 @@ impl Scouts {
             let maps = maps.collect::<Result<Vec<_>>>()?;
             let shadows: Vec<&dyn Shadow> = maps.iter().map(|map| map as &dyn Shadow).collect();
             // The first march traces the texels, the second only looks them up.
-            let found = marched(&beams, &frames, &shadows, truth.pixels());
+            let found = marched(&beams, &frames, &shadows, truth.pixels())?;
             let again = Instant::now();
-            marched(&beams, &frames, &shadows, truth.pixels());
+            marched(&beams, &frames, &shadows, truth.pixels())?;
             let threads = rayon::current_num_threads() as f64;
             let marching = again.elapsed().as_secs_f64();
             let all = truth.squares(&found);

@@ -4,6 +4,7 @@
 //! light's cone, are not: the tables in [`super::file`] state them.
 
 mod camera;
+mod chosen;
 mod densities;
 mod map_size;
 mod medium;
@@ -15,13 +16,15 @@ use super::computed;
 use super::file::{GroundTable, LightTable, SceneFile, VolumeTable};
 use super::framing::shown_points;
 use super::keyframes::LightKeyframe;
-use super::{Body, Ground, Light, LightKind, Media, Medium, Scene, Surfaces};
+use super::{Body, Ground, Light, LightKind, Media, Medium, Scene, Shape, Surfaces};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::settings::Settings;
 use crate::volume::Volume;
 use camera::camera;
 pub use camera::{angles_of, direction_of};
+pub use chosen::Choice;
+use chosen::{Choices, digits, short};
 pub use densities::Densities;
 use map_size::map_size;
 pub use medium::Ingredients;
@@ -38,15 +41,6 @@ const GROUND_ALBEDO: f64 = 0.18;
 const STUDIO_GROUND_ALBEDO: f64 = 0.07;
 /// Ambient radiance under a bright sky, for scenes that do not specify it.
 const AMBIENT: DVec3 = DVec3::new(0.055, 0.07, 0.095);
-
-/// A value that was chosen because it was not given.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
-    /// Name of the value, and the key that sets it.
-    pub what: &'static str,
-    /// The chosen value as text.
-    pub value: String,
-}
 
 /// What surrounds volumes where ambient light, background and the ground's albedo are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,6 +125,9 @@ impl From<Surfaces> for Loaded {
     }
 }
 
+/// Rays a pixel where meshes have edges. Strands have none: pixels know how much of them they cover.
+const MESH_SAMPLES: u32 = 8;
+
 /// Completes `file` to a scene and its settings, and lists the values chosen for this scene.
 /// `loaded` is what its tables name, or the volumes alone.
 ///
@@ -195,6 +192,11 @@ pub fn complete(
     };
     let background = Some(background);
     let surfaces = loaded.surfaces;
+    let has_edges = surfaces.iter().any(|surface| matches!(surface.shape, Shape::Mesh(_)));
+    if has_edges && file.image.samples.is_none() {
+        settings.image.samples = MESH_SAMPLES;
+        choices.took("rays a pixel (--samples)", MESH_SAMPLES.to_string());
+    }
     let scene = Scene { media, surfaces, lights, ambient, camera, ground, background };
     if file.shadow.size.is_none() {
         settings.map.size = map_size(&scene, &settings)?;
@@ -247,28 +249,6 @@ fn lights(file: &SceneFile, bounds: &Aabb, choices: &mut Choices) -> Result<Vec<
 fn aspect(settings: &Settings) -> f64 {
     let [width, height] = settings.image.size;
     f64::from(width) / f64::from(height)
-}
-
-struct Choices(Vec<Choice>);
-
-impl Choices {
-    fn took(&mut self, what: &'static str, value: String) {
-        self.0.push(Choice { what, value });
-    }
-}
-
-/// A number with six significant digits, which is enough to reproduce the picture.
-fn digits(x: f64) -> String {
-    let magnitude = if x == 0.0 { 0.0 } else { x.abs().log10().floor() };
-    if (-5.0..15.0).contains(&magnitude) {
-        format!("{x:.*}", (5.0 - magnitude).max(0.0) as usize)
-    } else {
-        format!("{x:.5e}")
-    }
-}
-
-fn short(v: DVec3) -> String {
-    v.to_array().map(digits).join(", ")
 }
 
 /// Radiance of the ground where no shadow falls. An endless ground before a background of this
