@@ -45,6 +45,7 @@ mod stage;
 mod stored_values;
 mod support;
 mod surface_maps;
+mod surface_pictures;
 mod surface_program;
 mod surfaces;
 mod tone;

@@ -55,7 +55,7 @@ pub fn pane(half: f32, height: f32, opacity: f64) -> Surface {
 }
 
 /// A ball of radius 1 whose octahedron's edges are cut into `parts`.
-fn ball(parts: u32, opacity: f64) -> Surface {
+pub fn ball(parts: u32, opacity: f64) -> Surface {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for signs in 0..8_u32 {
         let sign = |bit: u32| if signs & bit == 0 { 1.0 } else { -1.0 };
@@ -193,7 +193,7 @@ fn meshes_shadow_what_lies_behind_them() {
 const RADIUS: f64 = 0.04;
 
 /// Where strands begin and end.
-fn ends() -> Vec<[DVec3; 2]> {
+pub fn ends() -> Vec<[DVec3; 2]> {
     let mut random = Random(5);
     let mut place = || DVec3::from_array([0; 3].map(|_| random.unit())) * 1.6 - 0.8;
     (0..24).map(|_| [place(), place()]).collect()

@@ -16,7 +16,7 @@ use super::tiles::TILE;
 use crate::error::Result;
 use crate::frame::{FIRST_SEGMENT, Frame, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
 use crate::kernel::coverage::{
-    Stroke, covered, depth_along, holds, nearest_share, range_over, stroke_of,
+    Stroke, covered, depth_along, holds, nearest_share, range_over, share_along, stroke_of,
 };
 use crate::kernel::light::light_ray;
 use crate::kernel::triangle::{MapTriangle, triangle_depth, triangle_of};
@@ -259,14 +259,17 @@ impl SurfaceRaster {
                 if area <= 0.0 {
                     continue;
                 }
-                let opacity = opacities[0] + (opacities[1] - opacities[0]) * 0.5 * (from + to);
+                let [from, to] = [from, to].each(|share| share_along(stroke, share));
                 let depths = [from, to].each(|share| depth_along(&self.frame, stroke, share));
+                let [begin, end] = stroke.shares;
+                let middle = begin + (end - begin) * 0.5 * (from + to);
+                let opacity = opacities[0] + (opacities[1] - opacities[0]) * middle;
                 parts.add(Part {
                     texel: ((y - rows.start) * columns.len() + x - columns.start) as u32,
                     points: [*point; 2],
                     area,
                     taken: area * opacity,
-                    along: area * 0.5 * (from + to),
+                    along: area * middle,
                     depths: [depths[0].min(depths[1]), depths[0].max(depths[1])],
                 });
             }

@@ -15,8 +15,7 @@ use crate::frame::FrameCoat;
 use crate::kernel::light::{irradiance_at, light_coordinates, light_direction_at};
 use crate::kernel::ray::Ray;
 use crate::kernel::surface::{
-    OFF_TEXELS, corner_weights, smooth_place, strand_reflectance, texel_length,
-    triangle_reflectance,
+    corner_weights, off_plane, smooth_place, strand_reflectance, triangle_reflectance,
 };
 use crate::kernel::view::{ground_distance, pixel_offset};
 use crate::progress::Progress;
@@ -252,7 +251,7 @@ impl View<'_> {
         let albedo = looks.albedos[a].xyz().lerp(looks.albedos[b].xyz(), share);
         let coat = &looks.coats[looks.albedos[a].w as usize];
         let to_light = -light_direction_at(self.frame, position);
-        let off = self.frame.map.bias.max(coat.off_radii * radius);
+        let off = self.within(position, self.frame.map.bias.max(coat.off_radii * radius));
         let gloss = [coat.specular, coat.shininess];
         let reflected = strand_reflectance(tangent, [to_light, -direction], albedo, gloss);
         let arriving = self.arriving_at(coat, position, position + off * to_light, reflected);
@@ -281,10 +280,17 @@ impl View<'_> {
         let coat = &looks.coats[looks.triangle_albedos[index].w as usize];
         let to_light = -light_direction_at(self.frame, position);
         let reflected = albedo * triangle_reflectance(side * normal, to_light);
-        let off = OFF_TEXELS * texel_length(self.frame, position);
-        let place = place + off * plane + self.frame.map.bias * to_light;
+        let off = off_plane(self.frame, position, plane, to_light);
+        let bias = self.within(position, self.frame.map.bias);
+        let place = place + off * plane + bias * to_light;
         let arriving = self.arriving_at(coat, position, place, reflected);
         (alpha, arriving + albedo * self.frame.view.ambient)
+    }
+
+    /// A way towards the light that does not lead past it: at most half of the whole one.
+    fn within(&self, position: Vec3, way: f32) -> f32 {
+        let light = &self.frame.light;
+        if light.spread == 0 { way } else { way.min(0.5 * light.position.distance(position)) }
     }
 
     /// The light that arrives at `position`, in the shadow that falls on `place`, times the share

@@ -3,8 +3,8 @@
 //!
 //! ```text
 //!      side            a segment is drawn as a quadrangle around its axis, as wide as the strand
-//!   +--------+--___    seen from the light. Under parallel light the ends of a strand stick out
-//!   a ------------- b  by pi/4 of its radius, so that they cover the area of half a disc.
+//!   +--------+--___    seen from the light. The ends of a strand stick out by pi/4 of its
+//!   a ------------- b  radius, so that they cover the area of half a disc.
 //!   +--------+--"""
 //! ```
 
@@ -21,6 +21,8 @@ use crate::math::Each;
 pub const NEAREST: f32 = 1e-4;
 /// Strands are also cut where they come nearer to that plane than this many of their radii.
 pub const NEAREST_RADII: f32 = 1.5;
+/// The ends of strands stick out where they are farther from a light than this many radii.
+const FAR_RADII: f32 = 40.0;
 /// A strand appears at most the root of 2 times as wide as it is.
 pub const LEAST_SQUARE: f32 = 0.5;
 /// Lengths below this count as zero where directions are computed.
@@ -41,14 +43,15 @@ pub struct Stroke {
     pub points: [Vec3; 2],
     /// Their distances along the axis of the light's view; 1 for parallel light.
     pub distances: [f32; 2],
+    /// The shares of the segment where its ends are; 0 and 1 unless a light is so close that it is
+    /// cut.
+    pub shares: [f32; 2],
 }
 
 /// The stroke of a segment between two points of a strand (position and radius, in frame space);
 /// `caps` says where the strand ends. `None` behind a light with a position.
 pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<Stroke> {
-    let [a, b] = in_front(frame, [a, b])?;
-    // Rays of a light with a position are not parallel, so what sticks out would have other flanks.
-    let caps = caps.each(|cap| cap && frame.light.spread == 0);
+    let ([a, b], shares) = in_front(frame, [a, b])?;
     let size = frame.map.size as f32;
     let project = |p: Vec3| light_coordinates(frame, p).truncate() * size;
     let axis = (b - a).xyz();
@@ -60,7 +63,9 @@ pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<St
         };
         let side = direction(axis.cross(ray), ray);
         let along = direction(ray.cross(side), ray);
-        let beyond = outwards * FRAC_PI_4 * radius;
+        // Close to a light, rays spread so much that what sticks out would have other flanks.
+        let far = frame.light.spread == 0 || ray.length() > FAR_RADII * radius;
+        let beyond = if far { outwards * FRAC_PI_4 * radius } else { 0.0 };
         let tip = center + along * (beyond * along.dot(axis).signum());
         // What sticks out goes on as the strand does, so that its flanks stay where they are.
         let slope = (b.w - a.w) / along.dot(axis).abs().max(b.w.max(a.w)).max(SHORTEST);
@@ -81,6 +86,7 @@ pub fn stroke_of(frame: &Frame, [a, b]: [Vec4; 2], caps: [bool; 2]) -> Option<St
         reach: reach[0].max(reach[1]).max(reach[2]).max(reach[3]),
         points: [tip_a, tip_b],
         distances: [tip_a, tip_b].each(|p| distance_of(frame, p)),
+        shares,
     })
 }
 
@@ -95,10 +101,11 @@ fn widening(frame: &Frame, axis: Vec3, ray: Vec3, radius: f32) -> f32 {
     (1.0 - share * share).max(LEAST_SQUARE).sqrt().recip()
 }
 
-/// The part of a segment in front of a light with a position.
-fn in_front(frame: &Frame, [a, b]: [Vec4; 2]) -> Option<[Vec4; 2]> {
+/// The part of a segment in front of a light with a position, and where on the segment it begins and
+/// ends.
+fn in_front(frame: &Frame, [a, b]: [Vec4; 2]) -> Option<([Vec4; 2], [f32; 2])> {
     if frame.light.spread == 0 {
-        return Some([a, b]);
+        return Some(([a, b], [0.0, 1.0]));
     }
     let (da, db) = (distance_of(frame, a.xyz()), distance_of(frame, b.xyz()));
     // What is as wide as the strand must not reach behind the light either.
@@ -106,11 +113,12 @@ fn in_front(frame: &Frame, [a, b]: [Vec4; 2]) -> Option<[Vec4; 2]> {
     if da.max(db) <= nearest {
         return None;
     }
-    let cut = a + (b - a) * ((nearest - da) / (db - da));
+    let share = (nearest - da) / (db - da);
+    let cut = a + (b - a) * share;
     Some(match (da < nearest, db < nearest) {
-        (true, _) => [cut, b],
-        (_, true) => [a, cut],
-        _ => [a, b],
+        (true, _) => ([cut, b], [share, 1.0]),
+        (_, true) => ([a, cut], [0.0, share]),
+        _ => ([a, b], [0.0, 1.0]),
     })
 }
 
@@ -176,13 +184,17 @@ pub fn covered(sides: &Sides, texel: Vec2) -> f32 {
 }
 
 /// The range of a stroke's axis, as shares of its length, in the texel whose upper left corner is
-/// `texel` and as far around it as the stroke is wide. Where the axis passes by, it is the place
+/// `texel` and as far around it as the stroke is wide, as far as places of the texel are nearest to
+/// it: there, in their middles, rays cross the strand. Where the axis passes by, it is the place
 /// nearest to the texel's middle.
 pub fn range_over(stroke: &Stroke, texel: Vec2) -> [f32; 2] {
     let [a, b] = stroke.ends;
     let axis = b - a;
     let (low, high) = (texel - stroke.reach - a, texel + Vec2::ONE + stroke.reach - a);
-    let (mut from, mut to) = (0.0_f32, 1.0_f32);
+    let square = axis.length_squared().max(SHORTEST);
+    let middle = (texel + 0.5 - a).dot(axis) / square;
+    let half = 0.5 * axis.abs().element_sum() / square;
+    let (mut from, mut to) = ((middle - half).max(0.0), (middle + half).min(1.0));
     for i in 0..2 {
         if axis[i].abs() > 1e-6 {
             let (x, y) = (low[i] / axis[i], high[i] / axis[i]);
@@ -209,12 +221,16 @@ pub fn holds(outline: &[Vec2; 4], place: Vec2) -> bool {
     sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0)
 }
 
-/// The depth of the place `share` of the way along a stroke's axis, as it appears in the map.
+/// The share of the way along a stroke's axis, in space, of the place at a share of it as it appears
+/// in the map: equal lengths of the map are longer farther from a light with a position.
+pub fn share_along(stroke: &Stroke, share: f32) -> f32 {
+    let [near, far] = stroke.distances;
+    share * near / (far + share * (near - far)).max(SHORTEST)
+}
+
+/// The depth of the place at a share of the way along a stroke's axis, in space.
 pub fn depth_along(frame: &Frame, stroke: &Stroke, share: f32) -> f32 {
     let [a, b] = stroke.points;
-    let [near, far] = stroke.distances;
-    // Equal lengths of the map are longer farther from a light with a position.
-    let share = share * near / (far + share * (near - far)).max(SHORTEST);
     light_coordinates(frame, a + (b - a) * share).z
 }
 

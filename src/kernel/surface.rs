@@ -9,8 +9,12 @@ use glam::Vec3;
 use super::coverage::distance_of;
 use crate::frame::Frame;
 
-/// Points of triangles are moved off them by this many texels: a map's filter reaches that far.
-pub const OFF_TEXELS: f32 = 1.5;
+/// Texels from a lookup's place to those that it reads, as a share of the filter's width, and for
+/// filters of at most this width.
+const REACH: f32 = 0.75;
+const LEAST_WIDTH: f32 = 2.0;
+/// Points of triangles are moved off them by at least this share of a texel.
+const LEAST_OFF: f32 = 0.1;
 
 /// The share of white light that a triangle reflects per unit of solid angle; `normal` is the one
 /// that it is shaded with.
@@ -52,6 +56,16 @@ pub fn corner_weights([a, b, c]: [Vec3; 3], point: Vec3) -> Vec3 {
     let part = |p: Vec3, q: Vec3| (p - point).cross(q - point).dot(normal).max(0.0);
     let parts = Vec3::new(part(b, c), part(c, a), part(a, b));
     parts / parts.element_sum().max(f32::MIN_POSITIVE)
+}
+
+/// How far to move a point of a triangle off its plane (unit normal `plane`), so that the texels that
+/// a lookup reads do not take the plane for something in front of it: the farther, the more light
+/// grazes it.
+pub fn off_plane(frame: &Frame, point: Vec3, plane: Vec3, to_light: Vec3) -> f32 {
+    let reach = REACH * (frame.map.window as f32).max(LEAST_WIDTH);
+    let cosine = plane.dot(to_light);
+    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+    texel_length(frame, point) * (LEAST_OFF + reach * sine)
 }
 
 /// The longer edge of a map's texel at a point, in frame space.

@@ -98,7 +98,8 @@ impl<'a> Shading<'a> {
             if cosine <= 0.0 {
                 return DVec3::ZERO;
             }
-            let arriving = self.arriving(surface, light, point, place + self.bias * to_light);
+            let bias = within(light, point, self.bias);
+            let arriving = self.arriving(surface, light, point, place + bias * to_light);
             arriving * (cosine * FRAC_1_PI)
         };
         self.scene.lights.iter().map(from).sum::<DVec3>() + self.scene.ambient
@@ -120,7 +121,8 @@ impl<'a> Shading<'a> {
             // The cosine of the angle between the view and the nearest reflected ray.
             let cone = (sine(lit) * sine(seen) - lit * seen).max(0.0);
             let highlight = surface.gloss.specular * cone.powf(surface.gloss.shininess);
-            let arriving = self.arriving(surface, light, point, point + off * to_light);
+            let place = point + within(light, point, off) * to_light;
+            let arriving = self.arriving(surface, light, point, place);
             arriving * (albedo * sine(lit) + highlight) * FRAC_1_PI
         };
         self.scene.lights.iter().map(from).sum::<DVec3>() + albedo * self.scene.ambient
@@ -134,4 +136,9 @@ impl<'a> Shading<'a> {
         }
         irradiance * self.extinction.light_transmittance(light, place)
     }
+}
+
+/// A way towards a light that does not lead past it: at most half of the whole one.
+fn within(light: &Light, point: DVec3, way: f64) -> f64 {
+    light.position().map_or(way, |position| way.min(0.5 * position.distance(point)))
 }

@@ -1,0 +1,208 @@
+//! Pictures of meshes and strands against closed forms and against rays in f64.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use deepshadow::image::Image;
+use deepshadow::reference::BruteForce;
+use deepshadow::scene::{Camera, Ground, Light, LightKind, Scene};
+use deepshadow::settings::MapKind;
+use deepshadow::{Backend, CpuBackend, Settings, Silent};
+use glam::DVec3;
+
+use crate::support::rms;
+use crate::support::scenes::{settings, unit_cube, volume};
+use crate::surfaces::{ball, bare, ends, mixed, pane, rods, tangle};
+
+fn render(scene: &Scene, settings: &Settings) -> Image {
+    CpuBackend.render(scene, settings, &Silent).unwrap()
+}
+
+fn maps(size: u32, image: [u32; 2], samples: u32) -> Settings {
+    settings(size, image).with(|s| {
+        (s.map.kind, s.image.samples) = (Some(MapKind::Fragments), samples);
+    })
+}
+
+/// Root mean square difference of two pictures' pixels over all channels.
+fn difference(a: &Image, b: &Image) -> f64 {
+    assert_eq!([a.width, a.height], [b.width, b.height]);
+    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+    rms(pairs.map(|(a, b)| f64::from(a - b)))
+}
+
+/// A camera straight above, with parallel rays.
+fn above(height: f64) -> Camera {
+    let mut camera = Camera::orthographic(DVec3::Y * 5.0, DVec3::ZERO, height);
+    camera.up = DVec3::Z;
+    camera
+}
+
+/// Light from above, of irradiance pi: a white surface that faces it has radiance 1.
+fn noon() -> Light {
+    Light::new(LightKind::Directional { direction: DVec3::NEG_Y }, DVec3::splat(PI))
+}
+
+#[test]
+fn panes_in_a_medium_are_seen_through_it() {
+    // A cube of optical depth .8 from top to bottom, with panes in its middle and below it.
+    let mut scene = crate::support::scenes::scene(volume([8; 3], unit_cube(), |_| 1.0), 0.8);
+    scene.lights = vec![noon()];
+    scene.camera = above(0.2);
+    scene.surfaces = vec![pane(2.0, 0.1, 0.25), pane(2.0, -1.0, 1.0)].into();
+    scene.ambient = DVec3::splat(0.2);
+    let found = render(&scene, &maps(64, [4, 4], 1));
+    let truth = BruteForce::default().image(&scene, [4, 4]).unwrap();
+    // In front of the upper pane lies .4 of the cube, behind it .6. What scatters once comes back
+    // the way that it went, so its share is (1 - T^2) / 2 of E / (4 pi) = 1/4; ambient light
+    // arrives everywhere.
+    let [front, back] = [0.4, 0.6].map(|share: f64| (-0.8 * share).exp());
+    let scattered = |t: f64| 0.25 * 0.5 * (1.0 - t * t) + 0.2 * (1.0 - t);
+    let (albedo, glass) = (0.7, 0.75);
+    let pane_seen = front * 0.25 * albedo * (front + 0.2);
+    let behind =
+        front * glass * (0.25 * 0.5 * (front * glass) * (1.0 - back * back) + 0.2 * (1.0 - back));
+    let ground = (front * back * glass) * albedo * (front * back * glass + 0.2);
+    let due = scattered(front) + pane_seen + behind + ground;
+    for (what, image, allowed) in [("rays", &truth, 1e-6), ("map", &found, 2e-3)] {
+        for pixel in &image.pixels {
+            assert!((f64::from(pixel[0]) - due).abs() < allowed, "{what}: {pixel:?}, not {due}");
+            assert!((pixel[3] - 1.0).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn strands_cover_parts_of_pixels() {
+    // A rod across the picture, a tenth of a pixel thick: pixels are .25 wide.
+    let ends = [[DVec3::new(-4.0, 0.0, 0.03), DVec3::new(4.0, 0.0, 0.03)]];
+    let mut scene = bare(vec![rods(&ends, 0.025, 0.5)], DVec3::NEG_Y);
+    scene.lights = vec![noon()];
+    scene.camera = above(1.0);
+    scene.background = Some(DVec3::splat(0.5));
+    let found = render(&scene, &maps(256, [4, 4], 1));
+    for (i, pixel) in found.pixels.iter().enumerate() {
+        // A white strand across the light, seen from there: its diffuse part, and its highlight.
+        let due = if i / 4 == 1 { 0.5 + 0.5 * 0.1 * (1.1 - 0.5) } else { 0.5 };
+        assert!((f64::from(pixel[0]) - due).abs() < 1e-5, "{i}: {pixel:?}, not {due}");
+    }
+    let rays = BruteForce { rays: 40, ..BruteForce::default() }.image(&scene, [4, 4]).unwrap();
+    assert!(difference(&found, &rays) < 1e-5);
+    // From the side, its shine is gone, and light along it gives none.
+    let mut along = scene.clone();
+    along.lights[0].kind = LightKind::Directional { direction: DVec3::X };
+    let dark = render(&along, &maps(256, [4, 4], 1));
+    assert!((f64::from(dark.pixels[4][0]) - (0.5 - 0.5 * 0.1 * 0.5)).abs() < 1e-4);
+}
+
+#[test]
+fn what_does_not_cast_or_receive_is_still_seen() {
+    let mut scene = bare(vec![pane(1.0, 1.0, 1.0), pane(4.0, 0.0, 1.0)], DVec3::NEG_Y);
+    scene.lights = vec![noon()];
+    scene.camera = Camera::orthographic(DVec3::new(0.0, 3.0, 5.0), DVec3::ZERO, 0.5);
+    let seen = |scene: &Scene| f64::from(render(scene, &maps(64, [1, 1], 1)).pixels[0][0]);
+    assert!(seen(&scene).abs() < 1e-6, "{}", seen(&scene));
+    let mut changed: Vec<_> = scene.surfaces.to_vec();
+    changed[0].casts = false;
+    scene.surfaces = changed.clone().into();
+    assert!((seen(&scene) - 0.7).abs() < 1e-6, "{}", seen(&scene));
+    (changed[0].casts, changed[1].receives) = (true, false);
+    scene.surfaces = changed.into();
+    assert!((seen(&scene) - 0.7).abs() < 1e-6, "{}", seen(&scene));
+    // The upper one is lit, and seen from above.
+    scene.camera = above(0.5);
+    assert!((seen(&scene) - 0.7).abs() < 1e-6, "{}", seen(&scene));
+    // From below it is dark: the light is on its other side.
+    (scene.camera.position, scene.camera.target) = (DVec3::Y * 0.5, DVec3::Y * 2.0);
+    assert!(seen(&scene).abs() < 1e-6, "{}", seen(&scene));
+}
+
+/// The mean over a Lambertian ball, seen from the light, is 2/3 of its albedo, and smooth normals
+/// come close to it with few triangles.
+#[test]
+fn a_ball_becomes_round() {
+    let seen = |surface, light: DVec3| {
+        let mut scene = bare(vec![surface], DVec3::NEG_Y);
+        scene.lights = vec![noon()];
+        scene.lights[0].kind = LightKind::Directional { direction: light };
+        (scene.camera, scene.background) = (above(2.0), None);
+        let image = render(&scene, &maps(128, [48, 48], 4));
+        let sum: f64 = image.pixels.iter().map(|pixel| f64::from(pixel[0])).sum();
+        sum * (2.0_f64 / 48.0).powi(2) / (PI * 0.7)
+    };
+    let smooth = |parts| {
+        let mut surface = ball(parts, 1.0);
+        let deepshadow::scene::Shape::Mesh(mesh) = &surface.shape else { panic!() };
+        surface.shape = deepshadow::scene::Shape::Mesh(Arc::new((**mesh).clone().smoothed(60.0)));
+        surface
+    };
+    let [coarse, fine] = [4, 24].map(|parts| seen(ball(parts, 1.0), DVec3::NEG_Y));
+    assert!((fine - 2.0 / 3.0).abs() < 0.004, "{fine}");
+    assert!((coarse - 2.0 / 3.0).abs() < 0.05, "{coarse}");
+    // From the side, half a ball is lit: 1/3 of it are seen, and no triangle shadows its neighbours.
+    let side = seen(smooth(8), DVec3::new(-1.0, 0.0, 0.0));
+    let due = seen(smooth(32), DVec3::new(-1.0, 0.0, 0.0));
+    assert!((side - due).abs() < 0.012 && (due - 2.0 / (3.0 * PI)).abs() < 0.01, "{side} {due}");
+}
+
+/// The place in the ball of a mixture, outside of its medium, that is farthest from all strands:
+/// near them, light changes much within a pixel.
+fn free_place() -> DVec3 {
+    let along = |i: i32| 0.1 * f64::from(i);
+    let places =
+        (-8..=8).flat_map(|x| (-8..=8).flat_map(move |y| (-8..=8).map(move |z| [x, y, z])));
+    let places = places.map(|place| DVec3::from_array(place.map(along)));
+    let free = places.filter(|p| p.length() < 0.85 && p.abs().max_element() > 0.65);
+    let away = |p: DVec3| {
+        let of = |[a, b]: &[DVec3; 2]| {
+            let share = ((p - *a).dot(*b - *a) / (*b - *a).length_squared()).clamp(0.0, 1.0);
+            a.lerp(*b, share).distance(p)
+        };
+        ends().iter().map(of).fold(f64::INFINITY, f64::min)
+    };
+    free.max_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap()
+}
+
+/// Scenes of strands, meshes and a medium, in the light of all kinds, seen from all around.
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let eye = DVec3::new(1.6, 1.9, 2.6);
+    let camera = Camera::perspective(eye, DVec3::ZERO, 40.0);
+    let ground = Some(Ground::new(-1.1, 0.3));
+    let with = |mut scene: Scene, light: Light| {
+        scene.lights = vec![Light::new(light.kind, DVec3::new(3.0, 2.5, 2.0))];
+        (scene.camera, scene.ground) = (camera, ground);
+        (scene.ambient, scene.background) = (DVec3::splat(0.1), Some(DVec3::splat(0.2)));
+        scene
+    };
+    let sun = Light::directional(DVec3::new(0.5, -0.8, -0.3));
+    let position = DVec3::new(-1.5, 2.5, 1.0);
+    let lamp = Light::new(LightKind::Point { position }, DVec3::ONE);
+    let inside = Light::new(LightKind::Point { position: free_place() }, DVec3::ONE);
+    let mut hair = bare(Vec::new(), DVec3::NEG_Y);
+    hair.surfaces = tangle(120);
+    let round = bare(vec![ball(6, 1.0), pane(2.0, -1.05, 1.0)], DVec3::NEG_Y);
+    let mut flat = with(mixed(0.6), sun);
+    flat.camera = Camera::orthographic(eye, DVec3::ZERO, 2.0);
+    vec![
+        ("hair", with(hair.clone(), sun)),
+        ("hair by a lamp", with(hair, lamp)),
+        ("ball", with(round, sun)),
+        ("mixture", with(mixed(0.6), sun)),
+        ("mixture by a lamp", with(mixed(0.4), lamp)),
+        ("light inside", with(mixed(0.5), inside)),
+        ("parallel rays", flat),
+    ]
+}
+
+#[test]
+fn pictures_are_those_of_rays() {
+    let size = [30, 24];
+    for (name, scene) in scenes() {
+        let brute = BruteForce { rays: 8, ..BruteForce::default() };
+        let truth = brute.image(&scene, size).unwrap();
+        let found = render(&scene, &maps(384, size, 32));
+        let off = difference(&found, &truth);
+        eprintln!("{name}: {off:.4}");
+        assert!(off < 0.01, "{name}: {off}");
+    }
+}
