@@ -82,7 +82,8 @@ impl Volumes {
             let SurfaceTable { path, albedo, opacity, thickness, .. } = table.clone();
             let key = SurfaceTable { path, albedo, opacity, thickness, ..SurfaceTable::default() };
             let key = (what, key);
-            let shape = match known.iter().find(|(known, _)| *known == key) {
+            let loaded = known.iter().chain(&self.shapes);
+            let shape = match loaded.into_iter().find(|(known, _)| *known == key) {
                 Some((_, shape)) => shape.clone(),
                 None => {
                     let (shape, said) = load_shape(what, table)?;

@@ -20,6 +20,9 @@ use crate::kernel::surface::{
 use crate::kernel::view::{ground_distance, pixel_offset};
 use crate::progress::Progress;
 
+/// Surfaces hide the ground up to this share of its distance behind it.
+const ON_GROUND: f32 = 1e-5;
+
 /// A surface along a ray.
 #[derive(Clone, Copy, Debug)]
 struct Layer {
@@ -166,7 +169,8 @@ impl View<'_> {
             let of_strand = depth(strands.get(strand).map(Part::depth));
             let of_hit = depth(hits.get(hit).map(|hit| hit.depth));
             let next = of_strand.min(of_hit);
-            if next >= end {
+            // A surface on the ground hides it, whatever rounding says.
+            if next >= end * (1.0 + ON_GROUND) {
                 break;
             }
             let (alpha, radiance) = if of_strand <= of_hit {

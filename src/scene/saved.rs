@@ -61,7 +61,8 @@ impl SceneFile {
         }
         let [width, height] = settings.image.size;
         (file.image.width, file.image.height) = (Some(width), Some(height));
-        file.image.tolerance = Some(settings.image.tolerance);
+        let image = &settings.image;
+        (file.image.tolerance, file.image.samples) = (Some(image.tolerance), Some(image.samples));
         (file.shadow.size, file.shadow.quality) = (Some(settings.map.size), Some(settings.quality));
         Ok(file)
     }

@@ -6,6 +6,7 @@
 mod camera;
 mod chosen;
 mod densities;
+mod light;
 mod map_size;
 mod medium;
 mod shot;
@@ -16,7 +17,7 @@ use super::computed;
 use super::file::{GroundTable, LightTable, SceneFile, VolumeTable};
 use super::framing::shown_points;
 use super::keyframes::LightKeyframe;
-use super::{Body, Ground, Light, LightKind, Media, Medium, Scene, Shape, Surfaces};
+use super::{Body, Ground, Light, Media, Medium, Scene, Shape, Surfaces};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::settings::Settings;
@@ -26,13 +27,12 @@ pub use camera::{angles_of, direction_of};
 pub use chosen::Choice;
 use chosen::{Choices, digits, short};
 pub use densities::Densities;
+use light::{lights, usual_irradiance};
 use map_size::map_size;
 pub use medium::Ingredients;
 use medium::{medium, visible_points};
 pub use shot::Shot;
 
-/// The direction of the light: from the upper left, over the camera's shoulder.
-const LIGHT_DIRECTION: DVec3 = DVec3::new(0.64, -0.72, -0.27);
 /// Voxels above this share of the largest density count as visible.
 const VISIBLE_SHARE: f32 = 0.003;
 /// The albedo of a photographer's grey card.
@@ -152,9 +152,10 @@ pub fn complete(
         let why = format!("everything lies at one point, {}", bounds.min);
         return Err(Error::value("scene", why));
     }
-    let lights = lights(file, &bounds, &mut choices)?;
+    let irradiance = usual_irradiance(file, surroundings);
+    let lights = lights(file, &bounds, irradiance, &mut choices)?;
     let mut of_ground = Choices(Vec::new());
-    let mut ground = ground(&file.ground, &bounds, surroundings, &mut of_ground)?;
+    let mut ground = ground(file, &bounds, surroundings, &mut of_ground)?;
     let view = |ground: Option<Ground>, choices: &mut Choices| {
         let shown = shown_points(&visible, lights.first(), ground.filter(|_| fits_shadow));
         camera(&file.camera, (&visible, &shown), aspect(&settings), choices)
@@ -238,13 +239,6 @@ fn bounds_of(points: &[DVec3]) -> Aabb {
     Aabb::around(points.iter().copied()).unwrap_or_else(|| Media::none().world_bounds())
 }
 
-/// The lights of `file`, of which one is chosen if it has none, around a scene of these bounds.
-fn lights(file: &SceneFile, bounds: &Aabb, choices: &mut Choices) -> Result<Vec<Light>> {
-    let usual = [LightTable::default()];
-    let lights = if file.light.is_empty() { &usual[..] } else { &file.light };
-    lights.iter().map(|table| light(table, bounds, choices)).collect()
-}
-
 /// The width of a picture as a multiple of its height.
 fn aspect(settings: &Settings) -> f64 {
     let [width, height] = settings.image.size;
@@ -258,86 +252,13 @@ fn lit_ground(lights: &[Light], ground: Option<Ground>, ambient: DVec3, at: DVec
     albedo * (lights.iter().map(|light| light.on_ground_at(at)).sum::<DVec3>() + ambient)
 }
 
-fn light(table: &LightTable, bounds: &Aabb, choices: &mut Choices) -> Result<Light> {
-    let vector = |key: &str, given: [f64; 3]| finite(&format!("light.{key}"), given);
-    let kind = match table.kind.as_deref().unwrap_or("directional") {
-        "directional" => LightKind::Directional {
-            direction: match table.direction {
-                Some(given) => vector("direction", given)?,
-                None => {
-                    let direction = LIGHT_DIRECTION.normalize();
-                    choices.took("light direction (`light.direction`)", short(direction));
-                    direction
-                }
-            },
-        },
-        kind @ ("point" | "spot") => {
-            let Some(position) = table.position else {
-                return Err(Error::value("light.position", format!("a {kind} light needs one")));
-            };
-            let position = vector("position", position)?;
-            if kind == "point" {
-                LightKind::Point { position }
-            } else {
-                spot(table, position, bounds, choices)?
-            }
-        }
-        other => {
-            let why = format!("'{other}' is not one of directional, point, spot");
-            return Err(Error::value("light.kind", why));
-        }
-    };
-    if let LightKind::Directional { direction } | LightKind::Spot { direction, .. } = kind
-        && direction.length_squared() == 0.0
-    {
-        return Err(Error::value("light.direction", "0, 0, 0 has no direction"));
-    }
-    let mut light = Light { kind, irradiance: DVec3::splat(Light::UNIT_IRRADIANCE) };
-    if let Some(irradiance) = table.irradiance {
-        light.irradiance = radiance_of("light.irradiance", irradiance)?;
-    } else if let Some(position) = light.position() {
-        // A light inside the bounds is as bright half an edge away.
-        let among = position.cmpge(bounds.min).all() && position.cmple(bounds.max).all();
-        let least = if among { 0.5 * bounds.size().max_element() } else { 0.0 };
-        light.irradiance *= (position - bounds.center()).length().max(least).powi(2);
-        choices.took("light irradiance at distance 1 (light.irradiance)", short(light.irradiance));
-    }
-    Ok(light)
-}
-
-fn spot(
-    table: &LightTable,
-    position: DVec3,
-    bounds: &Aabb,
-    choices: &mut Choices,
-) -> Result<LightKind> {
-    let direction = match table.direction {
-        Some(given) => finite("light.direction", given)?,
-        None => {
-            let direction = (bounds.center() - position).normalize_or(DVec3::NEG_Y);
-            choices.took("light direction (light.direction)", short(direction));
-            direction
-        }
-    };
-    let cone_degrees = table.cone_degrees.unwrap_or(30.0);
-    if !(cone_degrees > 0.0 && cone_degrees < 90.0) {
-        let why = format!("{cone_degrees} is not between 0 and 90 (axis to edge)");
-        return Err(Error::value("light.cone_degrees", why));
-    }
-    let cone_softness = table.cone_softness.unwrap_or(0.2);
-    if !(0.0..=1.0).contains(&cone_softness) {
-        let why = format!("{cone_softness} is not between 0 and 1");
-        return Err(Error::value("light.cone_softness", why));
-    }
-    Ok(LightKind::Spot { position, direction, cone_degrees, cone_softness })
-}
-
 fn ground(
-    table: &GroundTable,
+    file: &SceneFile,
     bounds: &Aabb,
     surroundings: Surroundings,
     choices: &mut Choices,
 ) -> Result<Option<Ground>> {
+    let table = &file.ground;
     if table.enabled == Some(false) {
         return Ok(None);
     }
@@ -353,8 +274,11 @@ fn ground(
         (Some(albedo), _) => albedo,
         (None, Surroundings::Void) => GROUND_ALBEDO,
         (None, Surroundings::Studio) => {
-            choices.took("ground albedo (ground.albedo)", STUDIO_GROUND_ALBEDO.to_string());
-            STUDIO_GROUND_ALBEDO
+            // As bright in any light.
+            let usual = Light::UNIT_IRRADIANCE / usual_irradiance(file, surroundings);
+            let albedo = STUDIO_GROUND_ALBEDO * usual;
+            choices.took("ground albedo (ground.albedo)", albedo.to_string());
+            albedo
         }
     };
     if !(0.0..=1.0).contains(&albedo) {

@@ -7,7 +7,7 @@ use super::camera::{camera, eye, fits_shadow, fov_y_degrees, up};
 use super::medium::Ingredients;
 use super::{
     AMBIENT, Choice, Choices, Loaded, Surroundings, angles_of, aspect, bounds_of, complete, digits,
-    ground, lights, lit_ground, mediums, short, visible,
+    ground, lights, lit_ground, mediums, short, usual_irradiance, visible,
 };
 use crate::error::{Error, Result};
 use crate::math::Aabb;
@@ -96,10 +96,11 @@ impl<'a> Shot<'a> {
         let full = if full.is_empty() { self.samples.iter().collect() } else { full };
         let visible: Vec<DVec3> = full.iter().flat_map(|one| one.visible.iter().copied()).collect();
         let bounds = bounds_of(&visible);
-        let usual = lights(&first.file, &bounds, &mut choices)?;
+        let irradiance = usual_irradiance(&first.file, self.surroundings);
+        let usual = lights(&first.file, &bounds, irradiance, &mut choices)?;
         fix_lights(&mut file, &usual);
         let ground = if first.has_ground {
-            ground(&file.ground, &bounds, self.surroundings, &mut choices)?
+            ground(&file, &bounds, self.surroundings, &mut choices)?
         } else {
             if file.ground.enabled.is_none() {
                 choices.took("ground (`ground.height`)", "none, seen from below".to_owned());
@@ -124,7 +125,7 @@ impl<'a> Shot<'a> {
         let casts = ground.filter(|_| fits_shadow);
         let mut shown = Vec::new();
         for sample in &full {
-            let own = lights(&sample.file, &bounds, &mut Choices(Vec::new()))?;
+            let own = lights(&sample.file, &bounds, irradiance, &mut Choices(Vec::new()))?;
             shown.extend(shown_points(&sample.visible, own.first(), casts));
         }
         self.fix_camera(&mut file, turns, (&visible, &shown), &mut choices)?;
