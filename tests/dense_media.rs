@@ -211,11 +211,12 @@ fn deep_images_of_dense_media_are_the_picture() {
     let beam = scene.only_beam().unwrap();
     let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
     let frame = Frame::new(&beam, &settings).unwrap();
-    let view = DeepView::new(&scene.media, &frame, &map);
+    let view = DeepView::new(&scene.media, &frame, &map).unwrap();
+    let rows: Vec<_> = (0..9).map(|y| view.row(y)).collect();
     let picture = radiance(&scene, &settings);
     for (i, exact) in picture.into_iter().enumerate() {
         let (mut light, mut through) = (0.0, 1.0);
-        for sample in view.pixel(i as u32 % 9, i as u32 / 9) {
+        for sample in &rows[i / 9][i % 9] {
             light += through * f64::from(sample.radiance.x);
             through *= 1.0 - f64::from(sample.alpha);
         }

@@ -208,6 +208,7 @@ fn hair_and_meshes_are_told_by_their_parts() {
         "segments": 4,
         "vertices": null,
         "triangles": null,
+        "smooth": null,
         "bounds": [[0.0, -4.5, 0.0], [5.0, 0.5, 10.0]],
         "thickness": [0.5, 5.5],
         "opacity": [0.6875, 1.0],
@@ -229,6 +230,7 @@ fn hair_and_meshes_are_told_by_their_parts() {
         "segments": null,
         "vertices": 5,
         "triangles": 4,
+        "smooth": true,
         "bounds": [[0.0, 0.0, 0.0], [1.0, 1.0, 2.0]],
         "thickness": null,
         "opacity": [0.75, 0.75],
@@ -238,7 +240,7 @@ fn hair_and_meshes_are_told_by_their_parts() {
         ],
         "skipped": 0,
         "file_bytes": OBJ.len(),
-        "memory_bytes": 5 * 12 + 4 * 16,
+        "memory_bytes": 5 * 12 + 4 * (16 + 3 * 12),
     });
     assert_eq!((&found["format"], &found["surface"]), (&json!("obj"), &expected));
 

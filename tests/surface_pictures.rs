@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use deepshadow::cpu::DeepView;
+use deepshadow::frame::Frame;
 use deepshadow::image::Image;
 use deepshadow::reference::BruteForce;
 use deepshadow::scene::{Camera, Ground, Light, LightKind, Scene};
@@ -204,5 +206,34 @@ fn pictures_are_those_of_rays() {
         let off = difference(&found, &truth);
         eprintln!("{name}: {off:.4}");
         assert!(off < 0.01, "{name}: {off}");
+    }
+}
+
+/// The deep image's samples, composited, give the picture of central rays.
+#[test]
+fn deep_images_of_surfaces_in_media_are_the_picture() {
+    let size = [30, 24];
+    for (name, scene) in scenes().into_iter().filter(|(name, _)| !name.contains("inside")) {
+        let settings = maps(128, size, 1);
+        let beam = scene.only_beam().unwrap();
+        let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
+        let frame = Frame::new(&beam, &settings).unwrap();
+        let view = DeepView::new(beam.casters(), &frame, &map).unwrap();
+        let picture = render(&scene, &settings);
+        let mut in_order = true;
+        for (y, row) in picture.pixels.chunks_exact(30).enumerate() {
+            for (pixel, samples) in row.iter().zip(view.row(y as u32)) {
+                let (mut light, mut through) = (0.0, 1.0);
+                for sample in &samples {
+                    light += through * sample.radiance.x;
+                    through *= 1.0 - sample.alpha;
+                }
+                light += through * 0.2;
+                let off = (light - pixel[0]).abs();
+                assert!(off < 3e-3, "{name}, row {y}: {light}, not {}", pixel[0]);
+                in_order &= samples.is_sorted_by(|a, b| a.back <= b.front);
+            }
+        }
+        assert!(in_order, "{name}");
     }
 }

@@ -60,13 +60,13 @@ pub(super) fn encode(
     let [forward, ..] = camera.axes();
     let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     deep_exr::encode(&header, |y, row| {
-        for x in 0..width {
+        for (x, samples) in (0..width).zip(view.row(y)) {
             let (_, direction) = rays.ray(at(x, width), at(y, height));
             let per_length = match deep_z {
                 DeepZ::Planar => direction.dot(forward),
                 DeepZ::Ray => 1.0,
             };
-            for sample in view.pixel(x, y) {
+            for sample in samples {
                 let [r, g, b] = sample.radiance.to_array();
                 let [front, back] =
                     [sample.front, sample.back].map(|d| (f64::from(d) * per_length) as f32);

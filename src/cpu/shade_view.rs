@@ -25,13 +25,13 @@ const ON_GROUND: f32 = 1e-5;
 
 /// A surface along a ray.
 #[derive(Clone, Copy, Debug)]
-struct Layer {
-    depth: f32,
-    alpha: f32,
+pub(super) struct Layer {
+    pub depth: f32,
+    pub alpha: f32,
     /// The share of light that the surfaces in front of it let through.
-    clear: f32,
+    pub clear: f32,
     /// Radiance per unit of opacity.
-    radiance: Vec3,
+    pub radiance: Vec3,
 }
 
 /// How far a pixel has been shaded.
@@ -159,7 +159,20 @@ impl View<'_> {
     /// What a ray sees of the strands and hits in `scratch`, and of everything else.
     fn composed(&self, raster: &ViewRaster, scratch: &mut Scratch, ray: &Ray) -> Vec4 {
         let ground = ground_distance(self.frame, ray);
-        let mut end = if ground > 0.0 { ground } else { f32::INFINITY };
+        let end = if ground > 0.0 { ground } else { f32::INFINITY };
+        let (clear, end) = self.find_layers(raster, scratch, ray, end);
+        self.among(ray, &scratch.layers, (clear, end, ground))
+    }
+
+    /// Replaces the layers in `scratch` by those of its strands and hits in front of `end`. Returns
+    /// what they let through, and where nothing behind is seen.
+    fn find_layers(
+        &self,
+        raster: &ViewRaster,
+        scratch: &mut Scratch,
+        ray: &Ray,
+        mut end: f32,
+    ) -> (f32, f32) {
         let Scratch { strands, colours, hits, layers } = scratch;
         layers.clear();
         let (mut clear, mut strand, mut hit) = (1.0, 0, 0);
@@ -189,7 +202,28 @@ impl View<'_> {
         if clear < self.frame.view.opaque {
             (clear, end) = (0.0, layers.last().map_or(end, |layer| layer.depth));
         }
-        self.among(ray, layers, (clear, end, ground))
+        (clear, end)
+    }
+
+    /// The layers in front of `end` along the central ray of each pixel of a row, in some columns of
+    /// one tile, and where nothing behind them is seen.
+    pub(super) fn layers_of_row(
+        &self,
+        raster: &ViewRaster,
+        columns: &Range<usize>,
+        y: usize,
+        end: impl Fn(&Ray) -> f32,
+    ) -> Vec<(Vec<Layer>, f32)> {
+        let seen = raster.tile(columns, &(y..y + 1));
+        let mut scratch = Scratch::default();
+        let pixel = |(i, x): (usize, usize)| {
+            let (place, ray) = ([x, y], self.ray([x, y], [0, 1]));
+            scratch.strands(seen.strands.of(i));
+            raster.meet(seen.triangles.of(i), place, pixel_offset(0, 1), &mut scratch.hits);
+            let (_, end) = self.find_layers(raster, &mut scratch, &ray, end(&ray));
+            (scratch.layers.clone(), end)
+        };
+        columns.clone().enumerate().map(pixel).collect()
     }
 
     /// Radiance and opacity along a ray: of `layers`, of the medium up to `end`, and of what is

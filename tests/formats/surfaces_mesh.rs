@@ -1,8 +1,8 @@
 //! Meshes: what is read is what was written.
 
 use deepshadow::io::surface_files;
-use deepshadow::surface::Material;
-use glam::DVec3;
+use deepshadow::surface::{Material, Mesh};
+use glam::{DVec3, Vec3};
 use serde_json::{Value as Json, json};
 
 use super::surface_fixtures::{
@@ -210,4 +210,56 @@ fn every_file_that_a_mesh_is_read_from_is_listed() {
     assert_eq!(surface_files(&gltf).unwrap(), [gltf, bin]);
     let glb = write(folder.path(), "m.glb", &glb(&document(None), &buffer()));
     assert_eq!(surface_files(&glb).unwrap(), [glb]);
+}
+
+/// The normals at a triangle's corners, rounded to thousandths.
+fn normals(mesh: &Mesh, triangle: usize) -> [[f32; 3]; 3] {
+    mesh.normals(triangle).map(|n| n.to_array().map(|x| (x * 1000.0).round() / 1000.0 + 0.0))
+}
+
+const ROOF: &str = "v 0 0 0\nv 0 0 1\nv 1 0.3 0\nv 1 0.3 1\nv 2 0 0\nv 2 0 1\n";
+
+#[test]
+fn obj_normals_are_the_files_or_smooth_up_to_an_angle() {
+    let of = |faces: &str| mesh(read("m.obj", format!("{ROOF}{faces}").as_bytes())).0;
+    // Without normals, the ridge of a flat roof is smooth: both sides' normals meet there.
+    let faces = "f 1 2 4 3\nf 3 4 6 5\n";
+    let flat = |slope: f32| (Vec3::new(slope, 1.0, 0.0).normalize() * 1000.0).round() / 1000.0;
+    let smooth = of(faces);
+    assert!(!smooth.is_flat());
+    let [eaves, _, ridge] = normals(&smooth, 0);
+    assert_eq!((eaves, ridge), (flat(-0.3).to_array(), [0.0, 1.0, 0.0]));
+    // That of a steep one is sharp, and so is everything where smoothing is off.
+    let steep = of(&format!("{}{faces}", ROOF.replace("0.3", "1.3"))
+        .replace("f 1 2 4 3\nf 3 4 6 5", "f 7 8 10 9\nf 9 10 12 11"));
+    assert_eq!(normals(&steep, 0), [flat(-1.3).to_array(); 3]);
+    for off in ["s off\n", "s 0\n"] {
+        assert_eq!(normals(&of(&format!("{off}{faces}")), 0), [flat(-0.3).to_array(); 3]);
+    }
+    assert_eq!(normals(&of(&format!("s 1\n{faces}s off\n")), 0)[2], [0.0, 1.0, 0.0]);
+    // Normals of the file, some of them missing, of no direction or counted backwards.
+    let given = of("vn 0 3 4\nvn 0 0 0\nvn 2 0 0\nf 1//1 2//-1 4//2 3\nf 3/7/1 4//9 6 5\n");
+    let own = flat(-0.3).to_array();
+    assert_eq!(normals(&given, 0), [[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], own]);
+    assert_eq!(normals(&given, 1), [[0.0, 0.6, 0.8], own, own]);
+    let other = flat(0.3).to_array();
+    assert_eq!(normals(&given, 2), [[0.0, 0.6, 0.8], other, other]);
+}
+
+#[test]
+fn gltf_normals_turn_with_their_nodes_and_are_sharp_without() {
+    let sharp = mesh(read("m.glb", &glb(&document(None), &buffer()))).0;
+    assert!(sharp.is_flat() && normals(&sharp, 0) == [[0.0, 0.0, 1.0]; 3]);
+    let mut all = document(None);
+    all["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 0.into();
+    let (found, _) = mesh(read("m.glb", &glb(&all, &buffer())));
+    // The node turns x to y; the first normal has no direction.
+    let half = 0.707;
+    assert_eq!(normals(&found, 0), [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-half, half, 0.0]]);
+    // Other primitives have none.
+    assert_eq!(normals(&found, 2), [[0.0, 0.0, 1.0]; 3]);
+    // Unequal scales turn normals the other way.
+    all["nodes"][0]["scale"] = json!([2, 1, 1]);
+    let (found, _) = mesh(read("m.glb", &glb(&all, &buffer())));
+    assert_eq!(normals(&found, 0)[2], [-0.894, 0.447, 0.0]);
 }

@@ -23,6 +23,8 @@ pub(super) struct SurfaceReport {
     segments: usize,
     vertices: usize,
     triangles: usize,
+    /// Whether a mesh has normals of its own.
+    smooth: bool,
     /// Of what is kept.
     bounds: [Vec3; 2],
     thickness: Option<[f64; 2]>,
@@ -56,6 +58,7 @@ impl SurfaceReport {
             segments: points - strands.count(),
             vertices: 0,
             triangles: 0,
+            smooth: false,
             bounds: bounds(strands.points().iter().copied()),
             thickness: Some(range(strands.thickness().values().iter().map(|&x| x.into()))),
             opacity: range(strands.opacity().values().iter().map(|&x| x.into())),
@@ -76,6 +79,7 @@ impl SurfaceReport {
             segments: 0,
             vertices: mesh.positions().len(),
             triangles,
+            smooth: !mesh.is_flat(),
             bounds: bounds(corners),
             thickness: None,
             opacity: range((0..triangles).map(|triangle| mesh.material(triangle).opacity)),
@@ -105,6 +109,7 @@ impl SurfaceReport {
             "segments": of(false, self.segments),
             "vertices": of(true, self.vertices),
             "triangles": of(true, self.triangles),
+            "smooth": self.is_mesh().then_some(self.smooth),
             "bounds": self.bounds.map(vector),
             "thickness": self.thickness.map(numbers),
             "opacity": numbers(self.opacity),
@@ -125,6 +130,8 @@ impl SurfaceReport {
         if self.is_mesh() {
             text.add(format_args!("  triangles   {}", self.triangles));
             text.add(format_args!("  vertices    {}", self.vertices));
+            let edges = if self.smooth { "smooth" } else { "sharp" };
+            text.add(format_args!("  edges       {edges}"));
         } else {
             let Self { strands, points, segments, .. } = self;
             text.add(format_args!("  strands     {strands}"));

@@ -167,7 +167,7 @@ fn beam_by_beam(
         if target.is_deep() {
             let frame = Frame::new(beam, &settings)?;
             let certificate = lit.certificates.first().map(String::as_str);
-            let view = DeepView::new(&beam.media, &frame, &map);
+            let view = DeepView::new(beam.casters(), &frame, &map)?;
             let (camera, size) = (&job.scene.camera, settings.image.size);
             lit.deep = Some(deep::encode(&view, camera, size, target.deep_z(), certificate)?);
         } else {
@@ -193,7 +193,8 @@ fn check(job: &Job, target: &Target) -> Result<()> {
     if !target.is_deep() {
         return Ok(());
     }
-    if job.settings.image.samples != ONE_RAY.0 {
+    // Samples that were chosen for meshes do not matter.
+    if job.file.image.samples.is_some_and(|samples| samples != ONE_RAY.0) {
         return Err(Error::value("image.samples", "a deep image needs one ray per pixel"));
     }
     if job.settings.view.shading != ONE_RAY.1 {

@@ -125,11 +125,12 @@ pub(super) fn read(input: &mut Input) -> Result<Mesh> {
     materials.note(&mut input.notes);
     input.take(4 * positions.len() as u64, "vertices")?;
     let positions = without_unused(positions, &mut triangles)?;
-    if normals.is_none() && !is_flat {
-        // Of each corner its place, its neighbours and its normal.
-        input.take(128 * triangles.len() as u64, "normals")?;
+    let mut smooths = normals.is_none() && !is_flat;
+    // Of each corner its place, its neighbours and its normal.
+    if smooths && input.take(128 * triangles.len() as u64, "normals").is_err() {
+        input.notes.push("its edges are not smoothed, which would take too much memory".to_owned());
+        smooths = false;
     }
-    let smooths = normals.is_none() && !is_flat;
     let name = name_of(input.path);
     let mesh = Mesh::new(name, positions, triangles, materials.list, material_of, normals)
         .map_err(|error| input.bad(error.to_string()))?;

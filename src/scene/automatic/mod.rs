@@ -196,7 +196,7 @@ pub fn complete(
     let has_edges = surfaces.iter().any(|surface| matches!(surface.shape, Shape::Mesh(_)));
     if has_edges && file.image.samples.is_none() {
         settings.image.samples = MESH_SAMPLES;
-        choices.took("rays a pixel (--samples)", MESH_SAMPLES.to_string());
+        choices.took("rays a pixel (`image.samples`)", MESH_SAMPLES.to_string());
     }
     let scene = Scene { media, surfaces, lights, ambient, camera, ground, background };
     if file.shadow.size.is_none() {
