@@ -237,3 +237,56 @@ fn deep_images_of_surfaces_in_media_are_the_picture() {
         assert!(in_order, "{name}");
     }
 }
+
+mod outside {
+    use std::path::Path;
+
+    use deepshadow::io::{load_ingredients, load_surfaces};
+    use deepshadow::scene::SceneFile;
+    use deepshadow::scene::automatic::{Loaded, Surroundings, complete};
+
+    use super::*;
+    use crate::support::data::outside;
+
+    /// Twin: `pictures_are_those_of_rays`.
+    #[test]
+    #[ignore = "needs DEEPSHADOW_DATA"]
+    fn hair_a_head_and_a_teapot_in_smoke_are_what_rays_see() {
+        let data = |name: &str| format!("{:?}", outside("data").join(name));
+        let hair = format!("[[hair]]\npath = {}\n", data("hair/straight.hair.gz"));
+        let head = format!(
+            "[[mesh]]\npath = {}\n[[hair]]\npath = {}\nthickness = 0.1\nalbedo = [0.5, 0.2, 0.1]\n",
+            data("mesh/sintel.obj"),
+            data("hair/sintel.tfx"),
+        );
+        let teapot = format!(
+            "[[volume]]\npath = {}\n[[mesh]]\npath = {}\nscale = 9\ntranslate = [60, 8, 30]\n",
+            data("vdb/daichi_smoke.vdb"),
+            data("mesh/teapot.obj"),
+        );
+        for (name, text) in [("hair", hair), ("head", head), ("teapot in smoke", teapot)] {
+            let mut file = SceneFile::parse(&text, Path::new("scene.toml")).unwrap();
+            (file.image.width, file.image.height) = (Some(80), Some(60));
+            (file.shadow.size, file.image.tolerance) = (Some(1024), Some(0.0));
+            let volumes = file.volume.iter().map(|table| load_ingredients(table, true).unwrap().0);
+            let (volumes, surfaces) = (volumes.collect(), load_surfaces(&file).unwrap().0);
+            let loaded = Loaded { volumes, surfaces };
+            let (scene, settings, _) = complete(&file, loaded, Surroundings::Studio).unwrap();
+            // Of two pictures by different rays the difference tells how noisy their mean is.
+            let rays = [7, 8];
+            let [a, b] = rays.map(|rays| {
+                let brute = BruteForce { rays, ..BruteForce::default() };
+                brute.image(&scene, settings.image.size).unwrap()
+            });
+            let [n, m] = rays.map(|rays| f64::from(rays * rays));
+            let noise = difference(&a, &b) * (1.0 / (n + m) / (1.0 / n + 1.0 / m)).sqrt();
+            let mut truth = a.clone();
+            let pairs = truth.pixels.iter_mut().flatten().zip(b.pixels.iter().flatten());
+            pairs.for_each(|(a, b)| *a += (b - *a) * (m / (n + m)) as f32);
+            let off = difference(&render(&scene, &settings), &truth);
+            let error = (off * off - noise * noise).max(0.0).sqrt();
+            eprintln!("{name}: {off:.4}, of which {noise:.4} is the noise of rays: {error:.4}");
+            assert!(error < 0.01, "{name}: {error}");
+        }
+    }
+}

@@ -3,9 +3,9 @@
 
 use glam::Vec3;
 
+use super::layers::Layer;
 use super::march_view::View;
 use super::raster_view::ViewRaster;
-use super::shade_view::Layer;
 use super::tiles;
 use crate::error::Result;
 use crate::frame::Frame;
@@ -104,9 +104,8 @@ impl<'a> DeepView<'a> {
             samples = with_layers(&samples, layers);
         }
         let ground = ground_distance(frame, ray);
-        let is_opaque = layers
-            .last()
-            .is_some_and(|layer| layer.clear * (1.0 - layer.alpha) < frame.view.opaque);
+        let is_opaque =
+            layers.last().is_some_and(|layer| layer.clear - layer.weight < frame.view.opaque);
         if ground > 0.0 && through > 0.0 && !is_opaque {
             let radiance = self.view.lit_ground(ray.at(ground));
             samples.push(DeepSample { front: ground, back: ground, radiance, alpha: 1.0 });
@@ -127,8 +126,8 @@ fn with_layers(medium: &[DeepSample], layers: &[Layer]) -> Vec<DeepSample> {
     let surface = |layer: &Layer| DeepSample {
         front: layer.depth,
         back: layer.depth,
-        radiance: layer.alpha * layer.radiance,
-        alpha: layer.alpha,
+        radiance: layer.alpha() * layer.radiance,
+        alpha: layer.alpha(),
     };
     for sample in medium {
         let mut rest = *sample;
@@ -168,7 +167,7 @@ mod tests {
             radiance: Vec3::splat(0.3 * alpha),
             alpha,
         };
-        let layer = |depth: f32| Layer { depth, alpha: 0.0, clear: 1.0, radiance: Vec3::ZERO };
+        let layer = |depth: f32| Layer { depth, weight: 0.0, clear: 1.0, radiance: Vec3::ZERO };
         let medium = [one(1.0, 2.0, 0.75), one(2.0, 3.0, 1.0)];
         let cut = with_layers(&medium, &[0.5, 1.5, 1.75, 2.0, 2.5, 9.0].map(layer));
         let over = |samples: &[DeepSample]| {

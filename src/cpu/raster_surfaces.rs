@@ -16,7 +16,8 @@ use super::tiles::TILE;
 use crate::error::Result;
 use crate::frame::{FIRST_SEGMENT, Frame, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
 use crate::kernel::coverage::{
-    Stroke, covered, depth_along, holds, nearest_share, range_over, share_along, stroke_of,
+    CELLS, Stroke, cells_of, covered, depth_along, holds, nearest_share, range_over, share_along,
+    stroke_of,
 };
 use crate::kernel::light::light_ray;
 use crate::kernel::triangle::{MapTriangle, triangle_depth, triangle_of};
@@ -47,12 +48,26 @@ pub(super) struct Part {
     /// the next.
     along: f32,
     depths: [f32; 2],
+    /// The cells of the texel that it covers ([`cells_of`]), for pictures.
+    cells: u64,
 }
 
 impl Part {
     /// The share of light that it takes of its texel, 0..1.
     pub(super) fn alpha(&self) -> f32 {
         (self.taken / self.area.max(1.0)).clamp(0.0, 1.0)
+    }
+
+    /// The cells of its texel that it covers, and the share of light that it takes of each, 0..1.
+    /// What is too thin to meet the cells' middles is spread over all.
+    pub(super) fn cells(&self) -> (u64, f32) {
+        let cells = (CELLS * CELLS) as f32;
+        let (alpha, met) = (self.alpha(), self.cells.count_ones() as f32);
+        if 2.0 * met < cells * self.area.min(1.0) {
+            (u64::MAX, alpha)
+        } else {
+            (self.cells, (alpha * cells / met).min(1.0))
+        }
     }
 
     /// The depth in its middle.
@@ -89,6 +104,7 @@ impl Parts {
                 run.taken += part.taken;
                 let before = (part.points[0] - run.points[0]) as f32;
                 run.along += part.along + part.area * before;
+                run.cells |= part.cells;
                 run.depths[0] = run.depths[0].min(part.depths[0]);
                 run.depths[1] = run.depths[1].max(part.depths[1]);
             }
@@ -125,6 +141,8 @@ pub(super) struct SurfaceRaster {
     segments_of: Lists<u32>,
     triangles_of: Lists<u32>,
     covers: bool,
+    /// Whether parts know which cells they cover.
+    has_cells: bool,
     frame: Frame,
 }
 
@@ -138,14 +156,14 @@ impl SurfaceRaster {
         if casters.surfaces.iter().all(|surface| !surface.casts) {
             return Ok(None);
         }
-        Self::of(&FrameSurfaces::of(casters), frame).map(Some)
+        Self::of(&FrameSurfaces::of(casters), frame, false).map(Some)
     }
 
-    /// Prepares `surfaces`.
+    /// Prepares `surfaces`; of strands `has_cells` says whether their cells are wanted.
     ///
     /// # Errors
     /// As [`SurfaceRaster::new`].
-    pub(super) fn of(surfaces: &FrameSurfaces, frame: &Frame) -> Result<Self> {
+    pub(super) fn of(surfaces: &FrameSurfaces, frame: &Frame, has_cells: bool) -> Result<Self> {
         let size = frame.map.size as usize;
         let segments: Vec<Drawn> = flat(&surfaces.segments, |&segment| {
             let point = segment & SEGMENT_POINT;
@@ -163,7 +181,8 @@ impl SurfaceRaster {
         let triangles_of = bins(&triangles, size, |(_, triangle)| triangle.corners)?;
         let covers = frame.map.covers == 1;
         let frame = *frame;
-        let all = Self { size, segments, triangles, segments_of, triangles_of, covers, frame };
+        let all =
+            Self { size, segments, triangles, segments_of, triangles_of, covers, has_cells, frame };
         all.check_room().map(|()| all)
     }
 
@@ -270,6 +289,7 @@ impl SurfaceRaster {
                     area,
                     taken: area * opacity,
                     along: area * middle,
+                    cells: if self.has_cells { cells_of(&stroke.sides, texel) } else { 0 },
                     depths: [depths[0].min(depths[1]), depths[0].max(depths[1])],
                 });
             }

@@ -47,7 +47,7 @@ impl ViewRaster {
             return Ok(None);
         }
         let (looks, frame) = (FrameLooks::of(casters), frame.from_camera());
-        let raster = SurfaceRaster::of(&looks.shapes, &frame)?;
+        let raster = SurfaceRaster::of(&looks.shapes, &frame, true)?;
         Ok(Some(Self { raster, looks, frame }))
     }
 

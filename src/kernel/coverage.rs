@@ -183,6 +183,30 @@ pub fn covered(sides: &Sides, texel: Vec2) -> f32 {
     (means * (bottom - top)).element_sum().abs().min(1.0)
 }
 
+/// Cells along each edge of a texel in [`cells_of`].
+pub const CELLS: u32 = 8;
+
+/// Which of the 8 x 8 cells of the texel whose upper left corner is `texel` have their middle in a
+/// convex quadrangle; bit 8 y + x for column x and row y (the mask of an A-buffer, Carpenter 1984).
+#[inline]
+pub fn cells_of(sides: &Sides, texel: Vec2) -> u64 {
+    let mut cells = 0;
+    for row in 0..CELLS {
+        let v = texel.y + (row as f32 + 0.5) / CELLS as f32;
+        let at = Vec4::splat(v);
+        let crosses = sides.v.cmple(at) ^ sides.end.cmple(at);
+        let u = sides.u + (at - sides.v) * sides.slopes;
+        let low = Vec4::select(crosses, u, Vec4::INFINITY).min_element();
+        let high = Vec4::select(crosses, u, Vec4::NEG_INFINITY).max_element();
+        let cell = |u: f32| ((u - texel.x) * CELLS as f32 + 0.5).clamp(0.0, CELLS as f32) as u32;
+        let (first, end) = (cell(low), cell(high));
+        if first < end {
+            cells |= ((1_u64 << (end - first)) - 1) << (CELLS * row + first);
+        }
+    }
+    cells
+}
+
 /// The range of a stroke's axis, as shares of its length, in the texel whose upper left corner is
 /// `texel` and as far around it as the stroke is wide, as far as places of the texel are nearest to
 /// it: there, in their middles, rays cross the strand. Where the axis passes by, it is the place
@@ -259,6 +283,20 @@ mod tests {
             let mut other = outline;
             other.reverse();
             assert!((covered(&sides_of(&other), at) - found).abs() < 1e-6);
+        }
+    }
+
+    /// A band over part of a texel holds the cells whose middles lie in it.
+    #[test]
+    fn cells_are_those_whose_middles_are_inside() {
+        let outline = [[3.2, 5.0], [3.7, 5.3], [3.4, 5.9], [2.7, 5.5]].map(Vec2::from);
+        for texel in [Vec2::new(3.0, 5.0), Vec2::new(2.0, 5.0), Vec2::new(3.0, 6.0)] {
+            let found = cells_of(&sides_of(&outline), texel);
+            for (x, y) in (0..CELLS).flat_map(|y| (0..CELLS).map(move |x| (x, y))) {
+                let middle = texel + (Vec2::new(x as f32, y as f32) + 0.5) / CELLS as f32;
+                let bit = found >> (CELLS * y + x) & 1 == 1;
+                assert_eq!(bit, holds(&outline, middle), "{middle}");
+            }
         }
     }
 

@@ -16,8 +16,9 @@ const MOST_PER_PIXEL: f64 = 0.7;
 /// shadows are smooth within them.
 const MOST_PER_VOXEL: f64 = 4.0;
 /// Fewest and most texels along an edge where there are meshes or hair, whose shadows have sharp
-/// edges. Between them it is one a pixel.
+/// edges; between them this many a pixel.
 const OF_SURFACES: [f64; 2] = [512.0, 2048.0];
+const PER_PIXEL_OF_SURFACES: f64 = 1.5;
 /// Sizes are multiples of this: the edge of the tiles in which maps are made.
 const MULTIPLE: f64 = 16.0;
 /// Largest size that is chosen.
@@ -40,7 +41,8 @@ pub(super) fn map_size(scene: &Scene, settings: &Settings) -> Result<u32> {
     let least = (PER_VOXEL * voxels).min(MOST_PER_PIXEL * pixels).max(FEWEST);
     let size = (PER_PIXEL * pixels).max(least).min(MOST_PER_VOXEL * voxels);
     let [fewest, most] = OF_SURFACES;
-    let surfaces = if scene.surfaces.is_empty() { 0.0 } else { pixels.clamp(fewest, most) };
+    let sharp = (PER_PIXEL_OF_SURFACES * pixels).clamp(fewest, most);
+    let surfaces = if scene.surfaces.is_empty() { 0.0 } else { sharp };
     let size = size.max(surfaces);
     Ok(((size / MULTIPLE).ceil() * MULTIPLE).min(LARGEST) as u32)
 }
