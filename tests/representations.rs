@@ -40,7 +40,7 @@ const fn case(kind: &'static str, bytes: f64, errors: [f64; 2], published: [f64;
 /// where the ray enters), `adaptive` (points are judged by the triangle that they span) and
 /// `visibility` (lines go through the exact values where possible, and need fewer points). The
 /// others agree with it within 2 %.
-const CASES: [Case; 16] = [
+const CASES: [Case; 19] = [
     Case { published: None, ..case("nested", 16.0, [0.0030, 0.0053], [0.0; 2]) },
     case("relative", 16.0, [0.0053, 0.0065], [0.0062, 0.0083]),
     case("slices:16", 16.0, [0.0073, 0.0154], [0.0073, 0.0155]),
@@ -56,6 +56,9 @@ const CASES: [Case; 16] = [
     Case { tolerance: 0.001, ..case("visibility", 85.0, [0.0024, 0.0046], [0.0024, 0.0048]) },
     Case { published: None, ..case("layers:3", 8.0, [0.0333, 0.0509], [0.0; 2]) },
     Case { published: None, ..case("layers:7", 16.0, [0.0107, 0.0174], [0.0; 2]) },
+    Case { published: None, ..case("peeling:8", 32.0, [0.2379, 0.2429], [0.0; 2]) },
+    Case { published: None, ..case("occupancy:128", 18.0, [0.0604, 0.1157], [0.0; 2]) },
+    Case { published: None, ..case("stochastic:16", 32.0, [0.0136, 0.0132], [0.0; 2]) },
     Case { published: None, ..case("grid:64", 4.0, [0.0144, 0.0272], [0.0; 2]) },
 ];
 
@@ -153,8 +156,16 @@ fn every_kind_renders_nearly_the_exact_maps_picture() {
         let found = difference(&picture(kind), &exact);
         eprintln!("{kind}: {found:.5}");
         let name = kind.to_string();
-        let coarse = ["moments", "trigonometric", "fourier"].iter().any(|n| name.starts_with(n));
-        assert!(found < if coarse { 0.01 } else { 0.0025 }, "{kind}: {found}");
+        let is_one_of = |names: &[&str]| names.iter().any(|n| name.starts_with(n));
+        let most = if is_one_of(&["peeling", "occupancy"]) {
+            // Made for hair; a medium has more layers, and its slices are not alike.
+            0.04
+        } else if is_one_of(&["moments", "trigonometric", "fourier"]) {
+            0.01
+        } else {
+            0.0025
+        };
+        assert!(found < most, "{kind}: {found}");
     }
 }
 

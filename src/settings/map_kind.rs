@@ -49,6 +49,12 @@ pub enum Coding {
     Adaptive(u16),
     /// Layers that follow the depth where the medium begins: 1 to 255.
     Layers(u16),
+    /// The layers nearest to the light: 1 to 64.
+    Peeling(u16),
+    /// Which of a number of slices are occupied, and the opacity of all: 8 to 1024 in steps of 8.
+    Occupancy(u16),
+    /// Depths where random light is stopped: 1 to 256.
+    Stochastic(u16),
 }
 
 /// A name, the number that may follow it, and its meaning.
@@ -169,6 +175,26 @@ const ENTRIES: &[Entry] = &[
         make: |n| MapKind::Coded(Coding::Layers(n)),
     },
     Entry {
+        name: "peeling",
+        count: Some(count(8, [1, 64], 1)),
+        what: "the N layers nearest to the light (depth peeling, Everitt 2001)",
+        make: |n| MapKind::Coded(Coding::Peeling(n)),
+    },
+    Entry {
+        name: "occupancy",
+        count: Some(count(128, [8, 1024], 8)),
+        what: "which of N slices are occupied, and the opacity of all (occupancy maps, Sintorn and \
+               Assarsson 2009)",
+        make: |n| MapKind::Coded(Coding::Occupancy(n)),
+    },
+    Entry {
+        name: "stochastic",
+        count: Some(count(16, [1, 256], 1)),
+        what: "depths where N random rays of light are stopped (stochastic transparency, Enderton \
+               et al. 2010)",
+        make: |n| MapKind::Coded(Coding::Stochastic(n)),
+    },
+    Entry {
         name: "grid",
         count: Some(count(64, [2, 1024], 1)),
         what: "transmittance at the points of a grid in the volume, N along its longest edge, 8 bits \
@@ -223,7 +249,10 @@ impl MapKind {
                 | Coding::Moments(n)
                 | Coding::Trigonometric(n)
                 | Coding::Adaptive(n)
-                | Coding::Layers(n),
+                | Coding::Layers(n)
+                | Coding::Peeling(n)
+                | Coding::Occupancy(n)
+                | Coding::Stochastic(n),
             ) => Some(n),
         }
     }

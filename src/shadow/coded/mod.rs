@@ -9,8 +9,11 @@ mod fourier;
 mod layers;
 mod moments;
 mod nested;
+mod occupancy;
+mod peeling;
 mod relative;
 mod slices;
+mod stochastic;
 #[cfg(test)]
 mod tests;
 mod trigonometric;
@@ -134,6 +137,9 @@ pub fn codec(coding: Coding) -> Arc<dyn Codec> {
         }
         Coding::Adaptive(n) => Arc::new(adaptive::Adaptive { count: count(n, 3, u16::MAX) }),
         Coding::Layers(n) => Arc::new(layers::Layers { count: count(n, 1, u16::MAX) }),
+        Coding::Peeling(n) => Arc::new(peeling::Peeling { count: count(n, 1, u16::MAX) }),
+        Coding::Occupancy(n) => Arc::new(occupancy::Occupancy { count: count(n, 1, u16::MAX) }),
+        Coding::Stochastic(n) => Arc::new(stochastic::Stochastic { count: count(n, 1, u16::MAX) }),
     }
 }
 
