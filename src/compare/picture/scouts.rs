@@ -5,11 +5,13 @@ use std::time::Instant;
 
 use super::sampled::marched;
 use super::{Given, QUALITIES, Sampled};
-use crate::cpu::LazyFragments;
+use crate::backend::Backend;
+use crate::cpu::{CpuBackend, LazyFragments};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
-use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::progress::Silent;
+use crate::scene::{Beam, Scene};
+use crate::settings::{MapKind, Settings};
 use crate::shadow::Shadow;
 
 /// The quality of scouts.
@@ -32,6 +34,8 @@ const POWERS: [i32; 2] = [4, 5];
 const POWER: f64 = 0.8;
 /// The share of pixels that are marched, if not all are.
 const MARCHED: f64 = 0.5;
+/// The edges of the picture whose time is measured where there are surfaces, as a share.
+const SMALLER: u32 = 4;
 /// The share of the time that a choice leaves for what it does not know (files, the certificate).
 const RESERVE: f64 = 0.1;
 
@@ -46,6 +50,28 @@ pub(super) struct Scouts {
     /// Seconds of a texel and of a pixel, at the scouts' quality, on all threads together.
     seconds: [f64; 2],
     begun: Instant,
+}
+
+/// Seconds of a texel and of a pixel under `settings`, on all threads together, of a map and a small
+/// picture: surfaces are drawn tile by tile, so a few texels and pixels alone say little.
+fn of_surfaces(beams: &[Beam], settings: &Settings) -> Result<[f64; 2]> {
+    let small = settings.with(|s| {
+        s.map.kind = Some(MapKind::Fragments);
+        s.image.size = s.image.size.map(|n| n.div_ceil(SMALLER));
+    });
+    let mut seconds = [0.0; 2];
+    for beam in beams {
+        let begun = Instant::now();
+        let map = CpuBackend.map(beam, &small, &Silent)?;
+        let built = begun.elapsed();
+        CpuBackend.view(beam, &small, &map, &Silent)?;
+        seconds[0] += built.as_secs_f64();
+        seconds[1] += (begun.elapsed() - built).as_secs_f64();
+    }
+    let texels = f64::from(small.map.size).powi(2);
+    let [width, height] = small.image.size.map(f64::from);
+    let beams = beams.len() as f64;
+    Ok([seconds[0] / texels / beams, seconds[1] / (width * height) / beams])
 }
 
 impl Scouts {
@@ -86,6 +112,9 @@ impl Scouts {
                 tracing / texels.max(1) as f64 / threads,
                 marching / truth.pixels().len().max(1) as f64 * truth.lit_share(),
             ];
+            if !scene.surfaces.is_empty() {
+                seconds = of_surfaces(&beams, &scout)?;
+            }
         }
         let fourth = |size: u32| f64::from(size).powi(-4);
         let by_texels =
