@@ -6,6 +6,7 @@ use std::sync::Arc;
 use deepshadow::cpu::DeepView;
 use deepshadow::frame::Frame;
 use deepshadow::image::Image;
+use deepshadow::math::Aabb;
 use deepshadow::reference::BruteForce;
 use deepshadow::scene::{Camera, Ground, Light, LightKind, Scene};
 use deepshadow::settings::MapKind;
@@ -236,6 +237,42 @@ fn deep_images_of_surfaces_in_media_are_the_picture() {
         }
         assert!(in_order, "{name}");
     }
+}
+
+/// Media of one tint share a beam for all channels; surfaces take as much of each.
+#[test]
+fn surfaces_beside_tinted_media_cast_grey_shadows() {
+    let aside = Aabb { min: DVec3::new(5.0, -0.5, -0.5), max: DVec3::new(6.0, 0.5, 0.5) };
+    let mut scene = crate::support::scenes::scene(volume([4; 3], aside, |_| 1.0), 1.0);
+    scene.media.medium_mut().tint = DVec3::new(0.5, 1.0, 1.5);
+    scene.surfaces = vec![pane(2.0, 0.0, 0.5), pane(2.0, -1.0, 1.0)].into();
+    scene.lights = vec![noon()];
+    scene.camera = above(0.5);
+    let pixel = render(&scene, &maps(64, [2, 2], 1)).pixels[0];
+    // Half of the light on the upper pane comes back, and a quarter of that on the lower one.
+    for channel in &pixel[..3] {
+        assert!((channel - 0.7 * 0.75).abs() < 1e-3, "{pixel:?}");
+    }
+}
+
+/// Pixels at the edge of a ball are covered in part, in deep images too.
+#[test]
+fn deep_images_of_meshes_have_soft_edges() {
+    let mut scene = bare(vec![ball(12, 1.0)], DVec3::NEG_Y);
+    (scene.camera, scene.background) = (above(2.4), None);
+    let settings = maps(64, [24, 24], 16);
+    let beam = scene.only_beam().unwrap();
+    let map = CpuBackend.map(&beam, &settings, &Silent).unwrap();
+    let frame = Frame::new(&beam, &settings).unwrap();
+    let view = DeepView::new(beam.casters(), &frame, &map).unwrap();
+    let flat = render(&scene, &settings);
+    for (i, pixel) in flat.pixels.iter().enumerate() {
+        let row = view.row(i as u32 / 24);
+        let through: f32 = row[i % 24].iter().map(|sample| 1.0 - sample.alpha).product();
+        assert!((1.0 - through - pixel[3]).abs() < 2e-2, "{i}: {through}, not 1 - {}", pixel[3]);
+    }
+    let soft = flat.pixels.iter().filter(|pixel| pixel[3] > 0.0 && pixel[3] < 1.0).count();
+    assert!(soft > 20, "{soft}");
 }
 
 mod outside {

@@ -47,7 +47,7 @@ pub(super) struct Job {
     pub scene: Scene,
     pub settings: Settings,
     /// What was given, and the windows that were chosen for its volumes.
-    pub file: SceneFile,
+    file: SceneFile,
     windows: Vec<Option<[f32; 2]>>,
     pub exposure: Exposure,
     /// `None` if it is to be chosen.

@@ -43,8 +43,8 @@ pub struct DeepView<'a> {
 
 impl<'a> DeepView<'a> {
     /// The view of `casters`, which may be media alone, with the parameters `frame`, lit through
-    /// `map`. Rays go through the centres of pixels, whatever the frame's samples, and shading is
-    /// single scattering. Strands cover parts of pixels.
+    /// `map`. Rays go through the centres of pixels, and shading is single scattering. Strands cover
+    /// parts of pixels, and triangles as many as the frame's samples of a pixel meet.
     ///
     /// # Errors
     /// If surfaces take too much memory.

@@ -31,6 +31,14 @@ pub(super) struct Layer {
 }
 
 impl Layer {
+    /// Adds another part of the same triangle.
+    fn add(&mut self, depth: f32, weight: f32, radiance: Vec3) {
+        let share = weight / (self.weight + weight).max(f32::MIN_POSITIVE);
+        self.depth += (depth - self.depth) * share;
+        self.radiance = self.radiance.lerp(radiance, share);
+        self.weight += weight;
+    }
+
     /// Its opacity, 0..1.
     pub(super) fn alpha(&self) -> f32 {
         (self.weight / self.clear.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
@@ -60,7 +68,7 @@ impl View<'_> {
         // What is left of the light in each of the pixel's cells around the ray.
         let mut left = [1.0_f32; (CELLS * CELLS) as usize];
         let share = 1.0 / cells.count_ones() as f32;
-        let (mut clear, mut strand, mut hit) = (1.0, 0, 0);
+        let (mut clear, mut strand, mut hit, mut was_hit) = (1.0, 0, 0, false);
         // As much as is left behind them can be seen.
         while clear >= self.frame.view.opaque {
             let depth = |of: Option<f32>| of.unwrap_or(f32::INFINITY);
@@ -89,12 +97,24 @@ impl View<'_> {
                 if weight <= 0.0 {
                     continue;
                 }
+                was_hit = false;
                 let colour = || self.strand_radiance(raster, part, ray.direction);
                 (weight, *colours[strand - 1].get_or_insert_with(colour))
             } else {
                 hit += 1;
                 let (alpha, radiance) = self.triangle_radiance(raster, &hits[hit - 1], ray);
-                (take(*cells, alpha), radiance)
+                let weight = take(hits[hit - 1].cells & *cells, alpha);
+                // Rays of one pixel may meet the same triangle.
+                if hit > 1
+                    && hits[hit - 2].triangle == hits[hit - 1].triangle
+                    && let Some(last) = layers.last_mut().filter(|_| was_hit)
+                {
+                    last.add(next, weight, radiance);
+                    clear -= weight;
+                    continue;
+                }
+                was_hit = true;
+                (weight, radiance)
             };
             layers.push(Layer { depth: next, clear, weight, radiance });
             clear -= weight;
@@ -105,8 +125,9 @@ impl View<'_> {
         (clear, end)
     }
 
-    /// The layers in front of `end` along the central ray of each pixel of a row, in some columns of
-    /// one tile, and where nothing behind them is seen.
+    /// The layers in front of `end` in each pixel of a row, in some columns of one tile, and where
+    /// nothing behind them is seen. Triangles cover the cells of those of the pixel's rays that meet
+    /// them.
     pub(super) fn layers_of_row(
         &self,
         raster: &ViewRaster,
@@ -115,12 +136,18 @@ impl View<'_> {
         end: impl Fn(&Ray) -> f32,
     ) -> Vec<(Vec<Layer>, f32)> {
         let seen = raster.tile(columns, &(y..y + 1));
+        let samples = self.frame.view.samples;
         let mut scratch = Scratch::default();
         let pixel = |(i, x): (usize, usize)| {
             let (place, ray) = ([x, y], self.ray([x, y], [0, 1]));
-            scratch.cells = u64::MAX;
             scratch.set_strands(seen.strands.of(i));
-            raster.meet(seen.triangles.of(i), place, pixel_offset(0, 1), &mut scratch.hits);
+            scratch.hits.clear();
+            for sample in 0..samples {
+                scratch.go_on(sample, samples);
+                let of_ray = (pixel_offset(sample, samples), scratch.cells);
+                raster.meet(seen.triangles.of(i), place, of_ray, &mut scratch.hits);
+            }
+            scratch.cells = u64::MAX;
             let (_, end) = self.find_layers(raster, &mut scratch, &ray, end(&ray));
             (scratch.layers.clone(), end)
         };

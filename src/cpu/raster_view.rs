@@ -27,6 +27,8 @@ pub(super) struct Hit {
     /// Distance along the ray.
     pub depth: f32,
     pub triangle: u32,
+    /// The cells of its pixel that the ray stands for.
+    pub cells: u64,
 }
 
 /// What the pixels in some columns and rows see.
@@ -64,17 +66,22 @@ impl ViewRaster {
         }
     }
 
-    /// Replaces the contents of `hits` by the triangles, among `some`, that the ray at an offset
-    /// within pixel (x, y) meets, in order of depth.
-    pub(super) fn meet(&self, some: &[u32], [x, y]: [usize; 2], offset: Vec2, hits: &mut Vec<Hit>) {
-        hits.clear();
+    /// Adds to `hits` the triangles, among `some`, that the ray at an offset within pixel (x, y)
+    /// meets, and which stands for some `cells`; all are then in order of depth.
+    pub(super) fn meet(
+        &self,
+        some: &[u32],
+        [x, y]: [usize; 2],
+        (offset, cells): (Vec2, u64),
+        hits: &mut Vec<Hit>,
+    ) {
         let place = Vec2::new(x as f32, y as f32) + offset;
         let size = self.frame.map.size as f32;
         let ray = light_ray(&self.frame, place.x / size, place.y / size);
         hits.extend(some.iter().filter_map(|&index| {
             let (triangle, own) = self.raster.triangle(index);
             let depth = triangle_depth(own, place, &ray)?;
-            Some(Hit { depth, triangle: *triangle })
+            Some(Hit { depth, triangle: *triangle, cells })
         }));
         hits.sort_by(|a, b| a.depth.total_cmp(&b.depth));
     }

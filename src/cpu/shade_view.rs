@@ -121,7 +121,9 @@ impl View<'_> {
         let mut one_surface = scratch.strands.is_empty();
         let (mut first, mut met) = (None, !scratch.strands.is_empty());
         for sample in 0..samples {
-            raster.meet(triangles, [x, y], pixel_offset(sample, samples), &mut scratch.hits);
+            let of_ray = (pixel_offset(sample, samples), u64::MAX);
+            scratch.hits.clear();
+            raster.meet(triangles, [x, y], of_ray, &mut scratch.hits);
             let nearest = scratch.hits.first().map(|hit| hit.triangle);
             met |= nearest.is_some();
             one_surface &= *first.get_or_insert(nearest) == nearest;
@@ -135,8 +137,9 @@ impl View<'_> {
         };
         let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
         for sample in 0..rays {
-            let offset = pixel_offset(sample, rays);
-            raster.meet(triangles, [x, y], offset, &mut scratch.hits);
+            scratch.hits.clear();
+            let of_ray = (pixel_offset(sample, rays), u64::MAX);
+            raster.meet(triangles, [x, y], of_ray, &mut scratch.hits);
             let ray = self.ray([x, y], [sample, rays]);
             let weight = scratch.go_on(sample, rays);
             sum += weight * self.composed(raster, scratch, &ray);

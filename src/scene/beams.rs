@@ -111,7 +111,7 @@ impl Scene {
     /// [`Scene::beams`] for pictures under `settings`: with all channels of a light's view in one
     /// beam where that is possible. It is where the media's tints agree up to a factor, no channel
     /// is more than sixteen times as extinct as another, fragment maps are looked up without wide
-    /// filters, and shading is physical. The beam's media then are those of the channel with the
+    /// filters, shading is physical, and no surface casts shadows. The beam's media then are those of the channel with the
     /// least extinction, and [`Beam::ratios`] are those of the others to it.
     ///
     /// # Errors
@@ -119,7 +119,9 @@ impl Scene {
     pub fn beams_for(&self, settings: &Settings) -> Result<Vec<Beam>> {
         let can_share = settings.map.kind.unwrap_or_default() == MapKind::Fragments
             && settings.map.filter.window() == (0, false)
-            && settings.view.shading == Shading::Physical;
+            && settings.view.shading == Shading::Physical
+            // Surfaces take as much of every channel.
+            && self.surfaces.iter().all(|surface| !surface.casts);
         match self.common_tint().filter(|_| can_share) {
             Some((least, ratios)) => self.beams_in(&[(least, Channels::All, ratios)]),
             None => self.beams(),

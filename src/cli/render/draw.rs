@@ -193,8 +193,8 @@ fn check(job: &Job, target: &Target) -> Result<()> {
     if !target.is_deep() {
         return Ok(());
     }
-    // Samples that were chosen for meshes do not matter.
-    if job.file.image.samples.is_some_and(|samples| samples != ONE_RAY.0) {
+    // With surfaces, samples are those of their edges.
+    if job.settings.image.samples != ONE_RAY.0 && job.scene.surfaces.is_empty() {
         return Err(Error::value("image.samples", "a deep image needs one ray per pixel"));
     }
     if job.settings.view.shading != ONE_RAY.1 {

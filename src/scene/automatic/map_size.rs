@@ -17,7 +17,7 @@ const MOST_PER_PIXEL: f64 = 0.7;
 const MOST_PER_VOXEL: f64 = 4.0;
 /// Fewest and most texels along an edge where there are meshes or hair, whose shadows have sharp
 /// edges; between them this many a pixel.
-const OF_SURFACES: [f64; 2] = [512.0, 2048.0];
+const OF_SURFACES: [f64; 2] = [256.0, 2048.0];
 const PER_PIXEL_OF_SURFACES: f64 = 1.5;
 /// Sizes are multiples of this: the edge of the tiles in which maps are made.
 const MULTIPLE: f64 = 16.0;

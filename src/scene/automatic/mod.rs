@@ -17,7 +17,7 @@ use super::computed;
 use super::file::{GroundTable, LightTable, SceneFile, VolumeTable};
 use super::framing::shown_points;
 use super::keyframes::LightKeyframe;
-use super::{Body, Ground, Light, Media, Medium, Scene, Shape, Surfaces};
+use super::{Body, Ground, Light, Media, Medium, Scene, Surfaces};
 use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::settings::Settings;
@@ -125,8 +125,9 @@ impl From<Surfaces> for Loaded {
     }
 }
 
-/// Rays a pixel where meshes have edges. Strands have none: pixels know how much of them they cover.
-const MESH_SAMPLES: u32 = 8;
+/// Rays a pixel where there are meshes or hair: edges of triangles, and the shadows of strands, are
+/// finer than pixels.
+const SURFACE_SAMPLES: u32 = 8;
 
 /// Completes `file` to a scene and its settings, and lists the values chosen for this scene.
 /// `loaded` is what its tables name, or the volumes alone.
@@ -193,10 +194,9 @@ pub fn complete(
     };
     let background = Some(background);
     let surfaces = loaded.surfaces;
-    let has_edges = surfaces.iter().any(|surface| matches!(surface.shape, Shape::Mesh(_)));
-    if has_edges && file.image.samples.is_none() {
-        settings.image.samples = MESH_SAMPLES;
-        choices.took("rays a pixel (`image.samples`)", MESH_SAMPLES.to_string());
+    if !surfaces.is_empty() && file.image.samples.is_none() {
+        settings.image.samples = SURFACE_SAMPLES;
+        choices.took("rays a pixel (`image.samples`)", SURFACE_SAMPLES.to_string());
     }
     let scene = Scene { media, surfaces, lights, ambient, camera, ground, background };
     if file.shadow.size.is_none() {
