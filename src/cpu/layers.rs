@@ -92,8 +92,11 @@ impl View<'_> {
             let (weight, radiance) = if of_strand <= of_hit {
                 let part = &strands[strand];
                 strand += 1;
-                let (bits, alpha) = part.cells();
-                let weight = take(bits & *cells, alpha);
+                let (bits, [alpha, rest]) = part.cells();
+                let mut weight = take(bits & *cells, alpha);
+                if rest > 0.0 {
+                    weight += take(!bits & *cells, rest);
+                }
                 if weight <= 0.0 {
                     continue;
                 }

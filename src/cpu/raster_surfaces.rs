@@ -58,16 +58,18 @@ impl Part {
         (self.taken / self.area.max(1.0)).clamp(0.0, 1.0)
     }
 
-    /// The cells of its texel that it covers, and the share of light that it takes of each, 0..1.
-    /// What is too thin to meet the cells' middles is spread over all.
-    pub(super) fn cells(&self) -> (u64, f32) {
+    /// The cells of its texel that it covers, and the share of light that it takes of each of them
+    /// and of each of the others, 0..1: together it takes what its area says. What is too thin to
+    /// meet the cells' middles is spread over all.
+    pub(super) fn cells(&self) -> (u64, [f32; 2]) {
         let cells = (CELLS * CELLS) as f32;
         let (alpha, met) = (self.alpha(), self.cells.count_ones() as f32);
-        if 2.0 * met < cells * self.area.min(1.0) {
-            (u64::MAX, alpha)
-        } else {
-            (self.cells, (alpha * cells / met).min(1.0))
+        if 2.0 * met < cells * self.area.min(1.0) || met == 0.0 {
+            return (u64::MAX, [alpha, 0.0]);
         }
+        let of_met = alpha * cells / met;
+        let rest = (of_met - 1.0).max(0.0) * met / (cells - met).max(1.0);
+        (self.cells, [of_met, rest].map(|share| share.min(1.0)))
     }
 
     /// The depth in its middle.
@@ -301,5 +303,26 @@ impl SurfaceRaster {
         let [front, back] = if self.covers { run.depths } else { [run.depth(); 2] };
         let fragment = Fragment { back, ..Fragment::surface(front, run.alpha()) };
         (fragment.optical_depth > 0.0 && back.is_finite()).then_some(fragment)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However many of the cells' middles a strand meets, it takes what its area says.
+    #[test]
+    fn cells_take_what_the_area_says() {
+        for (met, area) in [(40, 0.64), (40, 0.62), (3, 0.05), (0, 0.01), (1, 0.2), (64, 1.3)] {
+            for opacity in [0.3, 1.0] {
+                let cells = if met == 64 { u64::MAX } else { (1 << met) - 1 };
+                let part = Part { area, taken: area * opacity, cells, ..Part::default() };
+                let (bits, [own, rest]) = part.cells();
+                let met = bits.count_ones() as f32;
+                let taken = (met * own + (64.0 - met) * rest) / 64.0;
+                let due = area.min(1.0) * opacity;
+                assert!((taken - due).abs() < 1e-6, "{met}, {area}: {taken}, not {due}");
+            }
+        }
     }
 }
