@@ -275,6 +275,25 @@ fn deep_images_of_meshes_have_soft_edges() {
     assert!(soft > 20, "{soft}");
 }
 
+/// Pictures change by as much from one step of a turning light to the next: nothing pops.
+#[test]
+fn nothing_pops_while_the_light_turns() {
+    let (_, mut scene) = scenes().swap_remove(0);
+    scene.surfaces = [&scene.surfaces[..], &[ball(8, 1.0)]].concat().into();
+    let frames: Vec<Image> = (0..9)
+        .map(|i| {
+            let angle = (30.0 + 0.5 * f64::from(i)).to_radians();
+            let direction = DVec3::new(-angle.cos(), -1.2, -angle.sin());
+            scene.lights[0].kind = LightKind::Directional { direction };
+            render(&scene, &maps(128, [48, 40], 8))
+        })
+        .collect();
+    let steps: Vec<f64> = frames.array_windows().map(|[a, b]| difference(a, b)).collect();
+    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+    eprintln!("{steps:.5?}");
+    assert!(steps.iter().all(|step| (0.6..1.5).contains(&(step / mean))), "{steps:.5?}");
+}
+
 mod outside {
     use std::path::Path;
 

@@ -176,9 +176,9 @@ impl View<'_> {
             let (first, last) = (before(from), before(to));
             let mut at = from;
             let mut seen = 0.0;
-            for layer in first..last {
-                seen += clear_at(layer) * (layers[layer].depth - at);
-                at = layers[layer].depth;
+            for layer in &layers[first..last.max(first)] {
+                seen += layer.clear * (layer.depth - at);
+                at = layer.depth;
             }
             seen = (seen + clear_at(last) * (to - at)) / (to - from).max(f32::MIN_POSITIVE);
             light += seen * added.radiance;

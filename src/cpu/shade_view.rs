@@ -181,7 +181,7 @@ impl View<'_> {
         let (looks, index) = (&raster.looks, hit.triangle as usize);
         let corners = looks.shapes.triangles[index];
         let alpha = -(-corners[0].w).exp_m1();
-        let corners = corners.map(|corner| corner.xyz());
+        let corners = corners.map(Vec4Swizzles::xyz);
         let [a, b, c] = corners;
         let plane = (b - a).cross(c - a).normalize_or_zero();
         let plane = if plane.dot(ray.direction) > 0.0 { -plane } else { plane };

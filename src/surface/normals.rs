@@ -10,14 +10,14 @@ const MOST_MEETING: usize = 512;
 
 /// The normal of a triangle's plane; zero if it has no area.
 pub(super) fn flat(corners: [Vec3; 3]) -> Vec3 {
-    let [a, b, c] = corners.map(|p| p.as_dvec3());
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 
 /// Given normals of unit length, and a triangle's own where one has no direction.
 pub(super) fn complete(given: [Vec3; 3], corners: [Vec3; 3]) -> [Vec3; 3] {
     given.map(|normal| {
-        let unit = normal.as_dvec3().try_normalize().map(|unit| unit.as_vec3());
+        let unit = normal.as_dvec3().try_normalize().map(DVec3::as_vec3);
         unit.filter(|unit| unit.is_finite()).unwrap_or_else(|| flat(corners))
     })
 }
