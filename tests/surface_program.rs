@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::cli::{Folder, must_succeed, stderr};
+use crate::support::Picture;
 use crate::usage::must_fail;
 
 const SMALL: &str = "--size 48x36 --map-size 64 --format npy";
@@ -70,6 +71,32 @@ fn a_file_of_hair_or_a_mesh_is_seen_with_its_shadow() {
     let [dark, ground, bright] = spread(picture(&folder, "pane.obj --opacity 0.25 --albedo 0"));
     assert!(dark > 0.5 * ground && bright < 1.01 * ground, "{dark} {ground} {bright}");
     assert_eq!(shaded(&picture(&folder, "fur.hair --opacity 0")), 0.0);
+}
+
+#[test]
+fn figures_of_hair_are_those_of_the_files_that_are_named() {
+    let folder = folder();
+    must_succeed(
+        &folder.run("figures -o sheets --backend cpu --quiet --hair fur.hair --hair fur.hair"),
+    );
+    for (name, columns) in [("1.1", 2), ("1.2", 2), ("1.6", 3)] {
+        let path = folder.path().join(format!("sheets/hair-figure-{name}.png"));
+        let sheet = Picture::open(path);
+        assert_eq!(sheet.size[0], 8 + columns * 488, "{name}");
+        let bright = sheet.pixels().filter(|pixel| pixel[2] > 100).count();
+        assert!(bright > 2_000, "{name} shows something: {bright} bright pixels");
+    }
+    let table = fs::read_to_string(folder.path().join("sheets/hair-table-1.1.csv")).unwrap();
+    let lines: Vec<&str> = table.lines().collect();
+    assert_eq!(lines[0], "map_size,method,map_ms,picture_ms,frames_per_second");
+    assert_eq!(lines.len(), 22);
+    for line in &lines[1..] {
+        let numbers: Vec<f64> = line.split(',').skip(2).map(|one| one.parse().unwrap()).collect();
+        let rate = 1000.0 / (numbers[0] + numbers[1]);
+        assert!((numbers[2] / rate - 1.0).abs() < 0.05, "{line}");
+    }
+    must_fail(&folder, "figures -o more --hair pane.obj", 1, &["pane.obj", "a mesh"]);
+    assert!(!folder.path().join("more").exists());
 }
 
 #[test]

@@ -1,15 +1,17 @@
 //! Command `figures`: draws the paper's figures 2, 3 and 4 from the presets, as labelled contact
-//! sheets.
+//! sheets, and those of the hair paper from models that the user names.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::backend::{BackendChoice, Opening};
+use super::hair_figures::{self, Model};
 use super::progress::Bars;
 use super::say;
 use super::sheet::Sheet;
 use crate::backend::Backend;
+use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
@@ -27,10 +29,15 @@ const CELL: u32 = 320;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Folder to write figure-2.png, figure-3.png and figure-4.png to; created if missing.
+    /// Folder to write figure-2.png, figure-3.png, figure-4.png and more to; created if missing.
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
-    /// Where to compute: auto, gpu or cpu.
+    /// Also draw figures 1.1, 1.2 and 1.6 of "Real-Time Deep Shadow Maps" (hair-figure-1.1.png and so
+    /// on) and measure its table 1.1 (hair-table-1.1.csv) on the CPU, with this model of hair. May be
+    /// repeated: all are in figure 1.1, the others show the first.
+    #[arg(long, value_name = "FILE")]
+    hair: Vec<PathBuf>,
+    /// Where to compute the figures of the presets: auto, gpu or cpu.
     #[arg(long, default_value = "auto", value_parser = |text: &str| text.parse::<BackendChoice>().map_err(|e| e.to_string()))]
     backend: BackendChoice,
     /// Print nothing but errors.
@@ -41,7 +48,8 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.out;
     let _made = MadeFolder::create(folder)?;
-    let inputs = Inputs::default();
+    let inputs = Inputs::new(arguments.hair.iter().cloned());
+    let models = arguments.hair.iter().map(|path| Model::of(path)).collect::<Result<Vec<_>>>()?;
     let progress: Box<dyn Progress> =
         if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
     let tell: fn(&str) = if arguments.quiet { |_| () } else { say };
@@ -59,16 +67,35 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         ("figure-3.png", &|| painter.shading(&floating_cube)),
         ("figure-4.png", &|| painter.ground_shadows(&[&rods, &bucky, &cube])),
     ];
-    for (name, draw) in figures {
+    let write = |name: &str, by: &dyn Backend, draw: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {
         let path = folder.join(name);
         let file = PendingFile::create(&path, &inputs)?;
-        let (width, height, rgb) = draw()?.into_rgb();
-        file.finish_with(&png::encode_rgb(width, height, &rgb)?)?;
+        file.finish_with(&draw()?)?;
         if !arguments.quiet {
-            say(&format!("wrote {}, {}", path.display(), painter.backend.description()));
+            say(&format!("wrote {}, {}", path.display(), by.description()));
         }
+        Ok(())
+    };
+    for (name, draw) in figures {
+        write(name, painter.backend, &|| encoded(draw()?))?;
+    }
+    let progress = &*painter.progress;
+    if let Some(first) = models.first() {
+        let draw = |name, draw: Draw<'_>| write(name, &CpuBackend, &|| encoded(draw()?));
+        draw("hair-figure-1.1.png", &|| hair_figures::models(&models, progress))?;
+        draw("hair-figure-1.2.png", &|| hair_figures::texel(first, progress))?;
+        draw("hair-figure-1.6.png", &|| hair_figures::filters(first, progress))?;
+        write("hair-table-1.1.csv", &CpuBackend, &|| {
+            Ok(hair_figures::table(first, progress)?.into_bytes())
+        })?;
     }
     Ok(())
+}
+
+/// A sheet as a PNG file.
+fn encoded(sheet: Sheet) -> Result<Vec<u8>> {
+    let (width, height, rgb) = sheet.into_rgb();
+    png::encode_rgb(width, height, &rgb)
 }
 
 /// A preset as in the paper: without ambient light, on its ground.

@@ -10,6 +10,7 @@ mod deep;
 mod fallback;
 mod figures;
 mod goal;
+mod hair_figures;
 mod info;
 mod job;
 mod limits;

@@ -46,6 +46,7 @@ pub(super) fn march_view(
     let raster = ViewRaster::new(casters, frame)?;
     let overlay =
         raster.as_ref().map(|raster| Overlay::new(&view, raster, samples, !refined, progress));
+    let overlay = overlay.transpose()?;
     let pixel = |place: [usize; 2], rays: u32| {
         let seen = overlay.as_ref().and_then(|overlay| overlay.pixel(place, rays));
         seen.unwrap_or_else(|| view.pixel(place, rays))

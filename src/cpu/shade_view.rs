@@ -12,6 +12,7 @@ use super::march_view::View;
 use super::raster_surfaces::Part;
 use super::raster_view::{Hit, ViewRaster};
 use super::tiles;
+use crate::error::{Result, memory};
 use crate::frame::FrameCoat;
 use crate::kernel::light::{irradiance_at, light_coordinates, light_direction_at};
 use crate::kernel::ray::Ray;
@@ -43,20 +44,24 @@ pub(super) struct Overlay<'a> {
 impl<'a> Overlay<'a> {
     /// Shades them, with all `samples` of a pixel where `all` of them are wanted or one ray does not
     /// see what the others do.
+    ///
+    /// # Errors
+    /// If there is no memory for them.
     pub(super) fn new(
         view: &'a View<'a>,
         raster: &'a ViewRaster,
         samples: u32,
         all: bool,
         progress: &dyn Progress,
-    ) -> Self {
+    ) -> Result<Self> {
         let [width, height] = [view.frame.view.width, view.frame.view.height].map(|n| n as usize);
         progress.begin("picture", height as u64);
-        let mut pixels = vec![(Vec4::ZERO, Shaded::Not); width * height];
+        let none = (Vec4::ZERO, Shaded::Not);
+        let mut pixels = memory::filled(width * height, none, "a picture of surfaces")?;
         tiles::fill_tiles(&mut pixels, width, progress, |columns, rows| {
             view.tile(raster, (&columns, &rows), samples, all)
         });
-        Self { view, raster, width, pixels }
+        Ok(Self { view, raster, width, pixels })
     }
 
     /// The pixel (x, y) with a number of rays; `None` if it sees no surface.

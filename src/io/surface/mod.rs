@@ -127,7 +127,9 @@ pub(super) fn recognized(start: &[u8], size: u64) -> Option<Format> {
 }
 
 fn no_surface(path: &Path, format: Format) -> Error {
+    let is_empty = path.metadata().is_ok_and(|found| found.len() == 0);
     let why = match format {
+        Format::Raw if is_empty => "it is empty".to_owned(),
         Format::Raw => "neither hair nor a mesh that this program can read".to_owned(),
         other => format!("{}, which is neither hair nor a mesh", other.name()),
     };

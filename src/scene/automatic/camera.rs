@@ -116,7 +116,7 @@ pub(super) fn fov_y_degrees(table: &CameraTable) -> Result<f64> {
     if fov_y_degrees > 0.0 && fov_y_degrees < 179.0 {
         return Ok(fov_y_degrees);
     }
-    let why = format!("{fov_y_degrees} is not between 0 and 179");
+    let why = format!("{fov_y_degrees} is not above 0 and below 179");
     Err(Error::value("camera.fov_y_degrees", why))
 }
 
