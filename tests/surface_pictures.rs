@@ -9,7 +9,7 @@ use deepshadow::image::Image;
 use deepshadow::math::Aabb;
 use deepshadow::reference::BruteForce;
 use deepshadow::scene::{Camera, Ground, Light, LightKind, Scene};
-use deepshadow::settings::MapKind;
+use deepshadow::settings::{MapKind, Shading};
 use deepshadow::{Backend, CpuBackend, Settings, Silent};
 use glam::DVec3;
 
@@ -292,6 +292,37 @@ fn nothing_pops_while_the_light_turns() {
     let mean = steps.iter().sum::<f64>() / steps.len() as f64;
     eprintln!("{steps:.5?}");
     assert!(steps.iter().all(|step| (0.6..1.5).contains(&(step / mean))), "{steps:.5?}");
+}
+
+/// What casts no shadow is no part of maps: not of their extent, and no reason to refuse one.
+#[test]
+fn maps_know_nothing_of_what_casts_no_shadow() {
+    let mut scene = mixed(0.5);
+    scene.surfaces = vec![scene.surfaces[0].clone()].into();
+    let mut floor = pane(400.0, -0.9, 1.0);
+    floor.casts = false;
+    let mut with = scene.clone();
+    with.surfaces = vec![scene.surfaces[0].clone(), floor.clone()].into();
+    let image = |scene: &Scene, kind: &str| {
+        let settings = maps(48, [12, 9], 1).with(|s| s.map.kind = Some(kind.parse().unwrap()));
+        let beam = scene.only_beam().unwrap();
+        CpuBackend.map(&beam, &settings, &Silent).map(|map| {
+            use deepshadow::shadow::Shadow;
+            [0.2, 0.5, 0.7].map(|u| map.lookup(1, u, 0.5, 1.0))
+        })
+    };
+    for kind in ["slices:16", "occupancy:128", "threshold"] {
+        let [alone, beside] = [image(&scene, kind).unwrap(), image(&with, kind).unwrap()];
+        // The frame's origin moves with what is seen, so rounding differs.
+        for (a, b) in alone.into_iter().zip(beside) {
+            assert!((a - b).abs() < 1e-3, "{kind}: {a} {b}");
+        }
+    }
+    with.surfaces = vec![floor].into();
+    assert!(image(&with, "grid:8").is_ok() && image(&scene, "grid:8").is_err());
+    // The paper's shading has no place for surfaces.
+    let paper = maps(48, [4, 4], 1).with(|s| s.view.shading = Shading::Paper);
+    assert!(CpuBackend.render(&scene, &paper, &Silent).is_err());
 }
 
 mod outside {

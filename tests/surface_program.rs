@@ -193,5 +193,5 @@ fn meshes_and_hair_of_any_shape_end_in_a_picture_or_one_line() {
     fs::write(folder.path().join("many.hair"), hair(40_000)).unwrap();
     let output = folder.run(&format!("render many.hair --thickness 9 {SMALL} --quiet -o p.npy"));
     let text = stderr(&output);
-    assert!(text.contains("over one tile of the map") && text.lines().count() == 1, "{text}");
+    assert!(text.contains("over one tile of a map") && text.lines().count() == 1, "{text}");
 }

@@ -153,6 +153,8 @@ fn sample(drawn: Drawn, beam: &Beam, exact: &ExactTexels<'_>) -> Option<Sample> 
 }
 
 fn in_volume(casters: Casters<'_>, count: usize, random: &mut Random) -> Vec<Drawn> {
+    let casting = casters.surfaces.casting();
+    let casters = Casters { surfaces: &casting, ..casters };
     if !casters.surfaces.is_empty() {
         // Flat things get some space around them.
         let mut bounds = casters.world_bounds();
@@ -169,8 +171,9 @@ fn in_volume(casters: Casters<'_>, count: usize, random: &mut Random) -> Vec<Dra
 }
 
 fn in_casters(beam: &Beam, count: usize, random: &mut Random) -> Vec<Drawn> {
-    let casters = beam.casters();
-    let on = if casters.surfaces.is_empty() {
+    let casting = beam.surfaces.casting();
+    let casters = Casters { surfaces: &casting, ..beam.casters() };
+    let on = if casting.is_empty() {
         0
     } else if casters.media.bodies().is_empty() {
         count
@@ -251,7 +254,7 @@ fn extent(casters: Casters<'_>, view: &LightView, u: f64, v: f64) -> Option<[f64
         index_from_world.transform_vector3(direction),
     );
     let in_media = in_media.filter(|_| casters.media_count());
-    let surfaces = casters.surfaces.world_bounds();
+    let surfaces = casters.surfaces.casting().world_bounds();
     let in_surfaces = surfaces.and_then(|bounds| bounds.intersect(origin, direction));
     let both = in_media.into_iter().chain(in_surfaces);
     both.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).map(|(enter, exit)| [enter, exit])

@@ -14,8 +14,8 @@ use crate::settings::Settings;
 /// picture of the unshadowed ground they show what a picture with the ground shows. Of coloured
 /// shadows it is the mean over the channels.
 ///
-/// Each is made of two: one of the media without ground, and one of a white ground behind media
-/// that scatter and emit nothing. Divided by what the ground would be without media, the second
+/// Each is made of two: one of media and surfaces without ground, and one of a white ground behind
+/// the same, all black. Divided by what the ground would be without media, the second
 /// one is what of it arrives.
 pub struct ShadowCatcher<'a> {
     media: Box<dyn Stage + 'a>,

@@ -139,8 +139,9 @@ pub(super) fn build_map(
     let (media, view, casters) = (&beam.media, beam.view, beam.casters());
     let around = frame.around(casters);
     let kind = settings.map.kind.unwrap_or_default();
-    check_surfaces(passes, &beam.surfaces)?;
-    if !beam.surfaces.is_empty() {
+    let casting = beam.surfaces.casting();
+    check_surfaces(passes, &casting)?;
+    if !casting.is_empty() {
         check_kind(kind, settings)?;
     }
     match kind {

@@ -22,7 +22,8 @@ const CELL: u32 = 480;
 /// The table's picture, and its maps' sizes.
 const TABLE_PICTURE: [u32; 2] = [1280, 720];
 const TABLE_SIZES: [u32; 3] = [256, 512, 768];
-/// The table's columns: binary shadow maps keep the first fragment only.
+/// The table's columns. A binary shadow map keeps the depth of the first fragment, here with the
+/// opacity of all.
 const COLUMNS: [(&str, &str, Filter); 7] = [
     ("SM", "peeling:1", Filter::Nearest),
     ("DSM", "fragments", Filter::Nearest),
@@ -67,7 +68,8 @@ pub(super) fn models(models: &[Model], progress: &dyn Progress) -> Result<Sheet>
     Ok(sheet)
 }
 
-/// Figure 1.2: transmittance over depth in one texel, as a shadow map and as a deep one keep it. The
+/// Figure 1.2: transmittance over depth in one texel, as a shadow map and as a deep one keep it; the
+/// former puts the opacity of all where the first fragment is. The
 /// texel is the one with the most nodes.
 pub(super) fn texel(model: &Model, progress: &dyn Progress) -> Result<Sheet> {
     let beam = model.scene.only_beam()?;
@@ -89,7 +91,7 @@ pub(super) fn texel(model: &Model, progress: &dyn Progress) -> Result<Sheet> {
     let margin = (0.1 * (ends[1] - ends[0])).max(1e-3 * ends[1].abs()).max(f32::MIN_POSITIVE);
     let mut sheet = Sheet::new(2, 1, [CELL; 2]);
     for (column, (map, label)) in
-        [(&shallow, "shadow map: the first fragment"), (&deep, "deep shadow map")]
+        [(&shallow, "shadow map: all at the first"), (&deep, "deep shadow map")]
             .into_iter()
             .enumerate()
     {

@@ -18,6 +18,9 @@ use crate::kernel::view::{ground_distance, pixel_offset};
 /// Surfaces hide the ground up to this share of its distance behind it.
 const ON_GROUND: f32 = 1e-5;
 
+/// Most rays of a pixel of a deep image: each must have cells of its own.
+const MOST_DEEP: u32 = 16;
+
 /// A surface along a ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
@@ -139,7 +142,7 @@ impl View<'_> {
         end: impl Fn(&Ray) -> f32,
     ) -> Vec<(Vec<Layer>, f32)> {
         let seen = raster.tile(columns, &(y..y + 1));
-        let samples = self.frame.view.samples;
+        let samples = self.frame.view.samples.min(MOST_DEEP);
         let mut scratch = Scratch::default();
         let pixel = |(i, x): (usize, usize)| {
             let (place, ray) = ([x, y], self.ray([x, y], [0, 1]));

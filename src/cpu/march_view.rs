@@ -9,7 +9,7 @@ use super::raster_view::ViewRaster;
 use super::refine_view::{Refinement, refine_view};
 use super::shade_view::Overlay;
 use super::tiles;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameView};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
@@ -32,7 +32,7 @@ use crate::shadow::Shadow;
 /// The whole picture: premultiplied linear radiance and opacity.
 ///
 /// # Errors
-/// If surfaces take too much memory.
+/// If surfaces take too much memory, or shading is the paper's and there are some.
 pub(super) fn march_view(
     casters: Casters<'_>,
     frame: &Frame,
@@ -43,6 +43,10 @@ pub(super) fn march_view(
     map.prepare();
     let view = View { sampler: Sampler::of(casters.media), frame, map };
     let refined = spacing > 1 || (samples > 1 && tolerance > 0.0);
+    if frame.view.shading == 1 && !casters.surfaces.is_empty() {
+        let why = "the paper's shading shows no meshes and no hair";
+        return Err(Error::value("shadow.shading", why));
+    }
     let raster = ViewRaster::new(casters, frame)?;
     let overlay =
         raster.as_ref().map(|raster| Overlay::new(&view, raster, samples, !refined, progress));

@@ -194,15 +194,17 @@ impl SurfaceRaster {
         let of_segment = |index: &u32| {
             touched_cells(&self.segments[*index as usize].stroke.outline, 1.0).min(cells)
         };
-        let of_triangles = (TILE * TILE * size_of::<(u32, Fragment)>()) as f64;
+        let of_triangle =
+            |number: &u32| touched_cells(&self.triangle(*number).1.corners, 1.0).min(cells);
         let of_tile = |tile: usize| {
             let segments: f64 = self.segments_of.of(tile).iter().map(of_segment).sum();
-            let triangles = self.triangles_of.of(tile).len() as f64 * of_triangles;
-            segments * (size_of::<Part>() + 4 * size_of::<Fragment>()) as f64 + triangles
+            let triangles: f64 = self.triangles_of.of(tile).iter().map(of_triangle).sum();
+            segments * (size_of::<Part>() + 4 * size_of::<Fragment>()) as f64
+                + triangles * size_of::<(u32, Fragment)>() as f64
         };
         let tiles = self.size.div_ceil(TILE).pow(2);
         let fullest = (0..tiles).map(of_tile).fold(0.0, f64::max);
-        check(fullest, "hair or meshes over one tile of the map")
+        check(fullest, "hair or meshes over one tile of a map or a picture")
     }
 
     /// The fragments of the texels in some columns and rows, which lie in one tile, row by row.

@@ -124,11 +124,11 @@ impl Frame {
         }
     }
 
-    /// The same frame with a domain that holds the surfaces of `casters` too: between its ends along
+    /// The same frame with a domain that holds the surfaces of `casters` too that cast shadows: between its ends along
     /// a ray lies all that casts a shadow on it. Media are marched within their own domain.
     #[must_use]
     pub fn around(mut self, casters: Casters<'_>) -> Self {
-        if let Some(surfaces) = casters.surfaces.world_bounds() {
+        if let Some(surfaces) = casters.surfaces.casting().world_bounds() {
             let own = surfaces.transformed(&casters.media.world_from_index().inverse());
             // Rounding must not leave out what touches the box.
             let slack = (1e-5 * own.size().max_element()) as f32;

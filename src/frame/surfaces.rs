@@ -16,7 +16,7 @@ pub const LAST_SEGMENT: u32 = 1 << 30;
 /// Optical depth of an opaque surface: its transmittance is about the smallest normal f32.
 pub const OPAQUE: f32 = 87.0;
 
-/// The surfaces that cast a beam's shadows.
+/// Surfaces: those that cast a beam's shadows, or those that the camera sees.
 #[derive(Clone, Debug, Default)]
 pub struct FrameSurfaces {
     /// Points of strands: position, and the strand's radius there.

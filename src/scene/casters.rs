@@ -70,14 +70,14 @@ impl<'a> Casters<'a> {
         self.casting().for_each(|surface| surface.for_each_ball(&mut visit));
     }
 
-    /// The corners of boxes that hold everything.
+    /// The corners of boxes that hold everything that casts a shadow.
     pub(super) fn corners(self) -> Vec<DVec3> {
         let media = self.media_count().then(|| self.media.world_corners());
         let surfaces = self.casting().map(|surface| surface.world_bounds().corners());
         media.into_iter().chain(surfaces).flatten().collect()
     }
 
-    /// A direction along a side of the smallest rectangle around everything as it is projected to
+    /// A direction along a side of the smallest rectangle around all casters as they are projected to
     /// the plane of the unit vectors `x` and `y`: one of the sides of the convex hull, of which the
     /// longest are tried. Balls count as their centres.
     pub(super) fn best_side(self, x: DVec3, y: DVec3) -> DVec3 {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-/// Where more corners meet than this, their triangles keep their own normals, so that the work is
+/// Where more corners meet than this, each keeps the normal of its triangle, so that the work is
 /// bounded.
 const MOST_MEETING: usize = 512;
 

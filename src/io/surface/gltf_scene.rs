@@ -100,7 +100,7 @@ impl Assembly {
         let why = || reader.input.bad(format!("mesh {mesh} of {}", all.len()));
         let primitives = &all.get(mesh).ok_or_else(why)?.primitives;
         // Primitives of one mesh often share their vertices.
-        let mut placed = HashMap::new();
+        let (mut placed, mut turned) = (HashMap::new(), HashMap::new());
         for (number, primitive) in primitives.iter().enumerate() {
             let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
             let mode = match primitive.mode {
@@ -130,8 +130,14 @@ impl Assembly {
                 }
             };
             let what = (mesh, number);
-            let normals = self.vertex_normals(reader, primitive, matrix)?;
-            self.primitive(reader, primitive, (shape, range), &normals, what)?;
+            let normals = primitive.attributes.get(&Checked::Valid(Semantic::Normals));
+            let normals = normals.map(Index::value);
+            if let Some(accessor) = normals.filter(|own| !turned.contains_key(own)) {
+                turned.insert(accessor, self.vertex_normals(reader, accessor, matrix)?);
+            }
+            let normals = normals.and_then(|accessor| turned.get(&accessor));
+            let normals = normals.map_or(&[][..], |own: &Vec<Vec3>| own);
+            self.primitive(reader, primitive, (shape, range), normals, what)?;
         }
         Ok(())
     }
@@ -163,17 +169,14 @@ impl Assembly {
         Ok((first as u32, count))
     }
 
-    /// The normals of a primitive's vertices, turned with them; none if it has none.
+    /// Normals of vertices, turned with them.
     fn vertex_normals(
         &mut self,
         reader: &mut Reader,
-        primitive: &Primitive,
+        accessor: usize,
         matrix: &DMat4,
     ) -> Result<Vec<Vec3>> {
-        let Some(accessor) = primitive.attributes.get(&Checked::Valid(Semantic::Normals)) else {
-            return Ok(Vec::new());
-        };
-        let mut normals = reader.vectors(accessor.value())?;
+        let mut normals = reader.vectors(accessor)?;
         let turn = DMat3::from_mat4(*matrix).inverse().transpose();
         for normal in &mut normals {
             *normal = (turn * normal.as_dvec3()).normalize_or_zero().as_vec3();

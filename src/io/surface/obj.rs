@@ -127,7 +127,7 @@ pub(super) fn read(input: &mut Input) -> Result<Mesh> {
     let positions = without_unused(positions, &mut triangles)?;
     let mut smooths = normals.is_none() && !is_flat;
     // Of each corner its place, its neighbours and its normal.
-    if smooths && input.take(128 * triangles.len() as u64, "normals").is_err() {
+    if smooths && input.take(512 * triangles.len() as u64, "normals").is_err() {
         input.notes.push("its edges are not smoothed, which would take too much memory".to_owned());
         smooths = false;
     }

@@ -274,9 +274,11 @@ fn ground(
         (Some(albedo), _) => albedo,
         (None, Surroundings::Void) => GROUND_ALBEDO,
         (None, Surroundings::Studio) => {
-            // As bright in any light.
-            let usual = Light::UNIT_IRRADIANCE / usual_irradiance(file, surroundings);
-            let albedo = STUDIO_GROUND_ALBEDO * usual;
+            // As bright in any light that is chosen.
+            let given = file.light.iter().any(|light| light.irradiance.is_some());
+            let usual =
+                if given { Light::UNIT_IRRADIANCE } else { usual_irradiance(file, surroundings) };
+            let albedo = STUDIO_GROUND_ALBEDO * Light::UNIT_IRRADIANCE / usual;
             choices.took("ground albedo (ground.albedo)", albedo.to_string());
             albedo
         }
