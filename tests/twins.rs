@@ -23,7 +23,7 @@ const OTHERWISE: [(&str, &str); 55] = [
     ("kernel/march::colours", "cpu/march_colours::colours"),
     ("kernel/march::emitted_colours", "cpu/march_colours::emitted_colours"),
     ("kernel/march::lit_colours", "cpu/march_colours::source_of_colours"),
-    ("kernel/march::lit_ground_of_colours", "cpu/march_colours::lit_ground_of_colours"),
+    ("kernel/march::lit_ground_of_colours", "cpu/ground::lit_ground_of_colours"),
     ("kernel/march::emitted", "cpu/march_view::emitted"),
     ("kernel/march::lit_pair", "cpu/march_view::batch"),
     ("kernel/march::march", "cpu/march_view::march"),

@@ -49,7 +49,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let folder = &arguments.out;
     let _made = MadeFolder::create(folder)?;
     let inputs = Inputs::new(arguments.hair.iter().cloned());
-    let models = arguments.hair.iter().map(|path| Model::of(path)).collect::<Result<Vec<_>>>()?;
+    let mut models = Vec::new();
+    for path in &arguments.hair {
+        let (model, notes) = Model::of(path)?;
+        models.push(model);
+        notes.iter().filter(|_| !arguments.quiet).for_each(|note| say(note));
+    }
     let progress: Box<dyn Progress> =
         if arguments.quiet { Box::new(Silent) } else { Box::new(Bars::default()) };
     let tell: fn(&str) = if arguments.quiet { |_| () } else { say };

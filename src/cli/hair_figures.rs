@@ -42,16 +42,16 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// The hair in the file `path`.
-    pub(super) fn of(path: &Path) -> Result<Self> {
+    /// The hair in the file `path`, and what there is to say of it.
+    pub(super) fn of(path: &Path) -> Result<(Self, Vec<String>)> {
         let mut file = SceneFile::default();
         file.hair.one_mut().path = Some(path.to_owned());
         (file.image.width, file.image.height) = (Some(CELL), Some(CELL));
-        let surfaces = load_surfaces(&file)?.0;
+        let (surfaces, notes) = load_surfaces(&file)?;
         let loaded = Loaded { surfaces, ..Loaded::default() };
         let (scene, settings, _) = complete(&file, loaded, Surroundings::Studio)?;
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
-        Ok(Self { name, scene, settings })
+        Ok((Self { name, scene, settings }, notes))
     }
 
     fn picture(&self, settings: &Settings, progress: &dyn Progress) -> Result<Vec<u8>> {

@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use super::ground::farthest;
 use super::layers::Layer;
 use super::march_view::View;
 use super::raster_view::ViewRaster;
@@ -59,31 +60,34 @@ impl<'a> DeepView<'a> {
     /// 1/64 of the light.
     pub fn row(&self, y: u32) -> Vec<Vec<DeepSample>> {
         let frame = self.view.frame;
-        let end = |ray: &Ray| match ground_distance(frame, ray) {
-            ground if ground > 0.0 => ground,
-            _ => f32::INFINITY,
-        };
         let tiles = tiles::columns(frame.view.width as usize).map(|columns| {
             let layers = match &self.surfaces {
-                Some(raster) => self.view.layers_of_row(raster, &columns, y as usize, end),
+                Some(raster) => self.view.layers_of_row(raster, &columns, y as usize),
                 None => Vec::new(),
             };
             let pixel = |(i, x): (usize, usize)| {
                 let ray = self.view.ray([x, y as usize], [0, 1]);
-                let (layers, end) = match layers.get(i) {
-                    Some((layers, end)) => (&layers[..], *end),
-                    None => (&[][..], end(&ray)),
-                };
-                self.samples(&ray, layers, end)
+                let ground = ground_distance(frame, &ray);
+                match layers.get(i) {
+                    Some((layers, clear, end)) => {
+                        self.samples((&ray, ground), layers, (*clear, *end))
+                    }
+                    None => self.samples((&ray, ground), &[], (1.0, farthest(ground))),
+                }
             };
             columns.clone().enumerate().map(pixel).collect::<Vec<_>>()
         });
         tiles.flatten().collect()
     }
 
-    /// The samples along a ray: of the medium up to `end`, of `layers`, and of the ground if nothing
-    /// hides it.
-    fn samples(&self, ray: &Ray, layers: &[Layer], end: f32) -> Vec<DeepSample> {
+    /// The samples along a ray, which meets the ground at distance `ground` if that is above 0: of
+    /// the medium up to `end`, of `layers`, and of the ground if they leave it `clear`.
+    fn samples(
+        &self,
+        (ray, ground): (&Ray, f32),
+        layers: &[Layer],
+        (clear, end): (f32, f32),
+    ) -> Vec<DeepSample> {
         let frame = self.view.frame;
         let steps = self.view.steps(ray, end);
         let mut samples: Vec<DeepSample> = Vec::new();
@@ -103,10 +107,7 @@ impl<'a> DeepView<'a> {
         if !layers.is_empty() {
             samples = with_layers(&samples, layers);
         }
-        let ground = ground_distance(frame, ray);
-        let is_opaque =
-            layers.last().is_some_and(|layer| layer.clear - layer.weight < frame.view.opaque);
-        if ground > 0.0 && through > 0.0 && !is_opaque {
+        if ground > 0.0 && through > 0.0 && clear > 0.0 {
             let radiance = self.view.lit_ground(ray.at(ground));
             samples.push(DeepSample { front: ground, back: ground, radiance, alpha: 1.0 });
         }

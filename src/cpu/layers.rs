@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
+use super::ground::farthest;
 use super::march_view::View;
 use super::raster_surfaces::Part;
 use super::raster_view::{Hit, ViewRaster};
@@ -52,8 +53,7 @@ impl View<'_> {
     /// What a ray sees of the strands and hits in `scratch`, and of everything else.
     pub(super) fn composed(&self, raster: &ViewRaster, scratch: &mut Scratch, ray: &Ray) -> Vec4 {
         let ground = ground_distance(self.frame, ray);
-        let end = if ground > 0.0 { ground } else { f32::INFINITY };
-        let (clear, end) = self.find_layers(raster, scratch, ray, end);
+        let (clear, end) = self.find_layers(raster, scratch, ray, farthest(ground));
         self.among(ray, &scratch.layers, (clear, end, ground))
     }
 
@@ -71,7 +71,9 @@ impl View<'_> {
         // What is left of the light in each of the pixel's cells around the ray.
         let mut left = [1.0_f32; (CELLS * CELLS) as usize];
         let share = 1.0 / cells.count_ones() as f32;
-        let (mut clear, mut strand, mut hit, mut was_hit) = (1.0, 0, 0, false);
+        let (mut clear, mut strand, mut hit) = (1.0, 0, 0);
+        // The triangle of the last layer, if it is one.
+        let mut triangle = None;
         // As much as is left behind them can be seen.
         while clear >= self.frame.view.opaque {
             let depth = |of: Option<f32>| of.unwrap_or(f32::INFINITY);
@@ -103,23 +105,20 @@ impl View<'_> {
                 if weight <= 0.0 {
                     continue;
                 }
-                was_hit = false;
+                triangle = None;
                 let colour = || self.strand_radiance(raster, part, ray.direction);
                 (weight, *colours[strand - 1].get_or_insert_with(colour))
             } else {
                 hit += 1;
                 let (alpha, radiance) = self.triangle_radiance(raster, &hits[hit - 1], ray);
                 let weight = take(hits[hit - 1].cells & *cells, alpha);
+                let before = triangle.replace(hits[hit - 1].triangle);
                 // Rays of one pixel may meet the same triangle.
-                if hit > 1
-                    && hits[hit - 2].triangle == hits[hit - 1].triangle
-                    && let Some(last) = layers.last_mut().filter(|_| was_hit)
-                {
+                if let Some(last) = layers.last_mut().filter(|_| before == triangle) {
                     last.add(next, weight, radiance);
                     clear -= weight;
                     continue;
                 }
-                was_hit = true;
                 (weight, radiance)
             };
             layers.push(Layer { depth: next, clear, weight, radiance });
@@ -131,16 +130,15 @@ impl View<'_> {
         (clear, end)
     }
 
-    /// The layers in front of `end` in each pixel of a row, in some columns of one tile, and where
-    /// nothing behind them is seen. Triangles cover the cells of those of the pixel's rays that meet
-    /// them.
+    /// The layers in front of the ground in each pixel of a row, in some columns of one tile; with
+    /// what they let through and where nothing behind is seen. Triangles cover the cells of those of
+    /// the pixel's rays that meet them.
     pub(super) fn layers_of_row(
         &self,
         raster: &ViewRaster,
         columns: &Range<usize>,
         y: usize,
-        end: impl Fn(&Ray) -> f32,
-    ) -> Vec<(Vec<Layer>, f32)> {
+    ) -> Vec<(Vec<Layer>, f32, f32)> {
         let seen = raster.tile(columns, &(y..y + 1));
         let samples = self.frame.view.samples.min(MOST_DEEP);
         let mut scratch = Scratch::default();
@@ -154,8 +152,9 @@ impl View<'_> {
                 raster.meet(seen.triangles.of(i), place, of_ray, &mut scratch.hits);
             }
             scratch.cells = u64::MAX;
-            let (_, end) = self.find_layers(raster, &mut scratch, &ray, end(&ray));
-            (scratch.layers.clone(), end)
+            let end = farthest(ground_distance(self.frame, &ray));
+            let (clear, end) = self.find_layers(raster, &mut scratch, &ray, end);
+            (scratch.layers.clone(), clear, end)
         };
         columns.clone().enumerate().map(pixel).collect()
     }
@@ -202,12 +201,7 @@ impl View<'_> {
             light += medium * layer.radiance * layer.weight;
         }
         let through = clear * medium;
-        let behind = match (through == Vec3::ZERO, ground > 0.0) {
-            (true, _) => Vec4::ZERO,
-            (_, true) if coloured => self.lit_ground_of_colours(ray.at(ground)).extend(1.0),
-            (_, true) => self.lit_ground(ray.at(ground)).extend(1.0),
-            _ => self.frame.view.background,
-        };
+        let behind = if through == Vec3::ZERO { Vec4::ZERO } else { self.behind(ray, ground) };
         let covered = 1.0 - through.element_sum() / 3.0;
         (light + through * behind.xyz()).extend(covered + (1.0 - covered) * behind.w)
     }

@@ -10,7 +10,6 @@ use crate::kernel::media::{Arriving, Piece, arriving_over, emission_along, sourc
 use crate::kernel::medium::{SMALLEST_WEIGHT, mean_transmittance};
 use crate::kernel::occupancy::BATCH;
 use crate::kernel::ray::Ray;
-use crate::kernel::view::{ground_radiance, surface_depth};
 use crate::math::Each;
 
 impl View<'_> {
@@ -20,11 +19,7 @@ impl View<'_> {
         let mut light = Vec3::ZERO;
         let through = self.scatter(ray, steps, |added| light += added.radiance);
         let through = if through > 0.0 { self.colours(through) } else { Vec3::ZERO };
-        let behind = if ground > 0.0 {
-            self.lit_ground_of_colours(ray.at(ground)).extend(1.0)
-        } else {
-            self.frame.view.background
-        };
+        let behind = self.behind(ray, ground);
         let covered = 1.0 - through.element_sum() / 3.0;
         (light + through * behind.truncate()).extend(covered + (1.0 - covered) * behind.w)
     }
@@ -77,14 +72,6 @@ impl View<'_> {
             through *= four_transmitted(tau.extend(0.0)).truncate();
         }
         sum
-    }
-
-    pub(super) fn lit_ground_of_colours(&self, point: Vec3) -> Vec3 {
-        let mut light = light_coordinates(self.frame, point);
-        light.z = surface_depth(self.frame, light);
-        let transmittances = self.colours_at(light);
-        let dark = ground_radiance(self.frame, point, 0.0);
-        dark + transmittances * (ground_radiance(self.frame, point, 1.0) - dark)
     }
 
     /// Transmittances at (u, v, depth).

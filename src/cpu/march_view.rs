@@ -5,11 +5,12 @@ use std::cell::Cell;
 
 use glam::{Vec3, Vec4};
 
+use super::ground::farthest;
 use super::raster_view::ViewRaster;
 use super::refine_view::{Refinement, refine_view};
 use super::shade_view::Overlay;
 use super::tiles;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frame::{Frame, FrameView};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
@@ -20,9 +21,7 @@ use crate::kernel::media::{
 use crate::kernel::medium::{mean_transmittance, scattered, step_opacity};
 use crate::kernel::occupancy::{BATCH, CUT_LIMIT, CUT_SHARE, Walk};
 use crate::kernel::ray::{Ray, intersect_box, step_count, voxels_over};
-use crate::kernel::view::{
-    camera_ray, ground_distance, ground_radiance, pixel_offset, surface_depth,
-};
+use crate::kernel::view::{camera_ray, ground_distance, pixel_offset};
 use crate::math::Each;
 use crate::parallel;
 use crate::progress::Progress;
@@ -43,10 +42,6 @@ pub(super) fn march_view(
     map.prepare();
     let view = View { sampler: Sampler::of(casters.media), frame, map };
     let refined = spacing > 1 || (samples > 1 && tolerance > 0.0);
-    if frame.view.shading == 1 && !casters.surfaces.is_empty() {
-        let why = "the paper's shading shows no meshes and no hair";
-        return Err(Error::value("shadow.shading", why));
-    }
     let raster = ViewRaster::new(casters, frame)?;
     let overlay =
         raster.as_ref().map(|raster| Overlay::new(&view, raster, samples, !refined, progress));
@@ -160,7 +155,7 @@ impl View<'_> {
 
     fn march(&self, ray: &Ray) -> Vec4 {
         let ground = ground_distance(self.frame, ray);
-        let steps = self.steps(ray, if ground > 0.0 { ground } else { f32::INFINITY });
+        let steps = self.steps(ray, farthest(ground));
         if self.frame.media.coloured == 1 {
             return self.march_colours(ray, &steps, ground);
         }
@@ -169,19 +164,8 @@ impl View<'_> {
         } else {
             self.single_scattering(ray, &steps)
         };
-        let behind = if ground > 0.0 {
-            self.lit_ground(ray.at(ground)).extend(1.0)
-        } else {
-            self.frame.view.background
-        };
+        let behind = self.behind(ray, ground);
         light.extend(1.0 - through) + through * behind.truncate().extend(behind.w)
-    }
-
-    /// Radiance of the ground at a point.
-    pub(super) fn lit_ground(&self, point: Vec3) -> Vec3 {
-        let mut light = light_coordinates(self.frame, point);
-        light.z = surface_depth(self.frame, light);
-        ground_radiance(self.frame, point, self.lookup(light))
     }
 
     pub(super) fn steps(&self, ray: &Ray, farthest: f32) -> Steps {

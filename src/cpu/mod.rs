@@ -7,6 +7,7 @@ mod bounds;
 #[cfg(test)]
 mod counts;
 mod deep_view;
+mod ground;
 mod layers;
 mod lazy_fragments;
 mod link_neighbors;

@@ -7,7 +7,7 @@ use glam::Vec2;
 
 use super::bins::Lists;
 use super::raster_surfaces::{Part, SurfaceRaster};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameLooks};
 use crate::kernel::light::light_ray;
 use crate::kernel::triangle::triangle_depth;
@@ -43,10 +43,15 @@ impl ViewRaster {
     /// Prepares the surfaces of `casters`; `None` if there are none.
     ///
     /// # Errors
-    /// [`crate::ErrorKind::Limit`] if a tile's surfaces would not fit memory.
+    /// [`crate::ErrorKind::Limit`] if a tile's surfaces would not fit memory, and if shading is the
+    /// paper's, which has no place for surfaces.
     pub(super) fn new(casters: Casters<'_>, frame: &Frame) -> Result<Option<Self>> {
         if casters.surfaces.is_empty() {
             return Ok(None);
+        }
+        if frame.view.shading == 1 {
+            let why = "the paper's shading shows no meshes and no hair";
+            return Err(Error::value("shadow.shading", why));
         }
         let (looks, frame) = (FrameLooks::of(casters), frame.from_camera());
         let raster = SurfaceRaster::of(&looks.shapes, &frame, true)?;

@@ -21,6 +21,10 @@ use crate::kernel::surface::{
 };
 use crate::kernel::view::pixel_offset;
 use crate::progress::Progress;
+use crate::scene::OFF_STRANDS;
+
+/// Points on strands are looked up this many radii nearer to the light.
+const OFF_RADII: f32 = 2.0 * OFF_STRANDS as f32;
 
 /// How far a pixel has been shaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -104,42 +108,37 @@ impl View<'_> {
                 return (Vec4::ZERO, Shaded::Not);
             }
             scratch.set_strands(seen.strands.of(i));
-            self.shade(
-                (raster, &mut scratch),
-                seen.triangles.of(i),
-                place,
-                [samples, u32::from(all)],
-            )
+            self.shade((raster, &mut scratch), seen.triangles.of(i), place, (samples, all))
         };
         places.enumerate().map(pixel).collect()
     }
 
     /// The pixel (x, y), whose strands are in `scratch`, and of whose rays some meet some of the
-    /// `triangles`; `all` of its samples are wanted if that is 1.
+    /// `triangles`, with `all` of its samples or with as many as it needs.
     fn shade(
         &self,
         (raster, scratch): (&ViewRaster, &mut Scratch),
         triangles: &[u32],
         [x, y]: [usize; 2],
-        [samples, all]: [u32; 2],
+        (samples, all): (u32, bool),
     ) -> (Vec4, Shaded) {
-        let mut one_surface = scratch.strands.is_empty();
-        let (mut first, mut met) = (None, !scratch.strands.is_empty());
-        for sample in 0..samples {
-            let of_ray = (pixel_offset(sample, samples), u64::MAX);
-            scratch.hits.clear();
-            raster.meet(triangles, [x, y], of_ray, &mut scratch.hits);
-            let nearest = scratch.hits.first().map(|hit| hit.triangle);
-            met |= nearest.is_some();
-            one_surface &= *first.get_or_insert(nearest) == nearest;
+        let mut rays = samples;
+        if scratch.strands.is_empty() {
+            let nearest = (0..samples).map(|sample| {
+                let of_ray = (pixel_offset(sample, samples), u64::MAX);
+                scratch.hits.clear();
+                raster.meet(triangles, [x, y], of_ray, &mut scratch.hits);
+                scratch.hits.first().map(|hit| hit.triangle)
+            });
+            let nearest: Vec<Option<u32>> = nearest.collect();
+            if nearest.iter().all(Option::is_none) {
+                return (Vec4::ZERO, Shaded::Not);
+            }
+            if !all && nearest.iter().all(|own| *own == nearest[0]) {
+                rays = 1;
+            }
         }
-        if !met {
-            return (Vec4::ZERO, Shaded::Not);
-        }
-        let (rays, shaded) = match (samples, all) {
-            (2.., 0) if one_surface => (1, Shaded::Once),
-            _ => (samples, Shaded::Fully),
-        };
+        let shaded = if rays < samples { Shaded::Once } else { Shaded::Fully };
         let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
         for sample in 0..rays {
             scratch.hits.clear();
@@ -169,7 +168,7 @@ impl View<'_> {
         let albedo = looks.albedos[a].xyz().lerp(looks.albedos[b].xyz(), share);
         let coat = &looks.coats[looks.albedos[a].w as usize];
         let to_light = -light_direction_at(self.frame, position);
-        let off = self.within(position, self.frame.map.bias.max(coat.off_radii * radius));
+        let off = self.within(position, self.frame.map.bias.max(OFF_RADII * radius));
         let gloss = [coat.specular, coat.shininess];
         let reflected = strand_reflectance(tangent, [to_light, -direction], albedo, gloss);
         let arriving = self.arriving_at(coat, position, position + off * to_light, reflected);

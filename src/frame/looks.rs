@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3, Vec4};
 
 use super::FrameSurfaces;
-use crate::scene::{Casters, OFF_STRANDS, Shape, Surface};
+use crate::scene::{Casters, Shape, Surface};
 
 /// All surfaces of a scene, those too that cast no shadow.
 #[derive(Clone, Debug, Default)]
@@ -32,8 +32,6 @@ pub struct FrameCoat {
     pub specular: f32,
     /// The power of its highlight.
     pub shininess: f32,
-    /// Strands: points are looked up this many radii nearer to the light.
-    pub off_radii: f32,
 }
 
 impl FrameLooks {
@@ -46,7 +44,6 @@ impl FrameLooks {
                 receives: surface.receives,
                 specular: if surface.reflects { surface.gloss.specular as f32 } else { 0.0 },
                 shininess: surface.gloss.shininess as f32,
-                off_radii: 2.0 * OFF_STRANDS as f32,
             });
         }
         all

@@ -112,9 +112,11 @@ impl Scouts {
                 tracing / texels.max(1) as f64 / threads,
                 marching / truth.pixels().len().max(1) as f64 * truth.lit_share(),
             ];
-            if !scene.surfaces.is_empty() {
-                seconds = of_surfaces(&beams, &scout)?;
-            }
+        }
+        if !scene.surfaces.is_empty() {
+            let [_, size] = sizes;
+            seconds =
+                of_surfaces(&beams, &settings.with(|s| (s.quality, s.map.size) = (QUALITY, size)))?;
         }
         let fourth = |size: u32| f64::from(size).powi(-4);
         let by_texels =
