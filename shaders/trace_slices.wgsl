@@ -1,11 +1,12 @@
-// Pass trace_slices: turns the slabs of each texel's ray, in order, into nodes: all of them, or as
-// few as the tolerance allows. The fit runs while marching, so no raw list is ever written. One
-// thread per texel.
+// Pass trace_slices: turns the slabs of each texel's ray and what surfaces leave on it, in order,
+// into nodes: all of them, or as few as the tolerance allows. The fit runs while marching, so no raw
+// list is ever written. One thread per texel.
 #import kernel/fitting
 #import kernel/fragments
 #import kernel/occupancy
 #import kernel/slices
 #import kernel/tile
+#import pieces
 
 @group(0) @binding(5) var<storage, read_write> runs: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read_write> nodes: array<vec2<f32>>;
@@ -25,9 +26,9 @@ fn kept_node(k: u32) -> vec2<f32> {
     return nodes[list.first + k * list.stride];
 }
 
-fn add_slab(front: f32, back: f32, optical_depth: f32) {
+fn add_fragment(front: f32, back: f32, optical_depth: f32, of_medium: bool) {
     if (optical_depth > 0.0 && !fitter_is_dark()) {
-        fitter_add(vec2<f32>(front, back), optical_depth);
+        fitter_add_fragment(vec2<f32>(front, back), optical_depth, of_medium);
     }
 }
 
@@ -44,6 +45,7 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
 
     let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.map.size);
     let slabs = slabs_of(at.x, at.y);
+    begin_pieces(id.y * tile.extent.x + id.x);
     fitter_start(frame.map.tolerance);
     let lengths = vec3<f32>(slabs.step, frame.map.slabs.rough, frame.map.slabs.longest);
     // The last slab between planes may be as thin as rounding allows.
@@ -72,12 +74,13 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
         longest = 3e38;
         next = batch.next;
         // Unrolled: reading a vector with a dynamic index costs a fifth of the pass's time.
-        add_slab(batch.fronts.x, batch.backs.x, optical_depths.x);
-        add_slab(batch.fronts.y, batch.backs.y, optical_depths.y);
-        add_slab(batch.fronts.z, batch.backs.z, optical_depths.z);
-        add_slab(batch.fronts.w, batch.backs.w, optical_depths.w);
+        add_between(batch.fronts.x, batch.backs.x, optical_depths.x);
+        add_between(batch.fronts.y, batch.backs.y, optical_depths.y);
+        add_between(batch.fronts.z, batch.backs.z, optical_depths.z);
+        add_between(batch.fronts.w, batch.backs.w, optical_depths.w);
         t = next_place(&walk, max(batch.end, t + LEAST_SHARE * slabs.exit));
     }
+    add_rest();
     fitter_finish();
 
     if (list.count > tile.capacity) {

@@ -44,6 +44,7 @@ mod sparse;
 mod stage;
 mod stored_values;
 mod support;
+mod surface_lists;
 mod surface_maps;
 mod surface_pictures;
 mod surface_program;

@@ -7,13 +7,17 @@ use std::mem::offset_of;
 use deepshadow::frame::{
     self, Field, Frame, FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching, Part,
 };
-use deepshadow::gpu::{MediaKind, PREFIX, PassSource, linked, pass_sources, shadow_wgsl};
+use deepshadow::gpu::{Imports, MediaKind, PREFIX, PassSource, linked, pass_sources, shadow_wgsl};
 use deepshadow::kernel::{fitting, fragments, light, medium, occupancy, threshold};
 use deepshadow::scene::{EMPTY, ROUGHEST};
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{MOST_WALKED, NO_LINK};
 use deepshadow::volume::{BLOCK, BLOCK_EDGE};
 use naga::{Expression, Literal, Module, TypeInner};
+
+fn imports(map: MapKind, media: MediaKind) -> Imports {
+    Imports { map, media, surfaces: true }
+}
 
 fn parsed(text: &str) -> Module {
     naga::front::wgsl::parse_str(text)
@@ -36,11 +40,14 @@ fn every_pass_is_valid_and_declares_its_entry_point() {
             for media in
                 [MediaKind::Plain, MediaKind::Blocks, MediaKind::OneField, MediaKind::Mixed]
             {
-                let module = validated(&linked(source, map, media).unwrap().text);
-                let entry = module.entry_points.iter().find(|entry| entry.name == name);
-                let entry = entry.unwrap_or_else(|| panic!("{name}"));
-                if entry.stage == naga::ShaderStage::Compute {
-                    assert_eq!(entry.workgroup_size, [workgroup[0], workgroup[1], 1], "{name}");
+                for surfaces in [false, true] {
+                    let imports = Imports { map, media, surfaces };
+                    let module = validated(&linked(source, imports).unwrap().text);
+                    let entry = module.entry_points.iter().find(|entry| entry.name == name);
+                    let entry = entry.unwrap_or_else(|| panic!("{name}"));
+                    if entry.stage == naga::ShaderStage::Compute {
+                        assert_eq!(entry.workgroup_size, [workgroup[0], workgroup[1], 1], "{name}");
+                    }
                 }
             }
         }
@@ -73,7 +80,7 @@ fn the_lookup_for_other_programs_is_valid_in_any_bind_group() {
 #[test]
 fn lines_of_linked_shaders_are_found_in_their_files() {
     for PassSource { name, source, .. } in pass_sources() {
-        let linked = linked(source, MapKind::Fragments, MediaKind::Mixed).unwrap();
+        let linked = linked(source, imports(MapKind::Fragments, MediaKind::Mixed)).unwrap();
         for (i, line) in linked.text.lines().enumerate() {
             let (file, number) = linked.place(i + 1).unwrap();
             let file = if file.is_empty() { name } else { file };
@@ -83,7 +90,7 @@ fn lines_of_linked_shaders_are_found_in_their_files() {
         }
     }
     let wrong = "#import kernel/ray\n\nfn wrong() -> f32 { return 1u; }\n";
-    let linked = linked(wrong, MapKind::Threshold, MediaKind::Plain).unwrap();
+    let linked = linked(wrong, imports(MapKind::Threshold, MediaKind::Plain)).unwrap();
     let line = linked.text.lines().count();
     let said = linked.explained("wrong", &format!("error at wgsl:{line}:21: type"));
     assert!(said.starts_with("shaders/wrong.wgsl, line 3: error"), "{said}");
@@ -92,7 +99,7 @@ fn lines_of_linked_shaders_are_found_in_their_files() {
 #[test]
 fn an_import_of_a_missing_file_is_an_error() {
     assert!(
-        linked("#import kernel/none\n", MapKind::Threshold, MediaKind::Plain)
+        linked("#import kernel/none\n", imports(MapKind::Threshold, MediaKind::Plain))
             .unwrap_err()
             .to_string()
             .contains("kernel/none")
@@ -148,7 +155,7 @@ fn scalar(name: &'static str) -> &'static str {
 const MIXTURE: &str = "#import media/mixture\n";
 
 fn same_layout(root: &str, name: &str, ours: &[(&str, usize, &str)], bytes: usize) {
-    let text = linked(root, MapKind::Threshold, MediaKind::Mixed).unwrap().text;
+    let text = linked(root, imports(MapKind::Threshold, MediaKind::Mixed)).unwrap().text;
     let module = parsed(&text);
     let (members, span) = module
         .types
@@ -265,7 +272,7 @@ fn constants_are_the_same_on_both_sides() {
         (MapKind::Threshold, MediaKind::Blocks, &thresholds[..], &blocks[..]),
         (MapKind::Fragments, MediaKind::Mixed, &lists[..], &mixtures[..]),
     ] {
-        let module = parsed(&linked(ALL_CONSTANTS, map, media).unwrap().text);
+        let module = parsed(&linked(ALL_CONSTANTS, imports(map, media)).unwrap().text);
         for (name, value) in common.iter().chain(own).chain(more) {
             assert_eq!(constant(&module, name), *value, "{name}");
         }

@@ -59,12 +59,14 @@ fn other_kinds_of_map_take_surfaces_or_say_that_they_do_not() {
 #[test]
 fn backends_draw_surfaces_or_say_that_they_do_not() {
     let scene = bare(vec![pane(1.0, 0.0, 0.5)], DVec3::NEG_Y);
+    let threshold = fragments(16).with(|s| s.map.kind = Some(MapKind::Threshold));
     for backend in every_backend() {
-        let stage = backend.render(&scene, &fragments(16), &Silent);
-        let map = backend.map(&scene.only_beam().unwrap(), &fragments(16), &Silent);
-        for error in [stage.err(), map.err()] {
+        let picture = backend.render(&scene, &fragments(16), &Silent).err();
+        let map = backend.map(&scene.only_beam().unwrap(), &threshold, &Silent).err();
+        let refusals = ["draws no meshes and no hair", "no threshold maps of meshes and hair"];
+        for (error, refusal) in [picture, map].into_iter().zip(refusals) {
             let said = error.map(|error| error.to_string()).unwrap_or_default();
-            let refused = said.contains("draws no meshes and no hair");
+            let refused = said.contains(refusal);
             assert_eq!(refused, !backend.draws_surfaces(), "{}: {said}", backend.description());
         }
     }

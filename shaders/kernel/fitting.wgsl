@@ -41,8 +41,13 @@ fn fitter_start(tolerance: f32) {
     fitter = Fitter(held, dark, false, vec2<f32>(0.0), slopes, vec2<f32>(0.0), 0.0, 0.0);
 }
 
-// Adds a fragment from depth bounds.x to bounds.y, which does not begin in front of the one before.
+// Adds a slab from depth bounds.x to bounds.y, which does not begin in front of the one before.
 fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
+    fitter_add_fragment(bounds, optical_depth, true);
+}
+
+// Adds a slab of a medium, or what a surface leaves, which is linear between its depths.
+fn fitter_add_fragment(bounds: vec2<f32>, optical_depth: f32, of_medium: bool) {
     if (!fitter.begun) {
         fitter.begun = true;
         fitter.anchor = vec2<f32>(bounds.x, 0.0);
@@ -56,7 +61,7 @@ fn fitter_add(bounds: vec2<f32>, optical_depth: f32) {
     let start = fitter.last;
     let across = vec2<f32>(max(bounds.y - start.x, 0.0), optical_depth);
     fitter.bend = 0.0;
-    if (across.x > 0.0) {
+    if (across.x > 0.0 && of_medium) {
         let extinction = optical_depth / max(across.x, SMALLEST);
         fitter.bend = abs(extinction - fitter.extinction) * across.x * BEND;
         fitter.extinction = extinction;

@@ -1,6 +1,6 @@
 //! The passes one by one, with input and output in the host's memory.
 
-use super::{Backend, check_surfaces};
+use super::Backend;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
@@ -140,7 +140,6 @@ pub(super) fn build_map(
     let around = frame.around(casters);
     let kind = settings.map.kind.unwrap_or_default();
     let casting = beam.surfaces.casting();
-    check_surfaces(passes, &casting)?;
     if !casting.is_empty() {
         check_kind(kind, settings)?;
     }

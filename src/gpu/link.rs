@@ -1,7 +1,7 @@
 //! Joins shader files. A line `#import kernel/NAME` includes that file; each file is included once.
 //! `#import map` includes the file for the kind of shadow map, `#import media` that for the kind of
-//! media, `#import density` that for the storage of a plain volume's voxels, and `#import fields`
-//! that for the number of grids in a mixture.
+//! media, `#import density` that for the storage of a plain volume's voxels, `#import fields` that
+//! for the number of grids in a mixture, and `#import pieces` that for surfaces, or for none.
 
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -13,8 +13,9 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 26] = files![
+const FILES: [(&str, &str); 32] = files![
     "kernel/blocks",
+    "kernel/coverage",
     "kernel/curves",
     "kernel/density",
     "kernel/fitting",
@@ -25,12 +26,17 @@ const FILES: [(&str, &str); 26] = files![
     "kernel/march",
     "kernel/media",
     "kernel/medium",
+    "kernel/no_pieces",
     "kernel/occupancy",
+    "kernel/parts",
+    "kernel/pieces",
     "kernel/ray",
     "kernel/shadow",
     "kernel/slices",
+    "kernel/surfaces",
     "kernel/threshold",
     "kernel/tile",
+    "kernel/triangle",
     "kernel/view",
     "map/curves",
     "map/fragments",
@@ -54,6 +60,17 @@ pub enum MediaKind {
     OneField,
     /// Everything else.
     Mixed,
+}
+
+/// What the names that stand for several files refer to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Imports {
+    /// The kind of shadow map that is looked up.
+    pub map: MapKind,
+    /// The kind of media.
+    pub media: MediaKind,
+    /// Whether there are surfaces among the media.
+    pub surfaces: bool,
 }
 
 /// Joined shader files, with the origin of each line.
@@ -88,16 +105,17 @@ impl Linked {
 ///
 /// # Errors
 /// If it imports a file that does not exist.
-pub fn linked(root: &str, map: MapKind, media: MediaKind) -> Result<Linked> {
-    let map = if map == MapKind::Threshold { "map/curves" } else { "map/fragments" };
-    joined(root, Kinds { map, media })
+pub fn linked(root: &str, imports: Imports) -> Result<Linked> {
+    let map = if imports.map == MapKind::Threshold { "map/curves" } else { "map/fragments" };
+    joined(root, Kinds { map, media: imports.media, surfaces: imports.surfaces })
 }
 
-/// What the names that stand for several files refer to.
+/// [`Imports`] with the file of the map.
 #[derive(Clone, Copy)]
 struct Kinds {
     map: &'static str,
     media: MediaKind,
+    surfaces: bool,
 }
 
 impl Kinds {
@@ -105,6 +123,8 @@ impl Kinds {
     fn file<'a>(&self, name: &'a str) -> &'a str {
         match (name, self.media) {
             ("map", _) => self.map,
+            ("pieces", _) if self.surfaces => "kernel/pieces",
+            ("pieces", _) => "kernel/no_pieces",
             ("media", MediaKind::OneField | MediaKind::Mixed) => "media/mixture",
             ("media", _) => "media/plain",
             ("fields", MediaKind::OneField) => "media/one_field",
@@ -129,7 +149,7 @@ fn joined(root: &str, kinds: Kinds) -> Result<Linked> {
 pub(super) fn lookup(map: MapKind) -> Result<Linked> {
     // Other programs need not bind the curves that passes compute for each other.
     let map = if map == MapKind::Threshold { "map/threshold" } else { "map/fragments" };
-    joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain })
+    joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain, surfaces: false })
 }
 
 fn append(

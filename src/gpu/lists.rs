@@ -28,27 +28,13 @@ pub struct GpuLists {
 impl Renderer {
     /// Allocates lists with room for `tile.capacity` fragments in all.
     pub fn lists(&self, tile: Tile) -> GpuLists {
-        let target = self.device().create_texture(&wgpu::TextureDescriptor {
-            label: Some("no target"),
-            size: wgpu::Extent3d {
-                width: tile.extent[0],
-                height: tile.extent[1],
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: RasterProgram::TARGET,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
         GpuLists {
             tile,
             tile_buffer: self.tile_buffer(tile),
             heads: self.storage("heads", tile.texels() * 4),
             elements: self.storage("elements", u64::from(tile.capacity) * ELEMENT_BYTES),
             counters: self.storage("counters", 8),
-            target: target.create_view(&wgpu::TextureViewDescriptor::default()),
+            target: self.no_target(tile),
         }
     }
 
@@ -65,7 +51,7 @@ impl Renderer {
         planes: u32,
         lists: &GpuLists,
     ) -> Result<()> {
-        let program = self.programs.raster(media.kind())?;
+        let program = self.programs.raster((Pass::RasterSlices, "plane"), media.kind())?;
         let mut entries = self.media_entries(media);
         entries.extend([
             entry(at::FRAME, frame.buffer().as_entire_binding()),
@@ -81,22 +67,13 @@ impl Renderer {
         });
         encoder.clear_buffer(&lists.heads, 0, None);
         encoder.clear_buffer(&lists.counters, 0, None);
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("raster_slices"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &lists.target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Discard,
-                },
-            })],
-            ..Default::default()
-        });
-        pass.set_pipeline(&program.pipeline);
-        pass.set_bind_group(0, &bind_group, &[]);
-        pass.draw(0..3, 0..planes);
+        record_drawing(
+            encoder,
+            ("raster_slices", &lists.target),
+            &program,
+            &bind_group,
+            (3, planes),
+        );
         Ok(())
     }
 
@@ -138,7 +115,50 @@ impl Renderer {
         Ok(fragments)
     }
 
+    /// A target for a pass that draws over a tile, to which nothing is ever written.
+    pub(super) fn no_target(&self, tile: Tile) -> wgpu::TextureView {
+        let [width, height] = tile.extent;
+        let target = self.device().create_texture(&wgpu::TextureDescriptor {
+            label: Some("no target"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: RasterProgram::TARGET,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        target.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
     pub(super) fn tile_buffer(&self, tile: Tile) -> wgpu::Buffer {
         self.buffer("tile", bytemuck::bytes_of(&tile), wgpu::BufferUsages::UNIFORM)
     }
+}
+
+/// Records a pass that draws a number of corners, so many times, on a target of which nothing is
+/// kept.
+pub(super) fn record_drawing(
+    encoder: &mut wgpu::CommandEncoder,
+    (label, target): (&str, &wgpu::TextureView),
+    program: &RasterProgram,
+    bind_group: &wgpu::BindGroup,
+    (corners, times): (u32, u32),
+) {
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: target,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                store: wgpu::StoreOp::Discard,
+            },
+        })],
+        ..Default::default()
+    });
+    pass.set_pipeline(&program.pipeline);
+    pass.set_bind_group(0, bind_group, &[]);
+    pass.draw(0..corners, 0..times);
 }

@@ -42,6 +42,7 @@ mod readback;
 mod renderer;
 mod shadow;
 mod stage;
+mod surfaces;
 mod tile;
 mod tiles;
 
@@ -59,7 +60,7 @@ use adapter::Watch;
 pub use adapter::{AdapterChoice, adapters};
 pub use blocks::NO_BLOCK;
 pub use fragments::GpuFragments;
-pub use link::{Linked, MediaKind, linked};
+pub use link::{Imports, Linked, MediaKind, linked};
 pub use lists::GpuLists;
 pub use lookup::{PREFIX, shadow_wgsl};
 pub use media::GpuMedia;
@@ -68,6 +69,7 @@ pub use prepared::Prepared;
 use programs::Variant;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 pub use shadow::GpuShadow;
+pub use surfaces::{GpuParts, GpuSurfaces};
 pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 
 /// A renderer on a graphics adapter.
@@ -189,6 +191,10 @@ impl Passes for GpuBackend {
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>> {
+        if casters.surfaces.iter().any(|surface| surface.casts) {
+            let why = "GPUs build no threshold maps of meshes and hair; take 'fragments'";
+            return Err(Error::value("map", why));
+        }
         progress.begin("shadow map", 1);
         let gpu = &self.renderer;
         let texels = self.watch.over(|| {
@@ -210,8 +216,8 @@ impl Passes for GpuBackend {
         progress: &dyn Progress,
     ) -> Result<Runs> {
         self.watch.over(|| {
-            let media = (casters.media, &self.upload(casters.media)?);
-            tiles::trace_slices(&self.renderer, media, frame, memory, progress)
+            let media = self.upload(casters.media)?;
+            tiles::trace_slices(&self.renderer, casters, &media, frame, memory, progress)
         })
     }
 

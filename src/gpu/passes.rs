@@ -11,6 +11,13 @@ pub(super) enum Pass {
     TraceThreshold,
     FitCurves,
     TraceSlices,
+    /// `trace_slices` among surfaces.
+    TraceCasters,
+    RasterSurfaces,
+    RasterLarge,
+    /// What both do, by the graphics pipeline.
+    DrawSurfaces,
+    SortSurfaces,
     RasterSlices,
     SortFragments,
     LinkNeighbors,
@@ -36,6 +43,8 @@ pub(super) struct Declaration {
     pub(super) map: MapKind,
     /// Whether it samples media.
     pub(super) media: bool,
+    /// Whether it reads what surfaces leave.
+    pub(super) surfaces: bool,
     /// Its bindings besides the media.
     pub(super) bindings: Vec<BindGroupLayoutEntry>,
     /// Workgroup size along x and y, as in the shader.
@@ -52,10 +61,15 @@ macro_rules! source {
 
 impl Pass {
     /// All passes.
-    pub(super) const ALL: [Self; 12] = [
+    pub(super) const ALL: [Self; 17] = [
         Self::TraceThreshold,
         Self::FitCurves,
         Self::TraceSlices,
+        Self::TraceCasters,
+        Self::RasterSurfaces,
+        Self::RasterLarge,
+        Self::DrawSurfaces,
+        Self::SortSurfaces,
         Self::RasterSlices,
         Self::SortFragments,
         Self::LinkNeighbors,
@@ -76,6 +90,9 @@ impl Pass {
         let threshold_map = bindings::threshold_map();
         let lists = [at::RUNS, at::NODES, at::LINKS].map(read);
         let single = [bindings::single(), read(at::BRIGHT)];
+        let surfaces = [at::POINTS, at::OPACITIES, at::SEGMENTS, at::CORNERS].map(read);
+        let parts = [frame, tile, heads, read_write(at::PARTS), counters];
+        let slices = vec![frame, runs, nodes, tile, counters];
         let (map, media, bindings, (name, source)) = match self {
             Self::TraceThreshold => (
                 MapKind::Threshold,
@@ -89,11 +106,36 @@ impl Pass {
                 [&[frame, threshold_map], &kept_curves[..]].concat(),
                 source!("fit_curves"),
             ),
-            Self::TraceSlices => (
+            Self::TraceSlices => (MapKind::Fragments, true, slices, source!("trace_slices")),
+            Self::TraceCasters => (
                 MapKind::Fragments,
                 true,
-                vec![frame, runs, nodes, tile, counters],
+                [&slices[..], &[at::PIECE_RUNS, at::PIECES].map(read)].concat(),
                 source!("trace_slices"),
+            ),
+            Self::RasterSurfaces => (
+                MapKind::Fragments,
+                false,
+                [&parts[..], &surfaces, &[read_write(at::LARGE)]].concat(),
+                source!("raster_surfaces"),
+            ),
+            Self::RasterLarge => (
+                MapKind::Fragments,
+                false,
+                [&parts[..], &surfaces, &[read(at::LARGE)]].concat(),
+                source!("raster_large"),
+            ),
+            Self::DrawSurfaces => (
+                MapKind::Fragments,
+                false,
+                [&parts[..], &surfaces].concat(),
+                source!("draw_surfaces"),
+            ),
+            Self::SortSurfaces => (
+                MapKind::Fragments,
+                false,
+                [&parts[..], &[at::PIECE_RUNS, at::PIECES].map(read_write)].concat(),
+                source!("sort_surfaces"),
             ),
             Self::RasterSlices => (
                 MapKind::Fragments,
@@ -152,12 +194,14 @@ impl Pass {
         };
         // In `trace_slices` the threads' run times differ most.
         let workgroup = match self {
-            Self::TraceSlices => [8, 4],
+            Self::TraceSlices | Self::TraceCasters => [8, 4],
+            Self::RasterSurfaces | Self::RasterLarge => [64, 1],
             Self::RankRadiance => [16, 16],
             _ => [8, 8],
         };
         let varies = matches!(name, "march_view" | "refine_view");
-        Declaration { name, source, map, media, bindings, workgroup, varies }
+        let surfaces = self == Self::TraceCasters;
+        Declaration { name, source, map, media, surfaces, bindings, workgroup, varies }
     }
 }
 

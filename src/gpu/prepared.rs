@@ -14,6 +14,7 @@ use super::passes::Pass;
 use super::programs::Program;
 use super::renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 use super::shadow::GpuShadow;
+use super::surfaces::GpuParts;
 use crate::error::Result;
 
 /// A pass with all its bindings, including the parameters of its frame.
@@ -72,6 +73,23 @@ impl Renderer {
         entries.extend(fragments.slices_entries());
         let extent = fragments.tile.extent;
         let prepared = self.prepare(Pass::TraceSlices, media.kind(), Some(frame), entries, extent);
+        Prepared { cleared: Some(fragments.counters.clone()), ..prepared }
+    }
+
+    /// Prepares pass `trace_slices` among surfaces, of which pass `sort_surfaces` made the pieces in
+    /// `parts`, for the same tile.
+    pub fn prepare_casters(
+        &self,
+        media: &GpuMedia,
+        parts: &GpuParts,
+        frame: &GpuFrame,
+        fragments: &GpuFragments,
+    ) -> Prepared {
+        let mut entries = self.media_entries(media);
+        entries.extend(fragments.slices_entries());
+        entries.extend(parts.pieces_entries());
+        let extent = fragments.tile.extent;
+        let prepared = self.prepare(Pass::TraceCasters, media.kind(), Some(frame), entries, extent);
         Prepared { cleared: Some(fragments.counters.clone()), ..prepared }
     }
 

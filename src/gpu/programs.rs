@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, Builder};
 
 use super::bindings::{self, checked};
-use super::link::{self, MediaKind};
+use super::link::{self, Imports, MediaKind};
 use super::passes::{Declaration, Pass};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
@@ -99,7 +99,7 @@ impl Program {
     }
 }
 
-/// Pass `raster_slices`, which draws, and the format of the target that a render pass requires.
+/// A pass that draws, and the format of the target that a render pass requires.
 #[derive(Clone, Debug)]
 pub(super) struct RasterProgram {
     pub(super) layout: wgpu::BindGroupLayout,
@@ -110,10 +110,18 @@ impl RasterProgram {
     /// Format of the target, to which nothing is ever written.
     pub(super) const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-    pub(super) fn new(device: &wgpu::Device, media: MediaKind) -> Result<Self> {
-        let mut declaration = Pass::RasterSlices.declaration();
+    /// `vertex` is the entry point that places what is drawn.
+    fn new(device: &wgpu::Device, (pass, vertex): (Pass, &str), media: MediaKind) -> Result<Self> {
+        let mut declaration = pass.declaration();
         for entry in &mut declaration.bindings {
-            entry.visibility = wgpu::ShaderStages::FRAGMENT;
+            // Shaders that place corners write nothing.
+            let writes = wgpu::BufferBindingType::Storage { read_only: false };
+            entry.visibility = match entry.ty {
+                wgpu::BindingType::Buffer { ty, .. } if ty == writes => {
+                    wgpu::ShaderStages::FRAGMENT
+                }
+                _ => wgpu::ShaderStages::VERTEX_FRAGMENT,
+            };
         }
         let layout = layout(device, &declaration, media);
         let pipeline = checked(device, || {
@@ -129,7 +137,7 @@ impl RasterProgram {
                 layout: Some(&pipeline_layout),
                 vertex: wgpu::VertexState {
                     module: &module,
-                    entry_point: Some("plane"),
+                    entry_point: Some(vertex),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
                     buffers: &[],
                 },
@@ -184,10 +192,10 @@ fn of_one_group(
 
 fn module(
     device: &wgpu::Device,
-    Declaration { name, source, map, .. }: &Declaration,
+    Declaration { name, source, map, surfaces, .. }: &Declaration,
     media: MediaKind,
 ) -> Result<wgpu::ShaderModule> {
-    let linked = link::linked(source, *map, media)?;
+    let linked = link::linked(source, Imports { map: *map, media, surfaces: *surfaces })?;
     let text = wgpu::ShaderSource::Wgsl(linked.text.as_str().into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: text };
     checked(device, || Ok(device.create_shader_module(descriptor))).map_err(|error| {
@@ -203,7 +211,7 @@ fn module(
 pub(super) struct Programs {
     device: wgpu::Device,
     compute: Mutex<Vec<Arc<Program>>>,
-    raster: Mutex<Vec<(MediaKind, RasterProgram)>>,
+    raster: Mutex<Vec<(Pass, MediaKind, RasterProgram)>>,
 }
 
 impl Programs {
@@ -222,17 +230,23 @@ impl Programs {
         made
     }
 
-    /// Pass `raster_slices`.
+    /// A pass that draws, with the entry point that places what is drawn.
     ///
     /// # Errors
     /// If the device rejects the shader.
-    pub(super) fn raster(&self, media: MediaKind) -> Result<RasterProgram> {
+    pub(super) fn raster(
+        &self,
+        (pass, vertex): (Pass, &str),
+        media: MediaKind,
+    ) -> Result<RasterProgram> {
         let mut known = self.raster.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, found)) = known.iter().find(|(kind, _)| *kind == media) {
+        if let Some((_, _, found)) =
+            known.iter().find(|(of, kind, _)| (*of, *kind) == (pass, media))
+        {
             return Ok(found.clone());
         }
-        let made = RasterProgram::new(&self.device, media)?;
-        known.push((media, made.clone()));
+        let made = RasterProgram::new(&self.device, (pass, vertex), media)?;
+        known.push((pass, media, made.clone()));
         Ok(made)
     }
 

@@ -19,16 +19,21 @@ pub struct Tile {
     pub origin: [u32; 2],
     /// The tile's size in texels.
     pub extent: [u32; 2],
-    /// Capacity of its buffers: nodes per texel (`trace_slices`), or elements of the whole tile
-    /// (`raster_slices`).
+    /// Capacity of its buffers: nodes per texel (`trace_slices`), or elements or parts of the whole
+    /// tile (`raster_slices`, `raster_surfaces`).
     pub capacity: u32,
-    unused: [u32; 3],
+    /// How many segments of strands `raster_surfaces` draws.
+    pub segments: u32,
+    /// How many triangles it draws.
+    pub triangles: u32,
+    pub(super) unused: u32,
 }
 
 impl Tile {
     /// The tile with the rows `first` to `first + rows` of a map of `size` squared texels.
     pub fn rows(size: u32, first: u32, rows: u32, capacity: u32) -> Self {
-        Self { origin: [0, first], extent: [size, rows], capacity, unused: [0; 3] }
+        let (origin, extent) = ([0, first], [size, rows]);
+        Self { origin, extent, capacity, segments: 0, triangles: 0, unused: 0 }
     }
 
     /// Number of texels.

@@ -4,12 +4,13 @@
 
 use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;
-use super::renderer::Renderer;
+use super::renderer::{GpuFrame, Renderer};
+use super::surfaces::{GpuParts, GpuSurfaces, ROOM_BYTES};
 use super::tile::Tile;
 use crate::error::{ErrorKind, Result};
-use crate::frame::{Frame, SLABS_PER_VOXEL};
+use crate::frame::{Frame, FrameSurfaces, SLABS_PER_VOXEL};
 use crate::progress::Progress;
-use crate::scene::Media;
+use crate::scene::{Casters, Media};
 use crate::shadow::{Node, Runs};
 
 /// Initial capacity of fitted lists, in nodes per texel: no preset's fit at the default tolerance
@@ -17,13 +18,16 @@ use crate::shadow::{Node, Runs};
 const FITTED_NODES: u32 = 32;
 /// Initial capacity of drawn lists, in fragments per texel.
 const DRAWN_FRAGMENTS: u64 = 64;
+/// Initial capacity of what surfaces leave, in parts per texel.
+const SURFACE_PARTS: u64 = 8;
 /// Rows of texels in a block.
 const BLOCK_ROWS: u32 = 8;
 
-/// Runs pass `trace_slices` over all tiles.
+/// Runs pass `trace_slices` over all tiles, and first those that draw surfaces.
 pub(super) fn trace_slices(
     gpu: &Renderer,
-    (media, gpu_media): (&Media, &GpuMedia),
+    casters: Casters<'_>,
+    gpu_media: &GpuMedia,
     frame: &Frame,
     memory: u64,
     progress: &dyn Progress,
@@ -32,26 +36,84 @@ pub(super) fn trace_slices(
     progress.begin("shadow map", u64::from(size));
     let budget = memory.min(gpu.largest_binding());
     let frame_buffer = gpu.frame(frame, gpu_media)?;
+    let surfaces = match casters.surfaces.iter().any(|surface| surface.casts) {
+        true => Some(gpu.upload_surfaces(&FrameSurfaces::of(casters))?),
+        false => None,
+    };
     let fitted = frame.map.tolerance > 0.0;
-    let mut capacity = if fitted { usual_nodes(frame) } else { most_nodes(media, frame) };
+    let mut capacity = if fitted { usual_nodes(frame) } else { most_nodes(casters.media, frame) };
+    let mut room = Room { rows: size, parts: 0 };
     let mut all = Runs::default();
     let mut first = 0;
     while first < size {
         let block = Tile::rows(size, 0, BLOCK_ROWS, capacity).block_texels();
         let blocks = budget / (block * u64::from(capacity) * size_of::<Node>() as u64).max(1);
         let rows = u32::try_from(blocks * u64::from(BLOCK_ROWS)).unwrap_or(size).max(BLOCK_ROWS);
-        let rows = rows.min(size - first);
-        let fragments = gpu.fragments(Tile::rows(size, first, rows, capacity))?;
-        gpu.submit(|encoder| gpu.trace_slices(encoder, gpu_media, &frame_buffer, &fragments))?;
+        let tile = Tile::rows(size, first, rows.min(size - first), capacity);
+        let (tile, parts) = match &surfaces {
+            Some(surfaces) => {
+                let parts = draw_surfaces(gpu, surfaces, (&frame_buffer, tile), budget, &mut room)?;
+                (Tile { extent: parts.tile().extent, ..tile }, Some(parts))
+            }
+            None => (tile, None),
+        };
+        let fragments = gpu.fragments(tile)?;
+        gpu.submit(|encoder| match &parts {
+            None => gpu.trace_slices(encoder, gpu_media, &frame_buffer, &fragments),
+            Some(parts) => {
+                gpu.sort_surfaces(encoder, &frame_buffer, parts)?;
+                gpu.prepare_casters(gpu_media, parts, &frame_buffer, &fragments).record(encoder)
+            }
+        })?;
         if let Some(needed) = gpu.nodes_missing(&fragments)? {
             capacity = needed;
             continue;
         }
         all.append(&gpu.read_fragments(&fragments)?)?;
-        first += rows;
-        progress.advance(u64::from(rows));
+        first += tile.extent[1];
+        progress.advance(u64::from(tile.extent[1]));
     }
     Ok(all)
+}
+
+/// What drawing surfaces has needed so far.
+struct Room {
+    /// The most rows of texels of which all parts found room.
+    rows: u32,
+    /// The parts that a tile left.
+    parts: u64,
+}
+
+/// Runs pass `raster_surfaces` over the first rows of a tile whose parts all find room.
+fn draw_surfaces(
+    gpu: &Renderer,
+    surfaces: &GpuSurfaces,
+    (frame, tile): (&GpuFrame, Tile),
+    budget: u64,
+    room: &mut Room,
+) -> Result<GpuParts> {
+    let most = (budget / ROOM_BYTES).min(u64::from(u32::MAX / 2));
+    let mut tile = Tile { extent: [tile.extent[0], tile.extent[1].min(room.rows)], ..tile };
+    loop {
+        tile.capacity = (tile.texels() * SURFACE_PARTS).max(room.parts).min(most) as u32;
+        let parts = gpu.parts(tile, surfaces);
+        gpu.submit(|encoder| gpu.raster_surfaces(encoder, surfaces, frame, &parts))?;
+        let drawn = u64::from(gpu.parts_drawn(&parts)?);
+        if drawn <= u64::from(tile.capacity) {
+            return Ok(parts);
+        }
+        room.parts = drawn;
+        if drawn > most {
+            if tile.extent[1] == 1 {
+                let (needed, limit) = (format!("{drawn} parts"), format!("{most} parts"));
+                let what = "hair or meshes over a row of a map".to_owned();
+                return Err(ErrorKind::Limit { what, needed, limit }.into());
+            }
+            room.rows = tile.extent[1].div_ceil(2);
+            tile.extent[1] = room.rows;
+            room.parts = 0;
+        }
+    }
 }
 
 /// Nodes per texel for which fitted lists get room at first. Polylines take nodes in proportion to
