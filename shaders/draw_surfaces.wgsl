@@ -55,6 +55,9 @@ fn draw_surfaces(at: Corner) {
     let drawn = drawn_of(at.index);
     let touched = columns_of(drawn.sides, texel.y);
     if (texel.x >= touched.x && texel.x < touched.y) {
-        leave(drawn, texel);
+        let left = left_in(drawn, at.index, texel);
+        if (left.z > 0.0) {
+            push_fragment(in_tile(texel), left.xy, left.z);
+        }
     }
 }

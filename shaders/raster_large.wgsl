@@ -16,9 +16,16 @@ fn raster_large(
         let drawn = drawn_of(large[i]);
         let rows = rows_of(drawn.sides);
         for (var y = rows.x + group.x; y < rows.y; y += groups.x) {
-            let touched = columns_of(drawn.sides, y);
-            for (var x = touched.x + lane; x < touched.y; x += 64u) {
-                leave(drawn, vec2<u32>(x, y));
+            let columns = columns_of(drawn.sides, y);
+            if (lane == 0u) {
+                atomicAdd(&counters[3], (columns.y - columns.x + 255u) / 256u);
+            }
+            for (var x = columns.x + lane; x < columns.y; x += 64u) {
+                let texel = vec2<u32>(x, y);
+                let left = left_in(drawn, large[i], texel);
+                if (left.z > 0.0) {
+                    push_fragment(in_tile(texel), left.xy, left.z);
+                }
             }
         }
     }

@@ -108,15 +108,15 @@ fn drawn(backend: &GpuBackend, scene: &Scene, settings: &Settings) -> Vec<Runs> 
         let media = gpu.upload(&beam.media).unwrap();
         let surfaces = gpu.upload_surfaces(&FrameSurfaces::of(beam.casters())).unwrap();
         let frame = gpu.frame(&frame, &media).unwrap();
-        let parts = gpu.parts(Tile::rows(SIZE, 0, SIZE, 1 << 20), &surfaces);
+        let lists = gpu.lists(surfaces.over(Tile::rows(SIZE, 0, SIZE, 1 << 20)));
         let fragments = gpu.fragments(Tile::rows(SIZE, 0, SIZE, 256)).unwrap();
         gpu.submit(|encoder| {
-            gpu.draw_surfaces(encoder, &surfaces, &frame, &parts)?;
-            gpu.sort_surfaces(encoder, &frame, &parts)?;
-            gpu.prepare_casters(&media, &parts, &frame, &fragments).record(encoder)
+            gpu.draw_surfaces(encoder, &surfaces, &frame, &lists)?;
+            gpu.sort_surfaces(encoder, &lists)?;
+            gpu.prepare_casters(&media, &lists, &frame, &fragments).record(encoder)
         })
         .unwrap();
-        assert!(gpu.parts_drawn(&parts).unwrap() <= 1 << 20);
+        assert!(gpu.fragments_drawn(&lists).unwrap() <= 1 << 20);
         assert_eq!(gpu.nodes_missing(&fragments).unwrap(), None);
         gpu.read_fragments(&fragments).unwrap()
     };

@@ -94,9 +94,10 @@ impl<'a> Bench<'a> {
         let none = lists(0);
         self.gpu.submit(|encoder| draw(encoder, &none)).unwrap();
         let drawn = self.gpu.fragments_drawn(&none).unwrap();
-        if u64::from(drawn) * 16 > 2 << 30 {
+        if drawn * 16 > 2 << 30 {
             return None;
         }
+        let drawn = drawn as u32;
         let room = lists(drawn);
         let mut times: Vec<f64> = (0..5)
             .map(|_| {

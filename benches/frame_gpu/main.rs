@@ -1,9 +1,9 @@
 //! Benchmarks of the GPU backend: the shipped frame against brute force (table frame), frames drawn
 //! one after another (loops), volumes in blocks (blocks), the race of the paper (paper), coloured
-//! media (colours), and each pass on the presets in milliseconds per pass, from many passes in one
-//! submission (maps, drawn, views, filters). Prints the tables named as arguments, or all. Maps and
-//! pictures are 512 x 512, unless `DEEPSHADOW_BENCH_SIZE` makes them smaller;
-//! `DEEPSHADOW_BENCH_MAP` is the size of maps alone.
+//! media (colours), hair in maps (hair), and each pass on the presets in milliseconds per pass, from
+//! many passes in one submission (maps, drawn, views, filters). Prints the tables named as
+//! arguments, or all. Maps and pictures are 512 x 512, unless `DEEPSHADOW_BENCH_SIZE` makes them
+//! smaller; `DEEPSHADOW_BENCH_MAP` is the size of maps alone.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench;
@@ -14,6 +14,7 @@ mod cloud;
 mod colours;
 mod device;
 mod frame;
+mod hair;
 mod loops;
 mod paper;
 mod scenes;
@@ -40,6 +41,7 @@ fn main() {
         ("blocks", blocks::table),
         ("paper", paper::table),
         ("colours", colours::table),
+        ("hair", hair::table),
     ] {
         if asked(name) {
             table(&gpu);

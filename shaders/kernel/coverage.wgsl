@@ -7,6 +7,7 @@ const NEAREST_RADII: f32 = 1.5;
 const FAR_RADII: f32 = 40.0;
 const LEAST_SQUARE: f32 = 0.5;
 const SHORTEST: f32 = 1e-30;
+const LEAST_AREA: f32 = 1e-6;
 const QUARTER_PI: f32 = 0.7853982;
 
 // The four sides of an outline: where they begin and end, and how u changes over v along each (0 for

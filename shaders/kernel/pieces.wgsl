@@ -1,31 +1,85 @@
-// What surfaces leave on a texel's ray, merged into the slabs that are marched through
-// (`Merged` in src/shadow/fragments/overlaps.rs).
-
-@group(0) @binding(36) var<storage, read> piece_runs: array<vec2<u32>>;
-// Front, back and optical depth of each.
-@group(0) @binding(37) var<storage, read> pieces: array<vec3<f32>>;
+// What surfaces leave on a texel's ray: the sorted list of fragments, taken apart into pieces that do
+// not overlap, and merged into the slabs that are marched through
+// (src/shadow/fragments/overlaps.rs).
+#import kernel/lists
 
 const FARTHEST: f32 = 3.4028234663852886e38;
 
-// The pieces that are not passed: the index of the first, and one past the last.
-var<private> rest: vec2<u32>;
-// The first of them, and the depth up to which it is passed.
+// The list of the fragments that begin behind `reached`, and of those that begin in front of it and
+// may end behind it.
+var<private> coming: u32;
+var<private> open: u32;
+// Up to where pieces are made, and their optical depth.
+var<private> reached: f32;
+var<private> taken: f32;
+// The piece that is not passed yet: front, back, optical depth. Its front is FARTHEST behind all.
 var<private> piece: vec3<f32>;
+// The depth up to which it is passed.
 var<private> passed: f32;
 
-fn next_piece() {
-    piece = vec3<f32>(FARTHEST, FARTHEST, 0.0);
-    if (rest.x < rest.y) {
-        piece = pieces[rest.x];
-    }
-}
-
-// Begins with those of a texel of the tile.
+// Begins with the pieces of a texel of the tile.
 fn begin_pieces(texel: u32) {
-    let run = piece_runs[texel];
-    rest = vec2<u32>(run.x, run.x + run.y);
+    coming = atomicLoad(&heads[texel]);
+    open = 0u;
+    reached = -FARTHEST;
+    taken = 0.0;
     passed = -FARTHEST;
     next_piece();
+}
+
+// Makes the next piece. It relinks the lists.
+fn next_piece() {
+    piece = vec3<f32>(FARTHEST, FARTHEST, 0.0);
+    // Behind this nothing gets through.
+    if (taken >= OPAQUE_OPTICAL_DEPTH) {
+        return;
+    }
+    loop {
+        var end = FARTHEST;
+        if (coming != 0u) {
+            let own = coming;
+            let one = elements[own - 1u];
+            if (one.front <= reached) {
+                coming = one.next;
+                if (one.back > one.front) {
+                    elements[own - 1u].next = open;
+                    open = own;
+                    continue;
+                }
+                piece = vec3<f32>(one.front, one.back, one.optical_depth);
+                taken += one.optical_depth;
+                return;
+            }
+            end = one.front;
+        }
+        // The extinction of those that overlap, up to the first end. Those that have ended leave.
+        var extinction = 0.0;
+        var before = 0u;
+        var at = open;
+        while (at != 0u) {
+            let one = elements[at - 1u];
+            if (one.back > reached) {
+                extinction += one.optical_depth / (one.back - one.front);
+                end = min(end, one.back);
+                before = at;
+            } else if (before == 0u) {
+                open = one.next;
+            } else {
+                elements[before - 1u].next = one.next;
+            }
+            at = one.next;
+        }
+        if (end == FARTHEST) {
+            return;
+        }
+        let begin = reached;
+        reached = end;
+        if (open != 0u) {
+            piece = vec3<f32>(begin, end, extinction * (end - begin));
+            taken += piece.z;
+            return;
+        }
+    }
 }
 
 // Adds a slab, with the pieces in front of it and cut at those in it.
@@ -67,7 +121,6 @@ fn add_merged(front: f32, back: f32, extinction: f32) {
         if (piece.y > back) {
             break;
         }
-        rest.x++;
         next_piece();
     }
     if (at < back) {
@@ -83,14 +136,13 @@ fn add_medium(front: f32, back: f32, extinction: f32) {
 
 // Adds the pieces behind all slabs.
 fn add_rest() {
-    while (rest.x < rest.y) {
+    while (piece.x < FARTHEST && !fitter_is_dark()) {
         let begin = max(piece.x, passed);
         var share = 1.0;
         if (piece.y > piece.x) {
             share = (piece.y - begin) / (piece.y - piece.x);
         }
         add_fragment(begin, max(piece.y, begin), piece.z * share, false);
-        rest.x++;
         next_piece();
     }
 }

@@ -1,5 +1,5 @@
 // Surfaces, and what one of them leaves in a texel (src/cpu/raster_surfaces.rs).
-#import kernel/parts
+#import kernel/lists
 #import kernel/triangle
 
 // Points of strands: position in frame space, and radius.
@@ -17,14 +17,40 @@ const LAST_SEGMENT: u32 = 0x40000000u;
 
 // A segment or a triangle in the map.
 struct Drawn {
-    sides: Sides,
     is_segment: bool,
     exists: bool,
-    // Of a segment: the index of its first point.
-    point: u32,
-    opacities: vec2<f32>,
+    sides: Sides,
+    // Of a segment: its number, with the flags; where it is; and the corners of a box around the
+    // segment in front of it and the one behind it (lowest u and v, highest u and v).
+    segment: u32,
     stroke: Stroke,
+    before: vec4<f32>,
+    after: vec4<f32>,
     triangle: MapTriangle,
+}
+
+const NOWHERE = vec4<f32>(3e38, 3e38, -3e38, -3e38);
+
+fn segment_stroke(segment: u32) -> Stroke {
+    let point = segment & SEGMENT_POINT;
+    let caps = vec2<bool>((segment & FIRST_SEGMENT) != 0u, (segment & LAST_SEGMENT) != 0u);
+    return stroke_of(points[point], points[point + 1u], caps);
+}
+
+// The box around a segment, lowest u and v, highest u and v.
+fn segment_box(segment: u32) -> vec4<f32> {
+    let stroke = segment_stroke(segment);
+    if (!stroke.exists) {
+        return NOWHERE;
+    }
+    let u = stroke.sides.u;
+    let v = stroke.sides.v;
+    return vec4<f32>(
+        min(min(u.x, u.y), min(u.z, u.w)),
+        min(min(v.x, v.y), min(v.z, v.w)),
+        max(max(u.x, u.y), max(u.z, u.w)),
+        max(max(v.x, v.y), max(v.z, v.w)),
+    );
 }
 
 // Surface `index`: segments come first, then triangles.
@@ -32,14 +58,18 @@ fn drawn_of(index: u32) -> Drawn {
     var drawn: Drawn;
     drawn.is_segment = index < tile.segments;
     if (drawn.is_segment) {
-        let segment = segments[index];
-        let point = segment & SEGMENT_POINT;
-        let caps = vec2<bool>((segment & FIRST_SEGMENT) != 0u, (segment & LAST_SEGMENT) != 0u);
-        drawn.point = point;
-        drawn.stroke = stroke_of(points[point], points[point + 1u], caps);
-        drawn.opacities = vec2<f32>(opacities[point], opacities[point + 1u]);
+        drawn.segment = segments[index];
+        drawn.stroke = segment_stroke(drawn.segment);
         drawn.sides = drawn.stroke.sides;
         drawn.exists = drawn.stroke.exists;
+        drawn.before = NOWHERE;
+        if ((drawn.segment & FIRST_SEGMENT) == 0u) {
+            drawn.before = segment_box(segments[index - 1u]);
+        }
+        drawn.after = NOWHERE;
+        if ((drawn.segment & LAST_SEGMENT) == 0u) {
+            drawn.after = segment_box(segments[index + 1u]);
+        }
     } else if (index - tile.segments < tile.triangles) {
         let first = 3u * (index - tile.segments);
         let a = corners[first];
@@ -75,39 +105,103 @@ fn columns_of(sides: Sides, row: u32) -> vec2<u32> {
     return texels_between(extent.x, extent.y, tile.origin.x, tile.origin.x + tile.extent.x);
 }
 
-// Pushes what a surface leaves in a texel, if anything.
-fn leave(drawn: Drawn, texel: vec2<u32>) {
-    let corner = vec2<f32>(texel);
+// What a surface leaves in a texel: front, back and optical depth, which is 0 for nothing.
+fn left_in(drawn: Drawn, index: u32, texel: vec2<u32>) -> vec3<f32> {
     if (drawn.is_segment) {
-        leave_stroke(drawn.stroke, drawn.point, drawn.opacities, texel);
-        return;
+        return left_by_strand(drawn, index, vec2<f32>(texel));
     }
-    let center = corner + 0.5;
+    let center = vec2<f32>(texel) + 0.5;
     let at = center / f32(frame.map.size);
     let depth = triangle_depth(drawn.triangle, center, light_ray(at.x, at.y));
-    if (depth >= 0.0) {
-        push_part(texel, OF_TRIANGLE, vec2<f32>(depth), 0.0, drawn.triangle.optical_depth);
-    }
+    return vec3<f32>(depth, depth, select(0.0, drawn.triangle.optical_depth, depth >= 0.0));
 }
 
-fn leave_stroke(stroke: Stroke, point: u32, own: vec2<f32>, texel: vec2<u32>) {
-    let corner = vec2<f32>(texel);
-    var area: f32;
-    var range: vec2<f32>;
-    if (frame.map.covers == 1u) {
-        area = covered(stroke.sides, corner);
-        range = range_over(stroke, corner);
-    } else {
-        area = select(0.0, 1.0, holds(stroke.sides, corner + 0.5));
-        range = vec2<f32>(nearest_share(stroke, corner + 0.5));
+// Whether a box touches the texel whose upper left corner is `texel`.
+fn is_near(box: vec4<f32>, texel: vec2<f32>) -> bool {
+    return all(box.xy <= texel + 1.0) && all(box.zw >= texel);
+}
+
+// The area of a texel that a segment covers: 0 where it is nothing but rounding.
+fn area_of(stroke: Stroke, texel: vec2<f32>) -> f32 {
+    if (frame.map.covers == 0u) {
+        return select(0.0, 1.0, holds(stroke.sides, texel + 0.5));
     }
-    if (area <= 0.0) {
-        return;
+    let area = covered(stroke.sides, texel);
+    return select(0.0, area, area > LEAST_AREA);
+}
+
+// What a segment covers of a texel where it is the first of its strand, or the first after others
+// that do not: all that follow it and cover the texel too count with it.
+fn left_by_strand(drawn: Drawn, index: u32, texel: vec2<f32>) -> vec3<f32> {
+    let none = vec3<f32>(0.0);
+    var area = area_of(drawn.stroke, texel);
+    if (area == 0.0) {
+        return none;
+    }
+    if (is_near(drawn.before, texel) && area_of_segment(segments[index - 1u], texel) > 0.0) {
+        return none;
+    }
+    // Front, back, and area times opacity.
+    var all = strip_of(drawn.stroke, drawn.segment, texel, area);
+    var last = index;
+    var near = is_near(drawn.after, texel);
+    while (near) {
+        last++;
+        let segment = segments[last];
+        let stroke = segment_stroke(segment);
+        let more = area_of_touching(stroke, texel);
+        if (more == 0.0) {
+            break;
+        }
+        let strip = strip_of(stroke, segment, texel, more);
+        area += more;
+        all = vec3<f32>(min(all.x, strip.x), max(all.y, strip.y), all.z + strip.z);
+        near = (segment & LAST_SEGMENT) == 0u;
+    }
+    let alpha = clamp(all.z / max(area, 1.0), 0.0, 1.0);
+    var optical_depth = OPAQUE_OPTICAL_DEPTH;
+    if (alpha < 1.0) {
+        optical_depth = -log(1.0 - alpha);
+    }
+    if (frame.map.covers == 0u) {
+        all.x = 0.5 * (all.x + all.y);
+        all.y = all.x;
+    }
+    return vec3<f32>(all.xy, select(0.0, optical_depth, abs(all.y) < 3e38));
+}
+
+fn area_of_segment(segment: u32, texel: vec2<f32>) -> f32 {
+    return area_of_touching(segment_stroke(segment), texel);
+}
+
+// The area of a texel that a segment covers, if its outline touches the texel.
+fn area_of_touching(stroke: Stroke, texel: vec2<f32>) -> f32 {
+    if (!stroke.exists) {
+        return 0.0;
+    }
+    let extent = row_extent(stroke.sides, texel.y);
+    if (!(extent.x < texel.x + 1.0 && extent.y >= texel.x)) {
+        return 0.0;
+    }
+    return area_of(stroke, texel);
+}
+
+// The depths between which a segment covers a texel, and the area times opacity.
+fn strip_of(stroke: Stroke, segment: u32, texel: vec2<f32>, area: f32) -> vec3<f32> {
+    var range = vec2<f32>(nearest_share(stroke, texel + 0.5));
+    if (frame.map.covers == 1u) {
+        range = range_over(stroke, texel);
     }
     let shares = vec2<f32>(share_along(stroke, range.x), share_along(stroke, range.y));
     let depths = vec2<f32>(depth_along(stroke, shares.x), depth_along(stroke, shares.y));
     let along = stroke.shares.x + (stroke.shares.y - stroke.shares.x) * 0.5 * (shares.x + shares.y);
-    let opacity = own.x + (own.y - own.x) * along;
-    let ordered = vec2<f32>(min(depths.x, depths.y), max(depths.x, depths.y));
-    push_part(texel, point, ordered, area, area * opacity);
+    let point = segment & SEGMENT_POINT;
+    let opacity = mix(opacities[point], opacities[point + 1u], along);
+    return vec3<f32>(min(depths.x, depths.y), max(depths.x, depths.y), area * opacity);
+}
+
+// The index of a texel of the map in the tile.
+fn in_tile(texel: vec2<u32>) -> u32 {
+    let own = texel - tile.origin;
+    return own.y * tile.extent.x + own.x;
 }

@@ -16,8 +16,8 @@ use super::tiles::TILE;
 use crate::error::Result;
 use crate::frame::{FIRST_SEGMENT, Frame, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
 use crate::kernel::coverage::{
-    CELLS, Stroke, cells_of, covered, depth_along, holds, nearest_share, range_over, share_along,
-    stroke_of,
+    CELLS, LEAST_AREA, Stroke, cells_of, covered, depth_along, holds, nearest_share, range_over,
+    share_along, stroke_of,
 };
 use crate::kernel::light::light_ray;
 use crate::kernel::triangle::{MapTriangle, triangle_depth, triangle_of};
@@ -279,7 +279,7 @@ impl SurfaceRaster {
                     let share = nearest_share(stroke, center);
                     (f32::from(holds(&stroke.outline, center)), [share; 2])
                 };
-                if area <= 0.0 {
+                if area <= LEAST_AREA {
                     continue;
                 }
                 let [from, to] = [from, to].each(|share| share_along(stroke, share));

@@ -25,8 +25,6 @@ pub(super) mod at {
     pub(crate) const TILE: u32 = 8;
     pub(crate) const HEADS: u32 = 9;
     pub(crate) const ELEMENTS: u32 = 10;
-    /// In the place of elements.
-    pub(crate) const PARTS: u32 = 10;
     pub(crate) const COUNTERS: u32 = 11;
     pub(crate) const MIXTURE: u32 = 12;
     pub(crate) const TABLES: u32 = 13;
@@ -46,8 +44,6 @@ pub(super) mod at {
     pub(crate) const SEGMENTS: u32 = 33;
     pub(crate) const CORNERS: u32 = 34;
     pub(crate) const LARGE: u32 = 35;
-    pub(crate) const PIECE_RUNS: u32 = 36;
-    pub(crate) const PIECES: u32 = 37;
 }
 
 /// The result of `make`; an error if the device finds its commands invalid. Error scopes belong to

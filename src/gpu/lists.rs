@@ -1,5 +1,7 @@
-//! Passes `raster_slices` and `sort_fragments`: planes are drawn into linked lists, which become
-//! nodes.
+//! Linked lists of fragments, and passes `raster_slices` and `sort_fragments`: planes are drawn into
+//! lists, which become nodes.
+
+use wgpu::BindGroupEntry;
 
 use super::bindings::{at, entry};
 use super::fragments::GpuFragments;
@@ -14,6 +16,9 @@ use crate::error::{Error, Result};
 /// Bytes of an element: front, back, optical depth, next; four bytes each.
 pub(super) const ELEMENT_BYTES: u64 = 16;
 
+/// Bytes of the counters of lists.
+const COUNTERS_BYTES: u64 = 16;
+
 /// The linked lists of a tile on a device.
 #[derive(Clone, Debug)]
 pub struct GpuLists {
@@ -25,6 +30,62 @@ pub struct GpuLists {
     target: wgpu::TextureView,
 }
 
+impl GpuLists {
+    /// The tile whose texels' lists these are.
+    pub fn tile(&self) -> Tile {
+        self.tile
+    }
+
+    pub(super) fn entries(&self) -> Vec<BindGroupEntry<'_>> {
+        vec![
+            entry(at::TILE, self.tile_buffer.as_entire_binding()),
+            entry(at::HEADS, self.heads.as_entire_binding()),
+            entry(at::ELEMENTS, self.elements.as_entire_binding()),
+            entry(at::COUNTERS, self.counters.as_entire_binding()),
+        ]
+    }
+
+    /// The lists of texels alone.
+    pub(super) fn sorted_entries(&self) -> [BindGroupEntry<'_>; 2] {
+        [
+            entry(at::HEADS, self.heads.as_entire_binding()),
+            entry(at::ELEMENTS, self.elements.as_entire_binding()),
+        ]
+    }
+
+    /// Empties the lists.
+    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.clear_buffer(&self.heads, 0, None);
+        encoder.clear_buffer(&self.counters, 0, None);
+    }
+
+    /// Records a pass that draws a number of corners, so many times.
+    pub(super) fn record_drawing(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        program: &RasterProgram,
+        bind_group: &wgpu::BindGroup,
+        (corners, times): (u32, u32),
+    ) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("lists"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Discard,
+                },
+            })],
+            ..Default::default()
+        });
+        pass.set_pipeline(&program.pipeline);
+        pass.set_bind_group(0, bind_group, &[]);
+        pass.draw(0..corners, 0..times);
+    }
+}
+
 impl Renderer {
     /// Allocates lists with room for `tile.capacity` fragments in all.
     pub fn lists(&self, tile: Tile) -> GpuLists {
@@ -33,7 +94,7 @@ impl Renderer {
             tile_buffer: self.tile_buffer(tile),
             heads: self.storage("heads", tile.texels() * 4),
             elements: self.storage("elements", u64::from(tile.capacity) * ELEMENT_BYTES),
-            counters: self.storage("counters", 8),
+            counters: self.storage("counters", COUNTERS_BYTES),
             target: self.no_target(tile),
         }
     }
@@ -53,27 +114,15 @@ impl Renderer {
     ) -> Result<()> {
         let program = self.programs.raster((Pass::RasterSlices, "plane"), media.kind())?;
         let mut entries = self.media_entries(media);
-        entries.extend([
-            entry(at::FRAME, frame.buffer().as_entire_binding()),
-            entry(at::TILE, lists.tile_buffer.as_entire_binding()),
-            entry(at::HEADS, lists.heads.as_entire_binding()),
-            entry(at::ELEMENTS, lists.elements.as_entire_binding()),
-            entry(at::COUNTERS, lists.counters.as_entire_binding()),
-        ]);
+        entries.extend(lists.entries());
+        entries.push(entry(at::FRAME, frame.buffer().as_entire_binding()));
         let bind_group = self.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("raster_slices"),
             layout: &program.layout,
             entries: &entries,
         });
-        encoder.clear_buffer(&lists.heads, 0, None);
-        encoder.clear_buffer(&lists.counters, 0, None);
-        record_drawing(
-            encoder,
-            ("raster_slices", &lists.target),
-            &program,
-            &bind_group,
-            (3, planes),
-        );
+        lists.clear(encoder);
+        lists.record_drawing(encoder, &program, &bind_group, (3, planes));
         Ok(())
     }
 
@@ -82,9 +131,15 @@ impl Renderer {
     ///
     /// # Errors
     /// If the device fails.
-    pub fn fragments_drawn(&self, lists: &GpuLists) -> Result<u32> {
-        let counters: Vec<u32> = self.read_buffer(&lists.counters, 8)?;
-        counters.first().copied().ok_or_else(|| Error::gpu("no counter was read back"))
+    pub fn fragments_drawn(&self, lists: &GpuLists) -> Result<u64> {
+        let counters: Vec<u32> = self.read_buffer(&lists.counters, COUNTERS_BYTES)?;
+        let [drawn, .., of_256] = counters[..] else {
+            return Err(Error::gpu("no counter was read back"));
+        };
+        // The first counter begins anew after 32 bits.
+        let roughly = u64::from(of_256) * 256;
+        let most = u64::from(u32::MAX);
+        Ok(if roughly > most / 2 { roughly.max(most) } else { u64::from(drawn) })
     }
 
     /// Records pass `sort_fragments`, which turns the `drawn` fragments of `lists` into nodes. It
@@ -101,14 +156,9 @@ impl Renderer {
     ) -> Result<GpuFragments> {
         // A fragment gives two nodes at most.
         let fragments = self.fragments_with(lists.tile, 2 * u64::from(drawn))?;
-        let entries = vec![
-            entry(at::RUNS, fragments.runs().as_entire_binding()),
-            entry(at::NODES, fragments.nodes().as_entire_binding()),
-            entry(at::TILE, lists.tile_buffer.as_entire_binding()),
-            entry(at::HEADS, lists.heads.as_entire_binding()),
-            entry(at::ELEMENTS, lists.elements.as_entire_binding()),
-            entry(at::COUNTERS, lists.counters.as_entire_binding()),
-        ];
+        let mut entries = lists.entries();
+        entries.push(entry(at::RUNS, fragments.runs().as_entire_binding()));
+        entries.push(entry(at::NODES, fragments.nodes().as_entire_binding()));
         let extent = lists.tile.extent;
         self.prepare(Pass::SortFragments, MediaKind::Plain, Some(frame), entries, extent)
             .record(encoder)?;
@@ -116,7 +166,7 @@ impl Renderer {
     }
 
     /// A target for a pass that draws over a tile, to which nothing is ever written.
-    pub(super) fn no_target(&self, tile: Tile) -> wgpu::TextureView {
+    fn no_target(&self, tile: Tile) -> wgpu::TextureView {
         let [width, height] = tile.extent;
         let target = self.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("no target"),
@@ -134,31 +184,4 @@ impl Renderer {
     pub(super) fn tile_buffer(&self, tile: Tile) -> wgpu::Buffer {
         self.buffer("tile", bytemuck::bytes_of(&tile), wgpu::BufferUsages::UNIFORM)
     }
-}
-
-/// Records a pass that draws a number of corners, so many times, on a target of which nothing is
-/// kept.
-pub(super) fn record_drawing(
-    encoder: &mut wgpu::CommandEncoder,
-    (label, target): (&str, &wgpu::TextureView),
-    program: &RasterProgram,
-    bind_group: &wgpu::BindGroup,
-    (corners, times): (u32, u32),
-) {
-    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some(label),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view: target,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                store: wgpu::StoreOp::Discard,
-            },
-        })],
-        ..Default::default()
-    });
-    pass.set_pipeline(&program.pipeline);
-    pass.set_bind_group(0, bind_group, &[]);
-    pass.draw(0..corners, 0..times);
 }

@@ -69,7 +69,7 @@ pub use prepared::Prepared;
 use programs::Variant;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 pub use shadow::GpuShadow;
-pub use surfaces::{GpuParts, GpuSurfaces};
+pub use surfaces::GpuSurfaces;
 pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 
 /// A renderer on a graphics adapter.

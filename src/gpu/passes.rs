@@ -91,7 +91,7 @@ impl Pass {
         let lists = [at::RUNS, at::NODES, at::LINKS].map(read);
         let single = [bindings::single(), read(at::BRIGHT)];
         let surfaces = [at::POINTS, at::OPACITIES, at::SEGMENTS, at::CORNERS].map(read);
-        let parts = [frame, tile, heads, read_write(at::PARTS), counters];
+        let drawing = [frame, tile, heads, elements, counters];
         let slices = vec![frame, runs, nodes, tile, counters];
         let (map, media, bindings, (name, source)) = match self {
             Self::TraceThreshold => (
@@ -110,31 +110,31 @@ impl Pass {
             Self::TraceCasters => (
                 MapKind::Fragments,
                 true,
-                [&slices[..], &[at::PIECE_RUNS, at::PIECES].map(read)].concat(),
+                [&slices[..], &[heads, elements]].concat(),
                 source!("trace_slices"),
             ),
             Self::RasterSurfaces => (
                 MapKind::Fragments,
                 false,
-                [&parts[..], &surfaces, &[read_write(at::LARGE)]].concat(),
+                [&drawing[..], &surfaces, &[read_write(at::LARGE)]].concat(),
                 source!("raster_surfaces"),
             ),
             Self::RasterLarge => (
                 MapKind::Fragments,
                 false,
-                [&parts[..], &surfaces, &[read(at::LARGE)]].concat(),
+                [&drawing[..], &surfaces, &[read(at::LARGE)]].concat(),
                 source!("raster_large"),
             ),
             Self::DrawSurfaces => (
                 MapKind::Fragments,
                 false,
-                [&parts[..], &surfaces].concat(),
+                [&drawing[..], &surfaces].concat(),
                 source!("draw_surfaces"),
             ),
             Self::SortSurfaces => (
                 MapKind::Fragments,
                 false,
-                [&parts[..], &[at::PIECE_RUNS, at::PIECES].map(read_write)].concat(),
+                vec![tile, heads, elements, counters],
                 source!("sort_surfaces"),
             ),
             Self::RasterSlices => (

@@ -9,12 +9,12 @@ use wgpu::{BindGroupEntry, BindingResource};
 use super::bindings::{at, entry};
 use super::fragments::GpuFragments;
 use super::link::MediaKind;
+use super::lists::GpuLists;
 use super::media::GpuMedia;
 use super::passes::Pass;
 use super::programs::Program;
 use super::renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 use super::shadow::GpuShadow;
-use super::surfaces::GpuParts;
 use crate::error::Result;
 
 /// A pass with all its bindings, including the parameters of its frame.
@@ -76,18 +76,18 @@ impl Renderer {
         Prepared { cleared: Some(fragments.counters.clone()), ..prepared }
     }
 
-    /// Prepares pass `trace_slices` among surfaces, of which pass `sort_surfaces` made the pieces in
-    /// `parts`, for the same tile.
+    /// Prepares pass `trace_slices` among surfaces, whose lists pass `sort_surfaces` has sorted, for
+    /// the same tile. It relinks the lists.
     pub fn prepare_casters(
         &self,
         media: &GpuMedia,
-        parts: &GpuParts,
+        lists: &GpuLists,
         frame: &GpuFrame,
         fragments: &GpuFragments,
     ) -> Prepared {
         let mut entries = self.media_entries(media);
         entries.extend(fragments.slices_entries());
-        entries.extend(parts.pieces_entries());
+        entries.extend(lists.sorted_entries());
         let extent = fragments.tile.extent;
         let prepared = self.prepare(Pass::TraceCasters, media.kind(), Some(frame), entries, extent);
         Prepared { cleared: Some(fragments.counters.clone()), ..prepared }

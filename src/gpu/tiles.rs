@@ -2,10 +2,10 @@
 //! device's largest binding. If a tile's buffers were too small, it is built again with larger
 //! ones, so no fragment is ever lost.
 
-use super::lists::ELEMENT_BYTES;
+use super::lists::{ELEMENT_BYTES, GpuLists};
 use super::media::GpuMedia;
 use super::renderer::{GpuFrame, Renderer};
-use super::surfaces::{GpuParts, GpuSurfaces, ROOM_BYTES};
+use super::surfaces::GpuSurfaces;
 use super::tile::Tile;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Frame, FrameSurfaces, SLABS_PER_VOXEL};
@@ -18,8 +18,8 @@ use crate::shadow::{Node, Runs};
 const FITTED_NODES: u32 = 32;
 /// Initial capacity of drawn lists, in fragments per texel.
 const DRAWN_FRAGMENTS: u64 = 64;
-/// Initial capacity of what surfaces leave, in parts per texel.
-const SURFACE_PARTS: u64 = 8;
+/// Initial capacity of what surfaces leave, in fragments per texel.
+const SURFACE_FRAGMENTS: u64 = 8;
 /// Rows of texels in a block.
 const BLOCK_ROWS: u32 = 8;
 
@@ -42,7 +42,7 @@ pub(super) fn trace_slices(
     };
     let fitted = frame.map.tolerance > 0.0;
     let mut capacity = if fitted { usual_nodes(frame) } else { most_nodes(casters.media, frame) };
-    let mut room = Room { rows: size, parts: 0 };
+    let mut room = Room { rows: size, fragments: 0 };
     let mut all = Runs::default();
     let mut first = 0;
     while first < size {
@@ -50,19 +50,20 @@ pub(super) fn trace_slices(
         let blocks = budget / (block * u64::from(capacity) * size_of::<Node>() as u64).max(1);
         let rows = u32::try_from(blocks * u64::from(BLOCK_ROWS)).unwrap_or(size).max(BLOCK_ROWS);
         let tile = Tile::rows(size, first, rows.min(size - first), capacity);
-        let (tile, parts) = match &surfaces {
+        let (tile, lists) = match &surfaces {
             Some(surfaces) => {
-                let parts = draw_surfaces(gpu, surfaces, (&frame_buffer, tile), budget, &mut room)?;
-                (Tile { extent: parts.tile().extent, ..tile }, Some(parts))
+                let lists =
+                    raster_surfaces(gpu, surfaces, (&frame_buffer, tile), budget, &mut room)?;
+                (Tile { extent: lists.tile().extent, ..tile }, Some(lists))
             }
             None => (tile, None),
         };
         let fragments = gpu.fragments(tile)?;
-        gpu.submit(|encoder| match &parts {
+        gpu.submit(|encoder| match &lists {
             None => gpu.trace_slices(encoder, gpu_media, &frame_buffer, &fragments),
-            Some(parts) => {
-                gpu.sort_surfaces(encoder, &frame_buffer, parts)?;
-                gpu.prepare_casters(gpu_media, parts, &frame_buffer, &fragments).record(encoder)
+            Some(lists) => {
+                gpu.sort_surfaces(encoder, lists)?;
+                gpu.prepare_casters(gpu_media, lists, &frame_buffer, &fragments).record(encoder)
             }
         })?;
         if let Some(needed) = gpu.nodes_missing(&fragments)? {
@@ -78,40 +79,40 @@ pub(super) fn trace_slices(
 
 /// What drawing surfaces has needed so far.
 struct Room {
-    /// The most rows of texels of which all parts found room.
+    /// The most rows of texels of which all fragments found room.
     rows: u32,
-    /// The parts that a tile left.
-    parts: u64,
+    /// The fragments that a tile left.
+    fragments: u64,
 }
 
-/// Runs pass `raster_surfaces` over the first rows of a tile whose parts all find room.
-fn draw_surfaces(
+/// Runs pass `raster_surfaces` over the first rows of a tile whose fragments all find room.
+fn raster_surfaces(
     gpu: &Renderer,
     surfaces: &GpuSurfaces,
     (frame, tile): (&GpuFrame, Tile),
     budget: u64,
     room: &mut Room,
-) -> Result<GpuParts> {
-    let most = (budget / ROOM_BYTES).min(u64::from(u32::MAX / 2));
+) -> Result<GpuLists> {
+    let most = (budget / ELEMENT_BYTES).min(u64::from(u32::MAX / 2));
     let mut tile = Tile { extent: [tile.extent[0], tile.extent[1].min(room.rows)], ..tile };
     loop {
-        tile.capacity = (tile.texels() * SURFACE_PARTS).max(room.parts).min(most) as u32;
-        let parts = gpu.parts(tile, surfaces);
-        gpu.submit(|encoder| gpu.raster_surfaces(encoder, surfaces, frame, &parts))?;
-        let drawn = u64::from(gpu.parts_drawn(&parts)?);
+        tile.capacity = (tile.texels() * SURFACE_FRAGMENTS).max(room.fragments).min(most) as u32;
+        let lists = gpu.lists(surfaces.over(tile));
+        gpu.submit(|encoder| gpu.raster_surfaces(encoder, surfaces, frame, &lists))?;
+        let drawn = gpu.fragments_drawn(&lists)?;
         if drawn <= u64::from(tile.capacity) {
-            return Ok(parts);
+            return Ok(lists);
         }
-        room.parts = drawn;
+        room.fragments = drawn;
         if drawn > most {
             if tile.extent[1] == 1 {
-                let (needed, limit) = (format!("{drawn} parts"), format!("{most} parts"));
+                let (needed, limit) = (format!("{drawn} fragments"), format!("{most} fragments"));
                 let what = "hair or meshes over a row of a map".to_owned();
                 return Err(ErrorKind::Limit { what, needed, limit }.into());
             }
             room.rows = tile.extent[1].div_ceil(2);
             tile.extent[1] = room.rows;
-            room.parts = 0;
+            room.fragments = 0;
         }
     }
 }
@@ -161,7 +162,7 @@ pub(super) fn raster_slices(
         let lists = gpu.lists(tile);
         gpu.submit(|encoder| gpu.raster_slices(encoder, gpu_media, &frame_buffer, planes, &lists))?;
         let drawn = gpu.fragments_drawn(&lists)?;
-        if u64::from(drawn) > most {
+        if drawn > most {
             if rows == 1 {
                 let (needed, limit) = (format!("{drawn} fragments"), format!("{most} fragments"));
                 let what = "a row of fragment lists".to_owned();
@@ -170,13 +171,13 @@ pub(super) fn raster_slices(
             rows = rows.div_ceil(2);
             continue;
         }
-        if drawn > tile.capacity {
-            capacity = u64::from(drawn);
+        if drawn > u64::from(tile.capacity) {
+            capacity = drawn;
             continue;
         }
         let mut sorted = None;
         gpu.submit(|encoder| {
-            sorted = Some(gpu.sort_fragments(encoder, &frame_buffer, &lists, drawn)?);
+            sorted = Some(gpu.sort_fragments(encoder, &frame_buffer, &lists, drawn as u32)?);
             Ok(())
         })?;
         if let Some(fragments) = sorted {

@@ -25,6 +25,8 @@ pub const NEAREST_RADII: f32 = 1.5;
 const FAR_RADII: f32 = 40.0;
 /// A strand appears at most the root of 2 times as wide as it is.
 pub const LEAST_SQUARE: f32 = 0.5;
+/// Areas of texels up to this are nothing but rounding.
+pub const LEAST_AREA: f32 = 1e-6;
 /// Lengths below this count as zero where directions are computed.
 const SHORTEST: f32 = 1e-30;
 
