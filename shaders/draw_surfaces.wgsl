@@ -1,7 +1,7 @@
 // Pass draw_surfaces: what passes raster_surfaces and raster_large do, by the graphics pipeline. Each
 // segment and each triangle is drawn as a rectangle around its outline, wide enough for the middles
 // of all texels that the outline touches. There is no render target.
-#import kernel/surfaces
+#import kernel/casting
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
@@ -55,9 +55,9 @@ fn draw_surfaces(at: Corner) {
     let drawn = drawn_of(at.index);
     let touched = columns_of(drawn.sides, texel.y);
     if (texel.x >= touched.x && texel.x < touched.y) {
-        let left = left_in(drawn, at.index, texel);
-        if (left.z > 0.0) {
-            push_fragment(in_tile(texel), left.xy, left.z);
+        let left = left_in(drawn, texel);
+        if (left.exists) {
+            leave(atomicAdd(&counters[0], 1u), texel, drawn, left);
         }
     }
 }

@@ -3,7 +3,7 @@
 // may have any length.
 #import kernel/fitting
 #import kernel/frame
-#import kernel/sorting
+#import kernel/sorted_lists
 
 @group(0) @binding(5) var<storage, read_write> runs: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read_write> nodes: array<vec2<f32>>;

@@ -48,6 +48,7 @@ mod surface_lists;
 mod surface_maps;
 mod surface_pictures;
 mod surface_program;
+mod surface_views;
 mod surfaces;
 mod tone;
 mod twins;

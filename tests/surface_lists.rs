@@ -48,7 +48,7 @@ fn curls(thickness: f32, opacity: f32) -> Surface {
 }
 
 /// Scenes whose surfaces are `bent`: opacities and thicknesses are multiplied by it.
-fn scenes(bent: f64) -> Vec<(&'static str, Scene)> {
+pub fn scenes(bent: f64) -> Vec<(&'static str, Scene)> {
     let under = |surfaces: Surfaces, light: Option<DVec3>| {
         let mut scene = bare(Vec::new(), DVec3::new(0.3, -1.0, 0.2));
         scene.surfaces = surfaces;

@@ -59,15 +59,18 @@ fn other_kinds_of_map_take_surfaces_or_say_that_they_do_not() {
 #[test]
 fn backends_draw_surfaces_or_say_that_they_do_not() {
     let scene = bare(vec![pane(1.0, 0.0, 0.5)], DVec3::NEG_Y);
-    let threshold = fragments(16).with(|s| s.map.kind = Some(MapKind::Threshold));
     for backend in every_backend() {
-        let picture = backend.render(&scene, &fragments(16), &Silent).err();
-        let map = backend.map(&scene.only_beam().unwrap(), &threshold, &Silent).err();
-        let refusals = ["draws no meshes and no hair", "no threshold maps of meshes and hair"];
-        for (error, refusal) in [picture, map].into_iter().zip(refusals) {
-            let said = error.map(|error| error.to_string()).unwrap_or_default();
-            let refused = said.contains(refusal);
-            assert_eq!(refused, !backend.draws_surfaces(), "{}: {said}", backend.description());
+        for kind in [MapKind::Fragments, MapKind::Threshold] {
+            let settings = fragments(16).with(|s| s.map.kind = Some(kind));
+            let picture = backend.render(&scene, &settings, &Silent).err();
+            let map = backend.map(&scene.only_beam().unwrap(), &settings, &Silent).err();
+            for error in [picture, map] {
+                let said = error.map(|error| error.to_string()).unwrap_or_default();
+                let refused = said.contains(&format!("builds no '{kind}' maps of meshes and hair"));
+                let name = backend.description();
+                assert_eq!(refused, !backend.draws_surfaces(kind), "{name}, {kind}: {said}");
+                assert_eq!(refused, !said.is_empty(), "{name}, {kind}: {said}");
+            }
         }
     }
 }

@@ -186,6 +186,35 @@ fn covered(sides: Sides, texel: vec2<f32>) -> f32 {
     return min(abs(dot(means, bottom - top)), 1.0);
 }
 
+// Which of the 8 x 8 cells of the texel whose upper left corner is `texel` have their middle in a
+// convex quadrangle; bit 8 y + x for column x and row y, of two words.
+fn cells_of(sides: Sides, texel: vec2<f32>) -> vec2<u32> {
+    var cells = vec2<u32>(0u);
+    for (var row = 0u; row < 8u; row++) {
+        let at = vec4<f32>(texel.y + (f32(row) + 0.5) / 8.0);
+        let crosses = (sides.v <= at) != (sides.end <= at);
+        let u = sides.u + (at - sides.v) * sides.slopes;
+        let low = select(vec4<f32>(3e38), u, crosses);
+        let high = select(vec4<f32>(-3e38), u, crosses);
+        let first = cell_at(min(min(low.x, low.y), min(low.z, low.w)) - texel.x);
+        let end = cell_at(max(max(high.x, high.y), max(high.z, high.w)) - texel.x);
+        if (first < end) {
+            let bits = ((1u << (end - first)) - 1u) << (8u * (row % 4u) + first);
+            if (row < 4u) {
+                cells.x |= bits;
+            } else {
+                cells.y |= bits;
+            }
+        }
+    }
+    return cells;
+}
+
+// The first cell of a row whose middle is behind a place.
+fn cell_at(u: f32) -> u32 {
+    return u32(clamp(u * 8.0 + 0.5, 0.0, 8.0));
+}
+
 // The range of a stroke's axis, as shares of its length, in the texel whose upper left corner is
 // `texel` and as far around it as the stroke is wide, as far as places of the texel are nearest to
 // it. Where the axis passes by, it is the place nearest to the texel's middle.

@@ -1,5 +1,6 @@
 // Linked lists of fragments: a head buffer, an element buffer and counters. Any caster may push
 // fragments. (Real-time deep shadow maps for hair, "Creating list entries".)
+#import kernel/heads
 #import kernel/tile
 
 struct Element {
@@ -10,13 +11,7 @@ struct Element {
     next: u32,
 }
 
-// Index of the first element of each texel's list plus one; 0 for an empty list.
-@group(0) @binding(9) var<storage, read_write> heads: array<atomic<u32>>;
 @group(0) @binding(10) var<storage, read_write> elements: array<Element>;
-// The number of pushed elements, with those that found no room; the number of nodes made from them;
-// of surfaces, those left to pass raster_large, and a 256th of the elements, rounded up, which tells
-// when their number exceeds 32 bits.
-@group(0) @binding(11) var<storage, read_write> counters: array<atomic<u32>, 4>;
 
 const OPAQUE_OPTICAL_DEPTH: f32 = 87.0;
 

@@ -6,6 +6,7 @@
 #import kernel/ray
 #import kernel/shadow
 #import kernel/view
+#import layers
 #import media
 
 // The part of a camera ray inside the volume, cut into steps.
@@ -235,6 +236,20 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
         }
         let first = sample_distance(batch, 0.0);
         let added = scattered(through, early, late, first, 0.5 * batch.step);
+        if (AMONG_SURFACES) {
+            var emission = vec3<f32>(0.0);
+            if (MIXED && emits) {
+                if (COLOURED) {
+                    emission = emitted_colours(batch, early, late, through);
+                } else {
+                    emission = emitted(batch, early, late, through);
+                }
+            }
+            light += lit_among_layers(ray, steps, lookups, arrives, batch, added, through, emission);
+            through = added.through;
+            t += BATCH * batch.step;
+            continue;
+        }
         // Unrolling the two pairs makes views through lists up to a tenth faster, and views through
         // curves as much slower.
         if (COLOURED) {
@@ -298,6 +313,20 @@ fn lit_ground_of_colours(point: vec3<f32>) -> vec3<f32> {
     return dark + transmittances * (ground_radiance(point, 1.0) - dark);
 }
 
+// The ground, if its distance is above 0, or the background.
+fn behind_all(ray: Ray, ground: f32) -> vec4<f32> {
+    if (ground <= 0.0) {
+        return frame.view.background;
+    }
+    let point = ray_at(ray, ground);
+    if (COLOURED) {
+        return vec4<f32>(lit_ground_of_colours(point), 1.0);
+    }
+    let light = light_coordinates(point);
+    let transmittance = shadow_lookup(vec3<f32>(light.xy, surface_depth(light)));
+    return vec4<f32>(ground_radiance(point, transmittance), 1.0);
+}
+
 fn march(ray: Ray) -> vec4<f32> {
     let ground = ground_distance(ray);
     let steps = steps_of(ray, select(1e30, ground, ground > 0.0));
@@ -307,26 +336,23 @@ fn march(ray: Ray) -> vec4<f32> {
     } else {
         seen = single_scattering(ray, steps);
     }
-    var behind = frame.view.background;
+    let behind = behind_all(ray, ground);
     if (COLOURED) {
-        if (ground > 0.0) {
-            behind = vec4<f32>(lit_ground_of_colours(ray_at(ray, ground)), 1.0);
-        }
         let through = select(vec3<f32>(0.0), colours(seen.w), seen.w > 0.0);
         let covered = 1.0 - dot(through, vec3<f32>(1.0 / 3.0));
         return vec4<f32>(seen.xyz + through * behind.xyz, covered + (1.0 - covered) * behind.w);
-    }
-    if (ground > 0.0) {
-        let point = ray_at(ray, ground);
-        let light = light_coordinates(point);
-        let transmittance = shadow_lookup(vec3<f32>(light.xy, surface_depth(light)));
-        behind = vec4<f32>(ground_radiance(point, transmittance), 1.0);
     }
     return vec4<f32>(seen.xyz, 1.0 - seen.w) + seen.w * behind;
 }
 
 // The pixel (x, y), with a number of rays.
 fn pixel(place: vec2<u32>, samples: u32) -> vec4<f32> {
+    if (AMONG_SURFACES) {
+        let of_surfaces = pixel_of_surfaces(place, samples);
+        if (of_surfaces.exists) {
+            return of_surfaces.colour;
+        }
+    }
     let size = vec2<f32>(f32(frame.view.width), f32(frame.view.height));
     var sum = vec4<f32>(0.0);
     for (var i: u32 = 0u; i < samples; i++) {

@@ -1,8 +1,9 @@
-// Sorts linked lists of any length by the depth of their elements' fronts, in place.
-#import kernel/lists
+// Sorts linked lists of any length by the depths of their elements, in place. A file that imports this
+// defines `depth_of(element: u32) -> f32`, `next_of(element: u32) -> u32` and
+// `link_to(element: u32, next: u32)`; elements are their indices plus one.
 
 // Stretches of this length are sorted by insertion.
-const STRETCH: u32 = 64u;
+const STRETCH: u32 = 16u;
 
 // Sorts the first elements of a list, by insertion in private memory. Returns the head of what is
 // sorted, its last element, and the head of the rest.
@@ -12,20 +13,20 @@ fn sorted_stretch(head: u32) -> vec3<u32> {
     var length: u32 = 0u;
     var at = head;
     while (at != 0u && length < STRETCH) {
-        let element = elements[at - 1u];
+        let depth = depth_of(at);
         var place = length;
-        while (place > 0u && depths[place - 1u] > element.front) {
+        while (place > 0u && depths[place - 1u] > depth) {
             depths[place] = depths[place - 1u];
             order[place] = order[place - 1u];
             place--;
         }
-        depths[place] = element.front;
+        depths[place] = depth;
         order[place] = at;
         length++;
-        at = element.next;
+        at = next_of(at);
     }
     for (var i: u32 = 1u; i < length; i++) {
-        elements[order[i - 1u] - 1u].next = order[i];
+        link_to(order[i - 1u], order[i]);
     }
     return vec3<u32>(order[0], order[length - 1u], at);
 }
@@ -40,11 +41,11 @@ fn sorted(list_head: u32) -> u32 {
     var rest = first.z;
     while (rest != 0u) {
         let more = sorted_stretch(rest);
-        elements[tail - 1u].next = more.x;
+        link_to(tail, more.x);
         tail = more.y;
         rest = more.z;
     }
-    elements[tail - 1u].next = 0u;
+    link_to(tail, 0u);
     if (first.z == 0u) {
         return first.x;
     }
@@ -65,34 +66,34 @@ fn merged_stretches(list_head: u32) -> u32 {
             var left_count: u32 = 0u;
             while (left_count < stretch && right != 0u) {
                 left_count++;
-                right = elements[right - 1u].next;
+                right = next_of(right);
             }
             var right_count = stretch;
             while (left_count > 0u || (right_count > 0u && right != 0u)) {
                 var take_left = right_count == 0u || right == 0u;
                 if (!take_left && left_count > 0u) {
-                    take_left = elements[left - 1u].front <= elements[right - 1u].front;
+                    take_left = depth_of(left) <= depth_of(right);
                 }
                 var taken: u32;
                 if (take_left) {
                     taken = left;
-                    left = elements[left - 1u].next;
+                    left = next_of(left);
                     left_count--;
                 } else {
                     taken = right;
-                    right = elements[right - 1u].next;
+                    right = next_of(right);
                     right_count--;
                 }
                 if (tail == 0u) {
                     head = taken;
                 } else {
-                    elements[tail - 1u].next = taken;
+                    link_to(tail, taken);
                 }
                 tail = taken;
             }
             left = right;
         }
-        elements[tail - 1u].next = 0u;
+        link_to(tail, 0u);
         if (merges <= 1u) {
             return head;
         }

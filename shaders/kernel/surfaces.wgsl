@@ -1,15 +1,13 @@
-// Surfaces, and what one of them leaves in a texel (src/cpu/raster_surfaces.rs).
-#import kernel/lists
+// Surfaces, and what one of them leaves in a texel (src/cpu/raster_surfaces.rs). A file that imports
+// this says where surfaces are stored and what is kept of them: `point_of(i: u32) -> vec4<f32>`
+// (position in frame space, and radius), `opacity_of(i: u32) -> f32`, `corner_of(i: u32) -> vec4<f32>`
+// (the first of a triangle's three has the optical depth of a crossing in w), the constant COUNTS_CELLS,
+// whether parts know the cells that they cover, and `meets(drawn: Drawn, texel: vec2<u32>) -> Left` for triangles.
+#import kernel/tile
 #import kernel/triangle
 
-// Points of strands: position in frame space, and radius.
-@group(0) @binding(31) var<storage, read> points: array<vec4<f32>>;
-// The opacity of a strand's crossing at each point, 0..1.
-@group(0) @binding(32) var<storage, read> opacities: array<f32>;
 // For each segment of a strand the index of the point where it begins, with two flags.
 @group(0) @binding(33) var<storage, read> segments: array<u32>;
-// Three corners of each triangle; the first one's w is the optical depth of a crossing.
-@group(0) @binding(34) var<storage, read> corners: array<vec4<f32>>;
 
 const SEGMENT_POINT: u32 = 0x3fffffffu;
 const FIRST_SEGMENT: u32 = 0x80000000u;
@@ -17,6 +15,8 @@ const LAST_SEGMENT: u32 = 0x40000000u;
 
 // A segment or a triangle in the map.
 struct Drawn {
+    // Its number among all.
+    index: u32,
     is_segment: bool,
     exists: bool,
     sides: Sides,
@@ -34,7 +34,7 @@ const NOWHERE = vec4<f32>(3e38, 3e38, -3e38, -3e38);
 fn segment_stroke(segment: u32) -> Stroke {
     let point = segment & SEGMENT_POINT;
     let caps = vec2<bool>((segment & FIRST_SEGMENT) != 0u, (segment & LAST_SEGMENT) != 0u);
-    return stroke_of(points[point], points[point + 1u], caps);
+    return stroke_of(point_of(point), point_of(point + 1u), caps);
 }
 
 // The box around a segment, lowest u and v, highest u and v.
@@ -56,6 +56,7 @@ fn segment_box(segment: u32) -> vec4<f32> {
 // Surface `index`: segments come first, then triangles.
 fn drawn_of(index: u32) -> Drawn {
     var drawn: Drawn;
+    drawn.index = index;
     drawn.is_segment = index < tile.segments;
     if (drawn.is_segment) {
         drawn.segment = segments[index];
@@ -72,8 +73,8 @@ fn drawn_of(index: u32) -> Drawn {
         }
     } else if (index - tile.segments < tile.triangles) {
         let first = 3u * (index - tile.segments);
-        let a = corners[first];
-        let all = array<vec3<f32>, 3>(a.xyz, corners[first + 1u].xyz, corners[first + 2u].xyz);
+        let a = corner_of(first);
+        let all = array<vec3<f32>, 3>(a.xyz, corner_of(first + 1u).xyz, corner_of(first + 2u).xyz);
         drawn.triangle = triangle_of(all, a.w);
         drawn.sides = drawn.triangle.sides;
         drawn.exists = drawn.triangle.exists;
@@ -105,15 +106,33 @@ fn columns_of(sides: Sides, row: u32) -> vec2<u32> {
     return texels_between(extent.x, extent.y, tile.origin.x, tile.origin.x + tile.extent.x);
 }
 
-// What a surface leaves in a texel: front, back and optical depth, which is 0 for nothing.
-fn left_in(drawn: Drawn, index: u32, texel: vec2<u32>) -> vec3<f32> {
+// What a surface leaves in a texel.
+struct Left {
+    exists: bool,
+    // Of a strand: the depths between which it lies, the area that it covers, area times opacity,
+    // and area times distance along the strand from the first of its points, of which each is 1 from
+    // the next.
+    front: f32,
+    back: f32,
+    area: f32,
+    taken: f32,
+    along: f32,
+    // The number of its last segment.
+    last: u32,
+    // Of a strand the cells that it covers; of a triangle the rays of a pixel that meet it.
+    cells: vec2<u32>,
+}
+
+fn left_in(drawn: Drawn, texel: vec2<u32>) -> Left {
     if (drawn.is_segment) {
-        return left_by_strand(drawn, index, vec2<f32>(texel));
+        return left_by_strand(drawn, vec2<f32>(texel));
     }
-    let center = vec2<f32>(texel) + 0.5;
-    let at = center / f32(frame.map.size);
-    let depth = triangle_depth(drawn.triangle, center, light_ray(at.x, at.y));
-    return vec3<f32>(depth, depth, select(0.0, drawn.triangle.optical_depth, depth >= 0.0));
+    return meets(drawn, texel);
+}
+
+// The share of light that what a strand leaves takes of its texel, 0..1.
+fn alpha_of(left: Left) -> f32 {
+    return clamp(left.taken / max(left.area, 1.0), 0.0, 1.0);
 }
 
 // Whether a box touches the texel whose upper left corner is `texel`.
@@ -132,42 +151,38 @@ fn area_of(stroke: Stroke, texel: vec2<f32>) -> f32 {
 
 // What a segment covers of a texel where it is the first of its strand, or the first after others
 // that do not: all that follow it and cover the texel too count with it.
-fn left_by_strand(drawn: Drawn, index: u32, texel: vec2<f32>) -> vec3<f32> {
-    let none = vec3<f32>(0.0);
-    var area = area_of(drawn.stroke, texel);
+fn left_by_strand(drawn: Drawn, texel: vec2<f32>) -> Left {
+    let index = drawn.index;
+    var left: Left;
+    let area = area_of(drawn.stroke, texel);
     if (area == 0.0) {
-        return none;
+        return left;
     }
     if (is_near(drawn.before, texel) && area_of_segment(segments[index - 1u], texel) > 0.0) {
-        return none;
+        return left;
     }
-    // Front, back, and area times opacity.
-    var all = strip_of(drawn.stroke, drawn.segment, texel, area);
-    var last = index;
+    left = strip_of(drawn.stroke, drawn.segment, texel, area);
+    left.last = index;
     var near = is_near(drawn.after, texel);
     while (near) {
-        last++;
-        let segment = segments[last];
+        let segment = segments[left.last + 1u];
         let stroke = segment_stroke(segment);
         let more = area_of_touching(stroke, texel);
         if (more == 0.0) {
             break;
         }
         let strip = strip_of(stroke, segment, texel, more);
-        area += more;
-        all = vec3<f32>(min(all.x, strip.x), max(all.y, strip.y), all.z + strip.z);
+        left.last++;
+        left.front = min(left.front, strip.front);
+        left.back = max(left.back, strip.back);
+        left.area += more;
+        left.taken += strip.taken;
+        left.along += strip.along + more * f32(left.last - index);
+        left.cells |= strip.cells;
         near = (segment & LAST_SEGMENT) == 0u;
     }
-    let alpha = clamp(all.z / max(area, 1.0), 0.0, 1.0);
-    var optical_depth = OPAQUE_OPTICAL_DEPTH;
-    if (alpha < 1.0) {
-        optical_depth = -log(1.0 - alpha);
-    }
-    if (frame.map.covers == 0u) {
-        all.x = 0.5 * (all.x + all.y);
-        all.y = all.x;
-    }
-    return vec3<f32>(all.xy, select(0.0, optical_depth, abs(all.y) < 3e38));
+    left.exists = abs(left.back) < 3e38;
+    return left;
 }
 
 fn area_of_segment(segment: u32, texel: vec2<f32>) -> f32 {
@@ -186,18 +201,27 @@ fn area_of_touching(stroke: Stroke, texel: vec2<f32>) -> f32 {
     return area_of(stroke, texel);
 }
 
-// The depths between which a segment covers a texel, and the area times opacity.
-fn strip_of(stroke: Stroke, segment: u32, texel: vec2<f32>, area: f32) -> vec3<f32> {
+// What one segment leaves in a texel of which it covers an area.
+fn strip_of(stroke: Stroke, segment: u32, texel: vec2<f32>, area: f32) -> Left {
     var range = vec2<f32>(nearest_share(stroke, texel + 0.5));
     if (frame.map.covers == 1u) {
         range = range_over(stroke, texel);
     }
     let shares = vec2<f32>(share_along(stroke, range.x), share_along(stroke, range.y));
     let depths = vec2<f32>(depth_along(stroke, shares.x), depth_along(stroke, shares.y));
-    let along = stroke.shares.x + (stroke.shares.y - stroke.shares.x) * 0.5 * (shares.x + shares.y);
+    let middle = stroke.shares.x + (stroke.shares.y - stroke.shares.x) * 0.5 * (shares.x + shares.y);
     let point = segment & SEGMENT_POINT;
-    let opacity = mix(opacities[point], opacities[point + 1u], along);
-    return vec3<f32>(min(depths.x, depths.y), max(depths.x, depths.y), area * opacity);
+    let opacity = mix(opacity_of(point), opacity_of(point + 1u), middle);
+    var strip: Left;
+    strip.front = min(depths.x, depths.y);
+    strip.back = max(depths.x, depths.y);
+    strip.area = area;
+    strip.taken = area * opacity;
+    strip.along = area * middle;
+    if (COUNTS_CELLS) {
+        strip.cells = cells_of(stroke.sides, texel);
+    }
+    return strip;
 }
 
 // The index of a texel of the map in the tile.

@@ -5,13 +5,13 @@ struct Tile {
     origin: vec2<u32>,
     // The tile's size in texels.
     extent: vec2<u32>,
-    // Nodes per texel for trace_slices; elements of the whole tile for raster_slices, parts of the
-    // whole tile for raster_surfaces, nodes of the whole tile for sort_fragments.
+    // Nodes per texel for trace_slices; elements of the whole tile for raster_slices, fragments or
+    // parts of the whole tile for raster_surfaces and raster_view, nodes of the whole tile for sort_fragments.
     capacity: u32,
-    // How many segments of strands and how many triangles raster_surfaces draws.
+    // How many segments of strands, triangles and points of strands there are.
     segments: u32,
     triangles: u32,
-    unused: u32,
+    points: u32,
 }
 
 @group(0) @binding(8) var<uniform> tile: Tile;

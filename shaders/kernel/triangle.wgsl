@@ -67,26 +67,35 @@ fn triangle_of(corners: array<vec3<f32>, 3>, optical_depth: f32) -> MapTriangle 
     return triangle;
 }
 
-// The depth where a texel's central ray meets a triangle; `center` is the texel's middle. Negative
-// if it passes by. Of the triangles at an edge only one is met.
-fn triangle_depth(triangle: MapTriangle, center: vec2<f32>, ray: Ray) -> f32 {
-    let sides = triangle.sides;
-    var left = 0u;
-    var right = 0u;
+// The depth where the ray through a place, in texels, meets a triangle. Negative if it passes by. Of
+// the triangles at an edge only one is met.
+fn triangle_depth(triangle: MapTriangle, place: vec2<f32>, ray: Ray) -> f32 {
+    if (!triangle_holds(triangle.sides, place)) {
+        return -1.0;
+    }
+    return plane_depth(triangle.point, triangle.normal, ray);
+}
+
+// Whether a place is in a triangle. At an edge it is in only one of two.
+fn triangle_holds(sides: Sides, place: vec2<f32>) -> bool {
+    var left = false;
+    var right = false;
     for (var i = 0u; i < 4u; i++) {
         let a = vec2<f32>(sides.u[i], sides.v[i]);
         let b = vec2<f32>(sides.u[(i + 1u) % 4u], sides.v[(i + 1u) % 4u]);
         if (any(a != b)) {
-            let on_left = is_left(a, b, center);
-            left += select(0u, 1u, on_left);
-            right += select(1u, 0u, on_left);
+            let on_left = is_left(a, b, place);
+            left = left || on_left;
+            right = right || !on_left;
         }
     }
-    if (left > 0u && right > 0u) {
-        return -1.0;
-    }
-    let slope = dot(triangle.normal, ray.direction);
-    let depth = dot(triangle.normal, triangle.point - ray.origin) / slope;
+    return !(left && right);
+}
+
+// The depth where a ray meets the plane through a point, across a normal of any length; negative
+// where it does not.
+fn plane_depth(point: vec3<f32>, normal: vec3<f32>, ray: Ray) -> f32 {
+    let depth = dot(normal, point - ray.origin) / dot(normal, ray.direction);
     return select(-1.0, depth, depth >= 0.0 && depth < 3e38);
 }
 

@@ -41,8 +41,8 @@ pub trait Backend: Send + Sync {
         matches!(kind, MapKind::Threshold | MapKind::Fragments)
     }
 
-    /// Whether this backend builds maps of surfaces.
-    fn draws_surfaces(&self) -> bool {
+    /// Whether this backend builds maps of `kind` of surfaces, and pictures of them through such.
+    fn draws_surfaces(&self, _kind: MapKind) -> bool {
         false
     }
 
@@ -98,15 +98,15 @@ pub trait Backend: Send + Sync {
     }
 }
 
-/// Checks that `backend` builds maps of what `surfaces` there are.
+/// Checks that `backend` builds maps of `kind` of what `surfaces` there are.
 ///
 /// # Errors
-/// If it does not draw surfaces, and there are some.
-pub fn check_surfaces(backend: &dyn Backend, surfaces: &Surfaces) -> Result<()> {
-    if surfaces.is_empty() || backend.draws_surfaces() {
+/// If it does not, and there are some.
+pub fn check_surfaces(backend: &dyn Backend, surfaces: &Surfaces, kind: MapKind) -> Result<()> {
+    if surfaces.is_empty() || backend.draws_surfaces(kind) {
         return Ok(());
     }
-    let why = format!("{} draws no meshes and no hair", backend.description());
+    let why = format!("{} builds no '{kind}' maps of meshes and hair", backend.description());
     Err(Error::value("backend", why))
 }
 

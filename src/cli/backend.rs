@@ -91,15 +91,18 @@ impl Opening {
             (Err(error), _) => return Err(error),
         };
         let builds = |gpu: &dyn Backend| {
-            kind.is_none_or(|kind| gpu.builds(kind)) && (!surfaces || gpu.draws_surfaces())
+            let kind = kind.unwrap_or_default();
+            gpu.builds(kind) && (!surfaces || gpu.draws_surfaces(kind))
         };
         match (found, kind) {
             (Some(gpu), _) if builds(&*gpu) && self.choice == BackendChoice::Auto => {
                 Ok(kept(Box::new(Fallback::new(gpu, say))))
             }
             (Some(gpu), _) if builds(&*gpu) => Ok(kept(gpu)),
-            (Some(_), _) if surfaces && self.choice == BackendChoice::Gpu => {
-                Err(Error::value("backend", "meshes and hair need the backend 'cpu'"))
+            (Some(_), kind) if surfaces && self.choice == BackendChoice::Gpu => {
+                let kind = kind.unwrap_or_default();
+                let why = format!("'{kind}' maps of meshes and hair need the backend 'cpu'");
+                Err(Error::value("backend", why))
             }
             (Some(_), Some(kind)) if self.choice == BackendChoice::Gpu => {
                 Err(Error::value("map", format!("'{kind}' maps need --backend cpu")))

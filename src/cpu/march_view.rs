@@ -11,7 +11,7 @@ use super::refine_view::{Refinement, refine_view};
 use super::shade_view::Overlay;
 use super::tiles;
 use crate::error::Result;
-use crate::frame::{Frame, FrameView};
+use crate::frame::{Frame, FrameView, pixel_offset};
 use crate::image::Image;
 use crate::kernel::light::light_coordinates;
 use crate::kernel::media::{
@@ -21,7 +21,7 @@ use crate::kernel::media::{
 use crate::kernel::medium::{mean_transmittance, scattered, step_opacity};
 use crate::kernel::occupancy::{BATCH, CUT_LIMIT, CUT_SHARE, Walk};
 use crate::kernel::ray::{Ray, intersect_box, step_count, voxels_over};
-use crate::kernel::view::{camera_ray, ground_distance, pixel_offset};
+use crate::kernel::view::{camera_ray, ground_distance};
 use crate::math::Each;
 use crate::parallel;
 use crate::progress::Progress;

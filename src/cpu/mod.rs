@@ -81,7 +81,7 @@ impl Backend for CpuBackend {
         true
     }
 
-    fn draws_surfaces(&self) -> bool {
+    fn draws_surfaces(&self, _kind: MapKind) -> bool {
         true
     }
 

@@ -14,9 +14,9 @@ use glam::{Vec2, Vec4, Vec4Swizzles};
 use super::bins::{Lists, bins, check, flat, row_extent, texels, touched_cells};
 use super::tiles::TILE;
 use crate::error::Result;
-use crate::frame::{FIRST_SEGMENT, Frame, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
+use crate::frame::{CELLS, FIRST_SEGMENT, Frame, FrameSurfaces, LAST_SEGMENT, SEGMENT_POINT};
 use crate::kernel::coverage::{
-    CELLS, LEAST_AREA, Stroke, cells_of, covered, depth_along, holds, nearest_share, range_over,
+    LEAST_AREA, Stroke, cells_of, covered, depth_along, holds, nearest_share, range_over,
     share_along, stroke_of,
 };
 use crate::kernel::light::light_ray;

@@ -7,7 +7,7 @@ use glam::Vec2;
 
 use super::bins::Lists;
 use super::raster_surfaces::{Part, SurfaceRaster};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frame::{Frame, FrameLooks};
 use crate::kernel::light::light_ray;
 use crate::kernel::triangle::triangle_depth;
@@ -49,10 +49,7 @@ impl ViewRaster {
         if casters.surfaces.is_empty() {
             return Ok(None);
         }
-        if frame.view.shading == 1 {
-            let why = "the paper's shading shows no meshes and no hair";
-            return Err(Error::value("shadow.shading", why));
-        }
+        frame.check_surfaces()?;
         let (looks, frame) = (FrameLooks::of(casters), frame.from_camera());
         let raster = SurfaceRaster::of(&looks.shapes, &frame, true)?;
         Ok(Some(Self { raster, looks, frame }))

@@ -13,18 +13,13 @@ use super::raster_surfaces::Part;
 use super::raster_view::{Hit, ViewRaster};
 use super::tiles;
 use crate::error::{Result, memory};
-use crate::frame::FrameCoat;
+use crate::frame::{FrameCoat, pixel_offset};
 use crate::kernel::light::{irradiance_at, light_coordinates, light_direction_at};
 use crate::kernel::ray::Ray;
 use crate::kernel::surface::{
-    corner_weights, off_plane, smooth_place, strand_reflectance, triangle_reflectance,
+    OFF_RADII, corner_weights, off_plane, smooth_place, strand_reflectance, triangle_reflectance,
 };
-use crate::kernel::view::pixel_offset;
 use crate::progress::Progress;
-use crate::scene::OFF_STRANDS;
-
-/// Points on strands are looked up this many radii nearer to the light.
-const OFF_RADII: f32 = 2.0 * OFF_STRANDS as f32;
 
 /// How far a pixel has been shaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

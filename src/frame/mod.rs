@@ -12,6 +12,7 @@ mod lattice;
 mod looks;
 mod mixture;
 mod parts;
+mod pixels;
 mod seen;
 mod steps;
 mod surfaces;
@@ -27,6 +28,7 @@ pub use mixture::{
     FARTHEST_CELL, Field, LEAST_CELLS, MOST_FIELDS, MOST_PARTS, Mixture, Part, TABLE_CELLS,
 };
 pub use parts::{FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching};
+pub use pixels::{CELLS, cells_around, pixel_offset};
 pub use steps::{
     LIGHT_STEPS_LEAST, LIGHT_STEPS_PER_VOXEL, LOOKUP_WEIGHT, SLAB_SAMPLES_PER_VOXEL,
     SLABS_PER_VOXEL, VIEW_STEPS_LEAST, VIEW_STEPS_MOST, VIEW_STEPS_PER_VOXEL,
@@ -52,6 +54,18 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// Checks that pictures can show surfaces.
+    ///
+    /// # Errors
+    /// If shading is the paper's, which has no place for them.
+    pub fn check_surfaces(&self) -> Result<()> {
+        if self.view.shading == 1 {
+            let why = "the paper's shading shows no meshes and no hair";
+            return Err(Error::value("shadow.shading", why));
+        }
+        Ok(())
+    }
+
     /// Whether pictures need only parallel light, the default lookup, the bilinear filter, exact
     /// shadow tests and single scattering.
     pub fn is_usual(&self) -> bool {

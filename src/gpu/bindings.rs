@@ -44,6 +44,7 @@ pub(super) mod at {
     pub(crate) const SEGMENTS: u32 = 33;
     pub(crate) const CORNERS: u32 = 34;
     pub(crate) const LARGE: u32 = 35;
+    pub(crate) const LOOKS: u32 = 36;
 }
 
 /// The result of `make`; an error if the device finds its commands invalid. Error scopes belong to

@@ -1,7 +1,8 @@
 //! Joins shader files. A line `#import kernel/NAME` includes that file; each file is included once.
 //! `#import map` includes the file for the kind of shadow map, `#import media` that for the kind of
 //! media, `#import density` that for the storage of a plain volume's voxels, `#import fields` that
-//! for the number of grids in a mixture, and `#import pieces` that for surfaces, or for none.
+//! for the number of grids in a mixture, and `#import pieces` and `#import layers` those
+//! for surfaces, or for none.
 
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -13,26 +14,35 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 32] = files![
+const FILES: [(&str, &str); 41] = files![
     "kernel/blocks",
+    "kernel/casting",
     "kernel/coverage",
     "kernel/curves",
     "kernel/density",
     "kernel/fitting",
     "kernel/fragments",
     "kernel/frame",
+    "kernel/heads",
+    "kernel/layers",
     "kernel/light",
     "kernel/lists",
     "kernel/march",
     "kernel/media",
     "kernel/medium",
+    "kernel/no_layers",
     "kernel/no_pieces",
     "kernel/occupancy",
     "kernel/pieces",
+    "kernel/raster",
     "kernel/ray",
+    "kernel/seeing",
+    "kernel/seen",
     "kernel/shadow",
     "kernel/slices",
+    "kernel/sorted_lists",
     "kernel/sorting",
+    "kernel/surface",
     "kernel/surfaces",
     "kernel/threshold",
     "kernel/tile",
@@ -125,6 +135,8 @@ impl Kinds {
             ("map", _) => self.map,
             ("pieces", _) if self.surfaces => "kernel/pieces",
             ("pieces", _) => "kernel/no_pieces",
+            ("layers", _) if self.surfaces => "kernel/layers",
+            ("layers", _) => "kernel/no_layers",
             ("media", MediaKind::OneField | MediaKind::Mixed) => "media/mixture",
             ("media", _) => "media/plain",
             ("fields", MediaKind::OneField) => "media/one_field",

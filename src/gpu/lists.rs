@@ -19,6 +19,15 @@ pub(super) const ELEMENT_BYTES: u64 = 16;
 /// Bytes of the counters of lists.
 const COUNTERS_BYTES: u64 = 16;
 
+/// What lists hold.
+#[derive(Clone, Copy)]
+pub(super) struct Kind {
+    /// Bytes of an element.
+    pub bytes: u64,
+    /// Lists of each texel.
+    pub heads: u64,
+}
+
 /// The linked lists of a tile on a device.
 #[derive(Clone, Debug)]
 pub struct GpuLists {
@@ -51,6 +60,12 @@ impl GpuLists {
             entry(at::HEADS, self.heads.as_entire_binding()),
             entry(at::ELEMENTS, self.elements.as_entire_binding()),
         ]
+    }
+
+    /// What passes read that march through pictures.
+    pub(super) fn seen_entries(&self) -> [BindGroupEntry<'_>; 3] {
+        let [heads, elements] = self.sorted_entries();
+        [entry(at::TILE, self.tile_buffer.as_entire_binding()), heads, elements]
     }
 
     /// Empties the lists.
@@ -89,11 +104,16 @@ impl GpuLists {
 impl Renderer {
     /// Allocates lists with room for `tile.capacity` fragments in all.
     pub fn lists(&self, tile: Tile) -> GpuLists {
+        self.lists_of(tile, Kind { bytes: ELEMENT_BYTES, heads: 1 })
+    }
+
+    /// The same for lists of any kind.
+    pub(super) fn lists_of(&self, tile: Tile, kind: Kind) -> GpuLists {
         GpuLists {
             tile,
             tile_buffer: self.tile_buffer(tile),
-            heads: self.storage("heads", tile.texels() * 4),
-            elements: self.storage("elements", u64::from(tile.capacity) * ELEMENT_BYTES),
+            heads: self.storage("heads", tile.texels() * kind.heads * 4),
+            elements: self.storage("elements", u64::from(tile.capacity) * kind.bytes),
             counters: self.storage("counters", COUNTERS_BYTES),
             target: self.no_target(tile),
         }

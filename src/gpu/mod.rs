@@ -40,6 +40,7 @@ mod prepared;
 mod programs;
 mod readback;
 mod renderer;
+mod seen;
 mod shadow;
 mod stage;
 mod surfaces;
@@ -65,12 +66,17 @@ pub use lists::GpuLists;
 pub use lookup::{PREFIX, shadow_wgsl};
 pub use media::GpuMedia;
 pub use passes::{PassSource, pass_sources};
+use picture::{Shown, Subject};
 pub use prepared::Prepared;
 use programs::Variant;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
+pub use seen::GpuLooks;
 pub use shadow::GpuShadow;
 pub use surfaces::GpuSurfaces;
 pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
+
+/// The largest number of bytes to reserve for what a picture's pixels see of surfaces.
+const SEEN_BYTES: u64 = 1 << 30;
 
 /// A renderer on a graphics adapter.
 ///
@@ -114,8 +120,8 @@ impl GpuBackend {
     }
 
     /// The picture of pass `march_view`.
-    fn marched(&self, media: &Media, frame: &Frame, map: &Map) -> Result<Image> {
-        let gpu = &self.renderer;
+    fn marched(&self, casters: Casters<'_>, frame: &Frame, map: &Map) -> Result<Image> {
+        let (gpu, media) = (&self.renderer, casters.media);
         let mut frame = *frame;
         frame.map.follows_links =
             u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
@@ -123,7 +129,11 @@ impl GpuBackend {
         // Allocated first: a picture that is too large should fail before anything slow happens.
         let image = gpu.image(width, height)?;
         let gpu_media = self.upload(media)?;
-        let march = |shadow: GpuShadow<'_>| gpu.picture(&gpu_media, &frame, shadow, &image);
+        let looks = gpu.looks(casters, &frame)?;
+        let surfaces = looks.as_ref().map(|looks| Shown { looks, memory: SEEN_BYTES });
+        let march = |shadow: GpuShadow<'_>| {
+            gpu.picture(&Subject { media: &gpu_media, shadow, surfaces }, &frame, &image)
+        };
         match map {
             Map::Threshold(map) => {
                 let gpu_map = gpu.map(map.size())?;
@@ -149,6 +159,10 @@ impl GpuBackend {
 impl Backend for GpuBackend {
     fn description(&self) -> String {
         self.description.clone()
+    }
+
+    fn draws_surfaces(&self, kind: MapKind) -> bool {
+        kind == MapKind::Fragments
     }
 
     /// Compiles the passes in advance.
@@ -191,10 +205,7 @@ impl Passes for GpuBackend {
         frame: &Frame,
         progress: &dyn Progress,
     ) -> Result<Vec<[f32; 4]>> {
-        if casters.surfaces.iter().any(|surface| surface.casts) {
-            let why = "GPUs build no threshold maps of meshes and hair; take 'fragments'";
-            return Err(Error::value("map", why));
-        }
+        check_surfaces(self, &casters.surfaces.casting(), MapKind::Threshold)?;
         progress.begin("shadow map", 1);
         let gpu = &self.renderer;
         let texels = self.watch.over(|| {
@@ -257,9 +268,11 @@ impl Passes for GpuBackend {
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        check_surfaces(self, casters.surfaces)?;
+        let kind =
+            if matches!(map, Map::Threshold(_)) { MapKind::Threshold } else { MapKind::Fragments };
+        check_surfaces(self, casters.surfaces, kind)?;
         progress.begin("picture", 1);
-        let image = self.watch.over(|| self.marched(casters.media, frame, map))?;
+        let image = self.watch.over(|| self.marched(casters, frame, map))?;
         progress.advance(1);
         Ok(image)
     }

@@ -21,15 +21,22 @@ pub(super) enum Pass {
     RasterSlices,
     SortFragments,
     LinkNeighbors,
+    RasterView,
+    RasterViewLarge,
+    SortView,
     /// `march_view` through threshold maps.
     MarchThreshold,
     /// `march_view` through fragment maps.
     MarchFragments,
+    /// The same with surfaces.
+    MarchSurfaces,
     RankRadiance,
     /// `refine_view` through threshold maps.
     RefineThreshold,
     /// `refine_view` through fragment maps.
     RefineFragments,
+    /// The same with surfaces.
+    RefineSurfaces,
     AddBeam,
 }
 
@@ -61,7 +68,7 @@ macro_rules! source {
 
 impl Pass {
     /// All passes.
-    pub(super) const ALL: [Self; 17] = [
+    pub(super) const ALL: [Self; 22] = [
         Self::TraceThreshold,
         Self::FitCurves,
         Self::TraceSlices,
@@ -73,11 +80,16 @@ impl Pass {
         Self::RasterSlices,
         Self::SortFragments,
         Self::LinkNeighbors,
+        Self::RasterView,
+        Self::RasterViewLarge,
+        Self::SortView,
         Self::MarchThreshold,
         Self::MarchFragments,
+        Self::MarchSurfaces,
         Self::RankRadiance,
         Self::RefineThreshold,
         Self::RefineFragments,
+        Self::RefineSurfaces,
         Self::AddBeam,
     ];
 
@@ -92,6 +104,8 @@ impl Pass {
         let single = [bindings::single(), read(at::BRIGHT)];
         let surfaces = [at::POINTS, at::OPACITIES, at::SEGMENTS, at::CORNERS].map(read);
         let drawing = [frame, tile, heads, elements, counters];
+        let seeing = [&drawing[..], &[at::SEGMENTS, at::LOOKS].map(read)].concat();
+        let seen = [tile, heads, elements, read(at::LOOKS)];
         let slices = vec![frame, runs, nodes, tile, counters];
         let (map, media, bindings, (name, source)) = match self {
             Self::TraceThreshold => (
@@ -122,7 +136,7 @@ impl Pass {
             Self::RasterLarge => (
                 MapKind::Fragments,
                 false,
-                [&drawing[..], &surfaces, &[read(at::LARGE)]].concat(),
+                [&drawing[..], &surfaces, &[read_write(at::LARGE)]].concat(),
                 source!("raster_large"),
             ),
             Self::DrawSurfaces => (
@@ -167,6 +181,36 @@ impl Pass {
                 [&[frame, output], &lists[..]].concat(),
                 source!("march_view"),
             ),
+            Self::RasterView => (
+                MapKind::Fragments,
+                false,
+                [&seeing[..], &[read_write(at::LARGE)]].concat(),
+                source!("raster_view"),
+            ),
+            Self::RasterViewLarge => (
+                MapKind::Fragments,
+                false,
+                [&seeing[..], &[read_write(at::LARGE)]].concat(),
+                source!("raster_view_large"),
+            ),
+            Self::SortView => (
+                MapKind::Fragments,
+                false,
+                vec![tile, heads, elements, counters],
+                source!("sort_view"),
+            ),
+            Self::MarchSurfaces => (
+                MapKind::Fragments,
+                true,
+                [&[frame, output], &lists[..], &seen].concat(),
+                source!("march_view"),
+            ),
+            Self::RefineSurfaces => (
+                MapKind::Fragments,
+                true,
+                [&[frame, output], &lists[..], &single[..], &seen].concat(),
+                source!("refine_view"),
+            ),
             Self::RankRadiance => (
                 MapKind::Fragments,
                 false,
@@ -195,12 +239,15 @@ impl Pass {
         // In `trace_slices` the threads' run times differ most.
         let workgroup = match self {
             Self::TraceSlices | Self::TraceCasters => [8, 4],
-            Self::RasterSurfaces | Self::RasterLarge => [64, 1],
+            Self::RasterSurfaces | Self::RasterLarge | Self::RasterView | Self::RasterViewLarge => {
+                [64, 1]
+            }
             Self::RankRadiance => [16, 16],
             _ => [8, 8],
         };
         let varies = matches!(name, "march_view" | "refine_view");
-        let surfaces = self == Self::TraceCasters;
+        let surfaces =
+            matches!(self, Self::TraceCasters | Self::MarchSurfaces | Self::RefineSurfaces);
         Declaration { name, source, map, media, surfaces, bindings, workgroup, varies }
     }
 }

@@ -9,7 +9,10 @@ use super::link::MediaKind;
 use super::media::GpuMedia;
 use super::passes::Pass;
 use super::renderer::{GpuImage, Renderer};
+use super::seen::{GpuLooks, PART_BYTES};
 use super::shadow::GpuShadow;
+use super::tile::Tile;
+use super::tiles::{Room, filled};
 use crate::error::Result;
 use crate::frame::Frame;
 
@@ -19,53 +22,107 @@ const RAYS: u64 = 1 << 22;
 /// Rows of a dispatch are a multiple of a workgroup's.
 const ROWS: u32 = 8;
 
+/// Surfaces that a picture shows.
+#[derive(Clone, Copy)]
+pub(super) struct Shown<'a> {
+    pub looks: &'a GpuLooks,
+    /// The largest number of bytes to reserve for what pixels see of them.
+    pub memory: u64,
+}
+
+/// What a picture is made of.
+#[derive(Clone, Copy)]
+pub(super) struct Subject<'a> {
+    pub media: &'a GpuMedia,
+    pub shadow: GpuShadow<'a>,
+    pub surfaces: Option<Shown<'a>>,
+}
+
+impl Subject<'_> {
+    /// The pass that makes pictures of it.
+    fn march(&self) -> Pass {
+        if self.surfaces.is_some() { Pass::MarchSurfaces } else { self.shadow.march() }
+    }
+
+    /// The pass that gives more rays to some of their pixels.
+    fn refine(&self) -> Pass {
+        if self.surfaces.is_some() { Pass::RefineSurfaces } else { self.shadow.refine() }
+    }
+}
+
 impl Renderer {
-    /// Makes the picture of `frame` in `image`, lit through `shadow`.
+    /// Makes the picture of `frame` in `image`.
     ///
     /// # Errors
     /// If the device rejects a shader or has not enough memory.
     pub(super) fn picture(
         &self,
-        media: &GpuMedia,
+        subject: &Subject<'_>,
         frame: &Frame,
-        shadow: GpuShadow<'_>,
         image: &GpuImage,
     ) -> Result<()> {
         if frame.view.samples == 1 || frame.view.tolerance <= 0.0 {
-            return self.rows(shadow.march(), media, frame, shadow, (&[], image));
+            return self.rows(subject.march(), subject, frame, (&[], image));
         }
         let mut first = *frame;
         first.view.samples = 1;
         let [width, height] = image.size();
         let single = self.image(width, height)?;
-        self.rows(shadow.march(), media, &first, shadow, (&[], &single))?;
+        self.rows(subject.march(), subject, &first, (&[], &single))?;
         let bright = self.storage("bright", 4);
         let single = entry(at::SINGLE, BindingResource::TextureView(single.view()));
         let more = [single, entry(at::BRIGHT, bright.as_entire_binding())];
         let rank = self.prepare(Pass::RankRadiance, MediaKind::Plain, None, more.to_vec(), [1, 1]);
         self.submit(|encoder| rank.record(encoder))?;
-        self.rows(shadow.refine(), media, frame, shadow, (&more, image))
+        self.rows(subject.refine(), subject, frame, (&more, image))
     }
 
     /// Runs a pass over all rows of a picture, with `more` bindings.
     fn rows(
         &self,
         pass: Pass,
-        media: &GpuMedia,
+        subject: &Subject<'_>,
         frame: &Frame,
-        shadow: GpuShadow<'_>,
         (more, image): (&[BindGroupEntry<'_>], &GpuImage),
     ) -> Result<()> {
+        let Subject { media, shadow, surfaces } = *subject;
         let [width, height] = image.size();
         let rays = u64::from(width) * u64::from(frame.view.samples);
         let rows = u32::try_from(RAYS / rays).unwrap_or(height).max(1).next_multiple_of(ROWS);
+        let camera = match surfaces {
+            Some(_) => Some(self.frame(&frame.from_camera(), media)?),
+            None => None,
+        };
         let mut part = *frame;
-        for first in (0..height).step_by(rows as usize) {
+        let mut room = Room { rows, elements: 0 };
+        let mut first = 0;
+        while first < height {
+            let mut own = more.to_vec();
+            let tile = Tile {
+                origin: [0, first],
+                extent: [width, rows.min(height - first)],
+                ..Tile::rows(width, 0, 0, 0)
+            };
+            let lists = match (surfaces, &camera) {
+                (Some(Shown { looks, memory }), Some(camera)) => {
+                    let most = memory.min(self.largest_binding()) / PART_BYTES;
+                    let make = |tile| self.seen(looks.over(tile));
+                    Some(filled(self, tile, most, &mut room, make, |encoder, lists| {
+                        self.raster_view(encoder, looks, camera, lists)
+                    })?)
+                }
+                _ => None,
+            };
+            let extent = lists.as_ref().map_or(tile.extent, |lists| lists.tile().extent);
+            if let (Some(lists), Some(shown)) = (&lists, surfaces) {
+                own.extend(lists.seen_entries());
+                own.push(shown.looks.entry());
+            }
             part.view.first_row = first;
             let part = self.frame(&part, media)?;
-            let size = [width, rows.min(height - first)];
-            let prepared = self.prepare_rows(pass, (media, &part), shadow, (more, image), size);
+            let prepared = self.prepare_rows(pass, (media, &part), shadow, (&own, image), extent);
             self.submit(|encoder| prepared.record(encoder))?;
+            first += extent[1];
         }
         Ok(())
     }

@@ -4,6 +4,7 @@
 use super::fragments::GpuFragments;
 use super::media::GpuMedia;
 use super::passes::Pass;
+use super::picture::{Shown, Subject};
 use super::programs::Variant;
 use super::renderer::{GpuImage, GpuMap};
 use super::shadow::GpuShadow;
@@ -161,7 +162,9 @@ impl<'a> GpuStage<'a> {
         let least = if fitted { usual_nodes(frame) } else { most_nodes(&beam.media, frame) };
         let capacity = self.room[usize::from(fitted)].max(least);
         let tile = Tile::rows(size, 0, size, capacity);
+        let casts = beam.surfaces.iter().any(|surface| surface.casts);
         if settings.map.fragments.slices == Slices::Raster
+            || casts
             || tile.node_bytes() > settings.map.fragments.memory
         {
             return Ok(None);
@@ -219,7 +222,10 @@ impl<'a> GpuStage<'a> {
             Some(image) if index == 0 && image.size() == [width, height] => image.clone(),
             _ => gpu.image(width, height)?,
         };
-        gpu.picture(media, &frame, shadow.bound(), &image)?;
+        let looks = gpu.looks(beam.casters(), &frame)?;
+        let memory = settings.map.fragments.memory;
+        let surfaces = looks.as_ref().map(|looks| Shown { looks, memory });
+        gpu.picture(&Subject { media, shadow: shadow.bound(), surfaces }, &frame, &image)?;
         progress.advance(1);
         let kept: u64 = self.lit.iter().flatten().map(|lit| lit.shadow.bytes()).sum();
         if kept > settings.map.fragments.memory {
@@ -270,7 +276,7 @@ impl Stage for GpuStage<'_> {
         progress: &dyn Progress,
     ) -> Result<Image> {
         settings.check()?;
-        check_surfaces(self.backend, &scene.surfaces)?;
+        check_surfaces(self.backend, &scene.surfaces, settings.map.kind.unwrap_or_default())?;
         let beams = scene.beams_for(settings)?;
         let watch = &self.backend.watch;
         loop {

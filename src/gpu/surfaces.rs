@@ -2,7 +2,7 @@
 //! `sort_surfaces`, which list what strands and triangles leave in a map's texels.
 
 use bytemuck::cast_slice;
-use wgpu::{BindGroupEntry, BufferUsages};
+use wgpu::BindGroupEntry;
 
 use super::bindings::{at, entry};
 use super::link::MediaKind;
@@ -18,6 +18,18 @@ use crate::frame::FrameSurfaces;
 const LARGE_GROUPS: [u32; 2] = [64, 64];
 /// The most workgroups along an axis that WebGPU guarantees.
 const MOST_GROUPS: u32 = 65_535;
+
+/// What the two passes that draw surfaces into lists need.
+pub(super) struct Drawing<'a> {
+    /// With one thread for each surface, and with many for each of the rest.
+    pub passes: [Pass; 2],
+    /// How many surfaces there are.
+    pub count: u32,
+    /// The surfaces' bindings.
+    pub own: &'a [BindGroupEntry<'a>],
+    /// Room for the numbers of the rest.
+    pub large: &'a wgpu::Buffer,
+}
 
 /// Strands and triangles on a device.
 #[derive(Clone, Debug)]
@@ -66,20 +78,11 @@ impl Renderer {
             ("segments of hair", cast_slice(segments)),
             ("triangles", cast_slice(triangles)),
         ];
-        let limit = self.largest_binding();
-        if let Some((what, bytes)) = held.iter().find(|(_, bytes)| bytes.len() as u64 > limit) {
-            let (what, needed) = ((*what).to_owned(), format!("{} bytes", bytes.len()));
-            let limit = format!("{limit} bytes in a buffer (the CPU backend has no limit)");
-            return Err(ErrorKind::Limit { what, needed, limit }.into());
-        }
+        self.check_bindings(&held)?;
         let counts = [segments.len(), triangles.len()].map(|count| count as u32);
-        let upload = |(label, bytes): (&str, &[u8])| match bytes {
-            // Bindings must not be empty.
-            [] => self.storage(label, 0),
-            _ => self.buffer(label, bytes, BufferUsages::STORAGE),
-        };
-        let [points, opacities, segments, corners] =
-            self.scoped(|| held.map(upload)).map_err(Error::gpu)?;
+        let [points, opacities, segments, corners] = self
+            .scoped(|| held.map(|(label, bytes)| self.storage_of(label, bytes)))
+            .map_err(Error::gpu)?;
         let large = self.storage("large surfaces", u64::from(counts[0] + counts[1]) * 4);
         Ok(GpuSurfaces { points, opacities, segments, corners, large, counts })
     }
@@ -96,22 +99,61 @@ impl Renderer {
         frame: &GpuFrame,
         lists: &GpuLists,
     ) -> Result<()> {
+        let drawing = Drawing {
+            passes: [Pass::RasterSurfaces, Pass::RasterLarge],
+            count: surfaces.count(),
+            own: &surfaces.entries(),
+            large: &surfaces.large,
+        };
+        self.record_drawing(encoder, &drawing, frame, lists)
+    }
+
+    /// Records the two passes of `drawing`, which fill empty lists.
+    pub(super) fn record_drawing(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        drawing: &Drawing<'_>,
+        frame: &GpuFrame,
+        lists: &GpuLists,
+    ) -> Result<()> {
         lists.clear(encoder);
         let entries = || {
             let mut entries = lists.entries();
-            entries.extend(surfaces.entries());
-            entries.push(entry(at::LARGE, surfaces.large.as_entire_binding()));
+            entries.extend_from_slice(drawing.own);
+            entries.push(entry(at::LARGE, drawing.large.as_entire_binding()));
             entries
         };
-        let [threads, _] = Pass::RasterSurfaces.declaration().workgroup;
+        let [threads, _] = drawing.passes[0].declaration().workgroup;
         let across = MOST_GROUPS * threads;
-        let count = surfaces.count().max(1);
+        let count = drawing.count.max(1);
         let all = [count.min(across), count.div_ceil(across)];
         let large = [LARGE_GROUPS[0] * threads, LARGE_GROUPS[1]];
-        for (pass, size) in [(Pass::RasterSurfaces, all), (Pass::RasterLarge, large)] {
+        for (pass, size) in drawing.passes.into_iter().zip([all, large]) {
             self.prepare(pass, MediaKind::Plain, Some(frame), entries(), size).record(encoder)?;
         }
         Ok(())
+    }
+
+    /// Records a pass over the texels of a tile's lists.
+    pub(super) fn record_over(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pass: Pass,
+        lists: &GpuLists,
+    ) -> Result<()> {
+        let extent = lists.tile().extent;
+        self.prepare(pass, MediaKind::Plain, None, lists.entries(), extent).record(encoder)
+    }
+
+    /// Checks that buffers with these contents can be bound.
+    pub(super) fn check_bindings(&self, held: &[(&str, &[u8])]) -> Result<()> {
+        let limit = self.largest_binding();
+        let Some((what, bytes)) = held.iter().find(|(_, bytes)| bytes.len() as u64 > limit) else {
+            return Ok(());
+        };
+        let (what, needed) = ((*what).to_owned(), format!("{} bytes", bytes.len()));
+        let limit = format!("{limit} bytes in a buffer (the CPU backend has no limit)");
+        Err(ErrorKind::Limit { what, needed, limit }.into())
     }
 
     /// Records pass `draw_surfaces`, which does the same by the graphics pipeline.
@@ -148,8 +190,6 @@ impl Renderer {
         encoder: &mut wgpu::CommandEncoder,
         lists: &GpuLists,
     ) -> Result<()> {
-        let extent = lists.tile().extent;
-        self.prepare(Pass::SortSurfaces, MediaKind::Plain, None, lists.entries(), extent)
-            .record(encoder)
+        self.record_over(encoder, Pass::SortSurfaces, lists)
     }
 }

@@ -20,20 +20,21 @@ pub struct Tile {
     /// The tile's size in texels.
     pub extent: [u32; 2],
     /// Capacity of its buffers: nodes per texel (`trace_slices`), or elements or parts of the whole
-    /// tile (`raster_slices`, `raster_surfaces`).
+    /// tile (`raster_slices`, `raster_surfaces`, `raster_view`).
     pub capacity: u32,
-    /// How many segments of strands `raster_surfaces` draws.
+    /// How many segments of strands are drawn.
     pub segments: u32,
-    /// How many triangles it draws.
+    /// How many triangles are drawn.
     pub triangles: u32,
-    pub(super) unused: u32,
+    /// How many points the strands have.
+    pub points: u32,
 }
 
 impl Tile {
     /// The tile with the rows `first` to `first + rows` of a map of `size` squared texels.
     pub fn rows(size: u32, first: u32, rows: u32, capacity: u32) -> Self {
         let (origin, extent) = ([0, first], [size, rows]);
-        Self { origin, extent, capacity, segments: 0, triangles: 0, unused: 0 }
+        Self { origin, extent, capacity, segments: 0, triangles: 0, points: 0 }
     }
 
     /// Number of texels.

@@ -4,8 +4,7 @@
 
 use super::lists::{ELEMENT_BYTES, GpuLists};
 use super::media::GpuMedia;
-use super::renderer::{GpuFrame, Renderer};
-use super::surfaces::GpuSurfaces;
+use super::renderer::Renderer;
 use super::tile::Tile;
 use crate::error::{ErrorKind, Result};
 use crate::frame::{Frame, FrameSurfaces, SLABS_PER_VOXEL};
@@ -18,8 +17,8 @@ use crate::shadow::{Node, Runs};
 const FITTED_NODES: u32 = 32;
 /// Initial capacity of drawn lists, in fragments per texel.
 const DRAWN_FRAGMENTS: u64 = 64;
-/// Initial capacity of what surfaces leave, in fragments per texel.
-const SURFACE_FRAGMENTS: u64 = 8;
+/// Initial capacity of what surfaces leave, in elements per texel.
+const SURFACE_ELEMENTS: u64 = 8;
 /// Rows of texels in a block.
 const BLOCK_ROWS: u32 = 8;
 
@@ -42,7 +41,7 @@ pub(super) fn trace_slices(
     };
     let fitted = frame.map.tolerance > 0.0;
     let mut capacity = if fitted { usual_nodes(frame) } else { most_nodes(casters.media, frame) };
-    let mut room = Room { rows: size, fragments: 0 };
+    let mut room = Room { rows: size, elements: 0 };
     let mut all = Runs::default();
     let mut first = 0;
     while first < size {
@@ -52,8 +51,11 @@ pub(super) fn trace_slices(
         let tile = Tile::rows(size, first, rows.min(size - first), capacity);
         let (tile, lists) = match &surfaces {
             Some(surfaces) => {
-                let lists =
-                    raster_surfaces(gpu, surfaces, (&frame_buffer, tile), budget, &mut room)?;
+                let most = budget / ELEMENT_BYTES;
+                let make = |tile| gpu.lists(surfaces.over(tile));
+                let lists = filled(gpu, tile, most, &mut room, make, |encoder, lists| {
+                    gpu.raster_surfaces(encoder, surfaces, &frame_buffer, lists)
+                })?;
                 (Tile { extent: lists.tile().extent, ..tile }, Some(lists))
             }
             None => (tile, None),
@@ -78,41 +80,44 @@ pub(super) fn trace_slices(
 }
 
 /// What drawing surfaces has needed so far.
-struct Room {
-    /// The most rows of texels of which all fragments found room.
-    rows: u32,
-    /// The fragments that a tile left.
-    fragments: u64,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Room {
+    /// The most rows of texels of which all elements found room.
+    pub rows: u32,
+    /// The elements that a tile left.
+    pub elements: u64,
 }
 
-/// Runs pass `raster_surfaces` over the first rows of a tile whose fragments all find room.
-fn raster_surfaces(
+/// Fills lists for the first rows of a tile whose elements all find room, at most `most` at a time.
+/// `make` allocates lists, and `draw` records what fills them.
+pub(super) fn filled(
     gpu: &Renderer,
-    surfaces: &GpuSurfaces,
-    (frame, tile): (&GpuFrame, Tile),
-    budget: u64,
+    tile: Tile,
+    most: u64,
     room: &mut Room,
+    make: impl Fn(Tile) -> GpuLists,
+    draw: impl Fn(&mut wgpu::CommandEncoder, &GpuLists) -> Result<()>,
 ) -> Result<GpuLists> {
-    let most = (budget / ELEMENT_BYTES).min(u64::from(u32::MAX / 2));
+    let most = most.min(u64::from(u32::MAX / 2));
     let mut tile = Tile { extent: [tile.extent[0], tile.extent[1].min(room.rows)], ..tile };
     loop {
-        tile.capacity = (tile.texels() * SURFACE_FRAGMENTS).max(room.fragments).min(most) as u32;
-        let lists = gpu.lists(surfaces.over(tile));
-        gpu.submit(|encoder| gpu.raster_surfaces(encoder, surfaces, frame, &lists))?;
+        tile.capacity = (tile.texels() * SURFACE_ELEMENTS).max(room.elements).min(most) as u32;
+        let lists = make(tile);
+        gpu.submit(|encoder| draw(encoder, &lists))?;
         let drawn = gpu.fragments_drawn(&lists)?;
         if drawn <= u64::from(tile.capacity) {
             return Ok(lists);
         }
-        room.fragments = drawn;
+        room.elements = drawn;
         if drawn > most {
             if tile.extent[1] == 1 {
                 let (needed, limit) = (format!("{drawn} fragments"), format!("{most} fragments"));
-                let what = "hair or meshes over a row of a map".to_owned();
+                let what = "hair or meshes over a row of a map or a picture".to_owned();
                 return Err(ErrorKind::Limit { what, needed, limit }.into());
             }
             room.rows = tile.extent[1].div_ceil(2);
             tile.extent[1] = room.rows;
-            room.fragments = 0;
+            room.elements = 0;
         }
     }
 }

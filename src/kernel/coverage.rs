@@ -13,7 +13,7 @@ use std::f32::consts::FRAC_PI_4;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
 use super::light::light_coordinates;
-use crate::frame::Frame;
+use crate::frame::{CELLS, Frame};
 use crate::math::Each;
 
 /// Segments are cut where they come nearer than this share of their length to the plane through a
@@ -184,9 +184,6 @@ pub fn covered(sides: &Sides, texel: Vec2) -> f32 {
     let means = Vec4::select(upright, left, sums / Vec4::select(upright, Vec4::ONE, lengths));
     (means * (bottom - top)).element_sum().abs().min(1.0)
 }
-
-/// Cells along each edge of a texel in [`cells_of`].
-pub const CELLS: u32 = 8;
 
 /// Which of the 8 x 8 cells of the texel whose upper left corner is `texel` have their middle in a
 /// convex quadrangle; bit 8 y + x for column x and row y (the mask of an A-buffer, Carpenter 1984).

@@ -9,6 +9,8 @@ use glam::Vec3;
 use super::coverage::distance_of;
 use crate::frame::Frame;
 
+/// Points on strands are looked up this many radii nearer to the light.
+pub const OFF_RADII: f32 = 2.0 * crate::scene::OFF_STRANDS as f32;
 /// Texels from a lookup's place to those that it reads, as a share of the filter's width, and for
 /// filters of at most this width.
 const REACH: f32 = 0.75;

@@ -1,6 +1,6 @@
 //! The camera's rays, sample positions within pixels, and the ground.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use super::light::{irradiance_at, light_direction_at};
 use super::ray::Ray;
@@ -16,16 +16,6 @@ pub fn camera_ray(frame: &Frame, x: f32, y: f32) -> Ray {
         direction: at(frame.view.direction, frame.view.direction_x, frame.view.direction_y)
             .normalize(),
     }
-}
-
-/// Position of sample `i` of `samples` within its pixel, 0..1 along both axes: the centre for one
-/// sample, else points of the golden-ratio lattice, which cover the pixel evenly for any number.
-pub fn pixel_offset(i: u32, samples: u32) -> Vec2 {
-    if samples == 1 {
-        return Vec2::splat(0.5);
-    }
-    let golden = (i as f32 * 0.618_034 + 0.5).fract();
-    Vec2::new((i as f32 + 0.5) / samples as f32, golden)
 }
 
 /// Distance along a ray to the ground; negative if the ray misses it.
