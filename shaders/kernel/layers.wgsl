@@ -14,19 +14,12 @@ const NO_TRIANGLE: u32 = 0xffffffffu;
 
 // What is left of the light in each of a pixel's cells.
 var<private> left_in_cells: array<f32, 64>;
-// The first of the ray's layers, and what they let through.
-var<private> first_layer: u32;
+// What the ray's layers let through.
 var<private> clear_behind: f32;
 // The first layer that does not lie in front of the present step, and the first whose light has not
 // been added.
 var<private> layer_ahead: u32;
 var<private> layer_unseen: u32;
-
-// The radiance of a pixel, if it sees surfaces.
-struct SeenPixel {
-    exists: bool,
-    colour: vec4<f32>,
-}
 
 // Transmittances per channel where that of the least extinct one is `through`.
 fn channels(through: f32) -> vec3<f32> {
@@ -105,21 +98,25 @@ fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u
     var clear: f32 = 1.0;
     var last = 0u;
     var strand = strands;
-    var hit = hit_behind(triangles, which, ray, Hit(0u, 0u, 0.0));
-    first_layer = 0u;
+    var hit = Hit(0u, 0u, 0.0);
+    var is_passed = true;
     // As much as is left behind them can be seen.
     while (clear >= frame.view.opaque) {
+        if (is_passed) {
+            hit = hit_behind(triangles, which, ray, hit);
+            is_passed = false;
+        }
         var of_strand = UNMET;
         if (strand != 0u) {
             of_strand = seen[strand - 1u].depth;
         }
-        let next = min(of_strand, hit.depth);
         // A surface on the ground hides it, whatever rounding says.
-        if (next >= end * (1.0 + ON_GROUND)) {
+        if (min(of_strand, hit.depth) >= end * (1.0 + ON_GROUND)) {
             break;
         }
-        var own: u32;
+        var own = hit.part;
         var weight: f32;
+        var coming: Coming;
         if (of_strand <= hit.depth) {
             own = strand;
             let part = seen[own - 1u];
@@ -132,18 +129,28 @@ fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u
             if (weight <= 0.0) {
                 continue;
             }
-            shade_strand(own, ray.direction);
+            // Lit once for all rays of a pixel.
+            if ((part.what & IS_SHADED) == 0u) {
+                coming = coming_to_strand(part, ray.direction);
+                seen[own - 1u].what = part.what | IS_SHADED;
+            }
         } else {
-            own = hit.part;
+            is_passed = true;
             seen[own - 1u].depth = hit.depth;
-            weight = take(cells, shade_triangle(own, hit, ray)) * share;
-            hit = hit_behind(triangles, which, ray, hit);
+            coming = coming_to_triangle(hit, ray);
+            weight = take(cells, coming.alpha) * share;
+        }
+        if (coming.exists) {
+            let radiance = arriving_on(coming) + coming.albedo * frame.view.ambient;
+            seen[own - 1u].red = radiance.x;
+            seen[own - 1u].green = radiance.y;
+            seen[own - 1u].blue = radiance.z;
         }
         seen[own - 1u].clear = clear;
         seen[own - 1u].weight = weight;
         seen[own - 1u].behind = 0u;
         if (last == 0u) {
-            first_layer = own;
+            layer_ahead = own;
         } else {
             seen[last - 1u].behind = own;
         }
@@ -151,8 +158,7 @@ fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u
         clear -= weight;
     }
     clear_behind = clear;
-    layer_ahead = first_layer;
-    layer_unseen = first_layer;
+    layer_unseen = layer_ahead;
     if (clear >= frame.view.opaque) {
         return end;
     }
@@ -160,36 +166,23 @@ fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u
     return seen[last - 1u].depth;
 }
 
-fn keep_colour(part: u32, colour: vec3<f32>) {
-    seen[part - 1u].red = colour.x;
-    seen[part - 1u].green = colour.y;
-    seen[part - 1u].blue = colour.z;
-}
-
-// Lights a part of a strand, once for all rays of a pixel.
-fn shade_strand(part: u32, direction: vec3<f32>) {
-    let what = seen[part - 1u].what;
-    if ((what & IS_SHADED) != 0u) {
-        return;
-    }
-    let share = seen[part - 1u].share;
-    let a = what & WHAT;
-    let place = mix(point_look(a, 0u), point_look(a + 1u, 0u), share);
-    let along = mix(point_look(a, 1u).xyz, point_look(a + 1u, 1u).xyz, share);
+// The light that comes to a part of a strand.
+fn coming_to_strand(part: SeenPart, direction: vec3<f32>) -> Coming {
+    let a = part.what & WHAT;
+    let place = mix(point_look(a, 0u), point_look(a + 1u, 0u), part.share);
+    let along = mix(point_look(a, 1u).xyz, point_look(a + 1u, 1u).xyz, part.share);
     let first = point_look(a, 2u);
-    let albedo = mix(first.xyz, point_look(a + 1u, 2u).xyz, share);
+    let albedo = mix(first.xyz, point_look(a + 1u, 2u).xyz, part.share);
     let coat = coat_look(first.w);
     let tangent = along / max(length(along), 1e-30);
     let to_light = -light_direction_at(place.xyz);
     let off = within(place.xyz, max(frame.map.bias, OFF_RADII * place.w));
     let reflected = strand_reflectance(tangent, to_light, -direction, albedo, coat.y, coat.z);
-    let arrives = arriving_on(coat.x, place.xyz, place.xyz + off * to_light, reflected);
-    keep_colour(part, arrives + albedo * frame.view.ambient);
-    seen[part - 1u].what = what | IS_SHADED;
+    return Coming(true, place.xyz, place.xyz + off * to_light, reflected, albedo, coat.x, 0.0);
 }
 
-// Lights a triangle where a ray meets it, and returns its opacity.
-fn shade_triangle(part: u32, hit: Hit, ray: Ray) -> f32 {
+// The light that comes to a triangle where a ray meets it.
+fn coming_to_triangle(hit: Hit, ray: Ray) -> Coming {
     let corners = triangle_corners(hit.triangle);
     let across = cross(corners[1] - corners[0], corners[2] - corners[0]);
     var plane = across / max(length(across), 1e-30);
@@ -212,14 +205,13 @@ fn shade_triangle(part: u32, hit: Hit, ray: Ray) -> f32 {
     let outwards = array<vec3<f32>, 3>(side * normals[0], side * normals[1], side * normals[2]);
     let smoothed = smooth_place(corners, outwards, weights, position);
     let look = triangle_look(hit.triangle, 6u);
-    let coat = coat_look(look.w);
     let to_light = -light_direction_at(position);
     let reflected = look.xyz * triangle_reflectance(side * normal, to_light);
     let off = off_plane(position, plane, to_light) * plane;
     let bias = within(position, frame.map.bias) * to_light;
-    let arrives = arriving_on(coat.x, position, smoothed + off + bias, reflected);
-    keep_colour(part, arrives + look.xyz * frame.view.ambient);
-    return 1.0 - exp(-triangle_look(hit.triangle, 0u).w);
+    let alpha = 1.0 - exp(-triangle_look(hit.triangle, 0u).w);
+    let place = smoothed + off + bias;
+    return Coming(true, position, place, reflected, look.xyz, coat_look(look.w).x, alpha);
 }
 
 // The light of a layer, of which layers in front and the medium's transmittances let a share through.
@@ -312,12 +304,9 @@ fn lit_among_layers(
     return light;
 }
 
-// What a ray sees of a pixel's surfaces and of everything else.
-fn composed(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u32>) -> vec4<f32> {
-    let ground = ground_distance(ray);
-    let farthest = select(1e30, ground, ground > 0.0);
-    let end = find_layers(strands, triangles, which, ray, cells, farthest);
-    let scattered = single_scattering(ray, steps_of(ray, end));
+// The radiance and opacity of a ray: of the medium, which sends `scattered` (w: what it lets
+// through), of the layers behind it, and of what is behind both.
+fn with_layers(scattered: vec4<f32>, ray: Ray, ground: f32) -> vec4<f32> {
     let medium = channels(scattered.w);
     var light = scattered.xyz;
     while (layer_unseen != 0u) {
@@ -333,58 +322,47 @@ fn composed(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u32>
     return vec4<f32>(light + through * behind.xyz, covered + (1.0 - covered) * behind.w);
 }
 
-// The ray of a pixel, `offset` within it.
-fn ray_within(place: vec2<u32>, offset: vec2<f32>) -> Ray {
-    let size = vec2<f32>(f32(frame.view.width), f32(frame.view.height));
-    let at = (vec2<f32>(place) + offset) / size;
-    return camera_ray(at.x, at.y);
-}
-
-// A pixel that sees surfaces: with all its rays, but where one sees what the others do and only one
-// is asked for.
-fn pixel_of_surfaces(place: vec2<u32>, samples: u32) -> SeenPixel {
+// How a pixel is seen: with all its rays where it sees surfaces, but where one sees what the others
+// do and only one is asked for.
+fn rays_of(place: vec2<u32>, samples: u32) -> PixelRays {
     let lists = 2u * pixel_in_tile(place);
     let strands = atomicLoad(&heads[lists]);
     let triangles = atomicLoad(&heads[lists + 1u]);
-    let nothing = SeenPixel(false, vec4<f32>(0.0));
-    if (strands == 0u && triangles == 0u) {
-        return nothing;
-    }
     let all = ray_count();
-    var rays = all;
-    if (strands == 0u) {
-        var first = NO_TRIANGLE;
-        var is_met = false;
-        var is_same = true;
-        for (var i = 0u; i < all; i++) {
-            let ray = ray_within(place, pixel_offset(i, all));
-            let triangle = hit_behind(triangles, i, ray, Hit(0u, 0u, 0.0)).triangle;
-            if (i == 0u) {
-                first = triangle;
-            }
-            is_met = is_met || triangle != NO_TRIANGLE;
-            is_same = is_same && triangle == first;
-        }
-        if (!is_met) {
-            return nothing;
-        }
-        if (is_same && samples < all) {
-            rays = 1u;
-        }
+    if (strands != 0u) {
+        return PixelRays(true, all, strands, triangles);
     }
-    var sum = vec4<f32>(0.0);
-    var weights: f32 = 0.0;
-    for (var i = 0u; i < rays; i++) {
-        var cells = vec2<u32>(0xffffffffu);
-        var which = CENTRAL;
-        if (rays == all) {
-            cells = cells_around(i);
-            which = i;
+    var first = NO_TRIANGLE;
+    var is_met = false;
+    var is_same = true;
+    for (var i = 0u; i < all && triangles != 0u; i++) {
+        let ray = ray_within(place, i, all);
+        let triangle = hit_behind(triangles, i, ray, Hit(0u, 0u, 0.0)).triangle;
+        if (i == 0u) {
+            first = triangle;
         }
-        let weight = f32(countOneBits(cells.x) + countOneBits(cells.y));
-        let ray = ray_within(place, pixel_offset(i, rays));
-        sum += weight * composed(strands, triangles, which, ray, cells);
-        weights += weight;
+        is_met = is_met || triangle != NO_TRIANGLE;
+        is_same = is_same && triangle == first;
     }
-    return SeenPixel(true, sum / weights);
+    let rays = select(all, 1u, is_same && samples < all);
+    return PixelRays(is_met, select(samples, rays, is_met), strands, triangles);
+}
+
+// Chains the layers of ray `i` of a pixel in front of `farthest`. Returns where nothing behind is
+// seen, and how much of the pixel the ray stands for.
+fn layers_of(pixel: PixelRays, i: u32, ray: Ray, farthest: f32) -> vec2<f32> {
+    layer_ahead = 0u;
+    layer_unseen = 0u;
+    clear_behind = 1.0;
+    if (!pixel.sees) {
+        return vec2<f32>(farthest, 1.0);
+    }
+    var cells = vec2<u32>(0xffffffffu);
+    var which = CENTRAL;
+    if (pixel.rays == ray_count()) {
+        cells = cells_around(i);
+        which = i;
+    }
+    let end = find_layers(pixel.strands, pixel.triangles, which, ray, cells, farthest);
+    return vec2<f32>(end, f32(countOneBits(cells.x) + countOneBits(cells.y)));
 }

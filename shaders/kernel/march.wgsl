@@ -327,37 +327,60 @@ fn behind_all(ray: Ray, ground: f32) -> vec4<f32> {
     return vec4<f32>(ground_radiance(point, transmittance), 1.0);
 }
 
-fn march(ray: Ray) -> vec4<f32> {
+// What ray `i` of a pixel sees, and how much of the pixel it stands for.
+fn march(ray: Ray, pixel: PixelRays, i: u32) -> RayColour {
     let ground = ground_distance(ray);
-    let steps = steps_of(ray, select(1e30, ground, ground > 0.0));
+    let ends = layers_of(pixel, i, ray, select(1e30, ground, ground > 0.0));
+    let steps = steps_of(ray, ends.x);
     var seen: vec4<f32>;
-    if (!USUAL && frame.view.shading == 1u) {
+    if (!AMONG_SURFACES && !USUAL && frame.view.shading == 1u) {
         seen = paper_shading(ray, steps);
     } else {
         seen = single_scattering(ray, steps);
+    }
+    if (AMONG_SURFACES) {
+        return RayColour(with_layers(seen, ray, ground), ends.y);
     }
     let behind = behind_all(ray, ground);
     if (COLOURED) {
         let through = select(vec3<f32>(0.0), colours(seen.w), seen.w > 0.0);
         let covered = 1.0 - dot(through, vec3<f32>(1.0 / 3.0));
-        return vec4<f32>(seen.xyz + through * behind.xyz, covered + (1.0 - covered) * behind.w);
+        let light = seen.xyz + through * behind.xyz;
+        return RayColour(vec4<f32>(light, covered + (1.0 - covered) * behind.w), ends.y);
     }
-    return vec4<f32>(seen.xyz, 1.0 - seen.w) + seen.w * behind;
+    return RayColour(vec4<f32>(seen.xyz, 1.0 - seen.w) + seen.w * behind, ends.y);
+}
+
+struct RayColour {
+    colour: vec4<f32>,
+    weight: f32,
+}
+
+// How a pixel is seen: whether it sees surfaces, with how many rays, and the lists of its strands and
+// triangles.
+struct PixelRays {
+    sees: bool,
+    rays: u32,
+    strands: u32,
+    triangles: u32,
+}
+
+// The ray through sample i of a pixel.
+fn ray_within(place: vec2<u32>, i: u32, samples: u32) -> Ray {
+    let size = vec2<f32>(f32(frame.view.width), f32(frame.view.height));
+    let at = (vec2<f32>(place) + pixel_offset(i, samples)) / size;
+    return camera_ray(at.x, at.y);
 }
 
 // The pixel (x, y), with a number of rays.
 fn pixel(place: vec2<u32>, samples: u32) -> vec4<f32> {
-    if (AMONG_SURFACES) {
-        let of_surfaces = pixel_of_surfaces(place, samples);
-        if (of_surfaces.exists) {
-            return of_surfaces.colour;
-        }
-    }
-    let size = vec2<f32>(f32(frame.view.width), f32(frame.view.height));
+    let own = rays_of(place, samples);
     var sum = vec4<f32>(0.0);
-    for (var i: u32 = 0u; i < samples; i++) {
-        let at = (vec2<f32>(place) + pixel_offset(i, samples)) / size;
-        sum += march(camera_ray(at.x, at.y));
+    var weights: f32 = 0.0;
+    for (var i: u32 = 0u; i < own.rays; i++) {
+        let marched = march(ray_within(place, i, own.rays), own, i);
+        sum += marched.weight * marched.colour;
+        weights += marched.weight;
     }
-    return sum / f32(samples);
+    return sum / weights;
 }

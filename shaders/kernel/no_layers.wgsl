@@ -2,11 +2,6 @@
 
 const AMONG_SURFACES: bool = false;
 
-struct SeenPixel {
-    exists: bool,
-    colour: vec4<f32>,
-}
-
 fn lit_among_layers(
     ray: Ray,
     steps: Steps,
@@ -20,6 +15,14 @@ fn lit_among_layers(
     return vec3<f32>(0.0);
 }
 
-fn pixel_of_surfaces(place: vec2<u32>, samples: u32) -> SeenPixel {
-    return SeenPixel(false, vec4<f32>(0.0));
+fn with_layers(scattered: vec4<f32>, ray: Ray, ground: f32) -> vec4<f32> {
+    return scattered;
+}
+
+fn rays_of(place: vec2<u32>, samples: u32) -> PixelRays {
+    return PixelRays(false, samples, 0u, 0u);
+}
+
+fn layers_of(pixel: PixelRays, i: u32, ray: Ray, farthest: f32) -> vec2<f32> {
+    return vec2<f32>(farthest, 1.0);
 }

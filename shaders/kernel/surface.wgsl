@@ -92,19 +92,28 @@ fn within(position: vec3<f32>, way: f32) -> f32 {
     return min(way, 0.5 * length(frame.light.position - position));
 }
 
-// The light that arrives at `position`, in the shadow that falls on `place`, times the share that is
-// reflected. Shadows fall on it if `receives` is not 0.
-fn arriving_on(
-    receives: f32,
+// What light does at a place of a surface.
+struct Coming {
+    exists: bool,
+    // Where it arrives, and on what its shadow falls.
     position: vec3<f32>,
     place: vec3<f32>,
+    // The share that is reflected towards the camera, and the albedo.
     reflected: vec3<f32>,
-) -> vec3<f32> {
-    let unshadowed = irradiance_at(position) * reflected;
-    if (receives == 0.0 || all(unshadowed == vec3<f32>(0.0))) {
+    albedo: vec3<f32>,
+    // Whether shadows fall on it, if not 0.
+    receives: f32,
+    // The opacity of a triangle.
+    alpha: f32,
+}
+
+// The light that is reflected.
+fn arriving_on(coming: Coming) -> vec3<f32> {
+    let unshadowed = irradiance_at(coming.position) * coming.reflected;
+    if (coming.receives == 0.0 || all(unshadowed == vec3<f32>(0.0))) {
         return unshadowed;
     }
-    let light = light_coordinates(place);
+    let light = light_coordinates(coming.place);
     if (COLOURED) {
         return unshadowed * shadow_lookup_colours(light);
     }
