@@ -38,7 +38,7 @@ fn made_up() -> Surface {
 }
 
 /// The scene of a file, or of made-up hair, and its name.
-fn scene() -> (String, Scene, Settings) {
+pub fn scene() -> (String, Scene, Settings) {
     let path = std::env::var_os("DEEPSHADOW_BENCH_HAIR").map(PathBuf::from);
     let (name, text) = match &path {
         Some(path) => (path.display().to_string(), format!("[[hair]]\npath = {path:?}\n")),
@@ -55,19 +55,19 @@ fn scene() -> (String, Scene, Settings) {
 }
 
 /// A map's passes, with everything that they bind.
-struct Lit<'a> {
+pub struct Lit<'a> {
     gpu: &'a Renderer,
-    media: GpuMedia,
+    pub media: GpuMedia,
     surfaces: GpuSurfaces,
     frame: GpuFrame,
     lists: GpuLists,
-    fragments: GpuFragments,
+    pub fragments: GpuFragments,
     drawn: u64,
 }
 
 impl<'a> Lit<'a> {
     /// `None` if the device has not that much memory.
-    fn new(gpu: &'a Renderer, beam: &Beam, settings: &Settings) -> Option<Self> {
+    pub fn new(gpu: &'a Renderer, beam: &Beam, settings: &Settings) -> Option<Self> {
         let media = gpu.upload(&beam.media).unwrap();
         let surfaces = gpu.upload_surfaces(&FrameSurfaces::of(beam.casters())).unwrap();
         let frame = gpu.frame(&Frame::new(beam, settings).unwrap(), &media).unwrap();
@@ -95,7 +95,7 @@ impl<'a> Lit<'a> {
         }
     }
 
-    fn raster(&self, encoder: &mut wgpu::CommandEncoder) {
+    pub fn raster(&self, encoder: &mut wgpu::CommandEncoder) {
         self.gpu.raster_surfaces(encoder, &self.surfaces, &self.frame, &self.lists).unwrap();
     }
 
@@ -107,7 +107,7 @@ impl<'a> Lit<'a> {
         self.gpu.sort_surfaces(encoder, &self.lists).unwrap();
     }
 
-    fn sort_and_fit(&self, encoder: &mut wgpu::CommandEncoder) {
+    pub fn sort_and_fit(&self, encoder: &mut wgpu::CommandEncoder) {
         self.sort(encoder);
         self.gpu
             .prepare_casters(&self.media, &self.lists, &self.frame, &self.fragments)

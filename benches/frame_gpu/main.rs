@@ -1,9 +1,9 @@
 //! Benchmarks of the GPU backend: the shipped frame against brute force (table frame), frames drawn
 //! one after another (loops), volumes in blocks (blocks), the race of the paper (paper), coloured
-//! media (colours), hair in maps (hair), and each pass on the presets in milliseconds per pass, from
-//! many passes in one submission (maps, drawn, views, filters). Prints the tables named as
-//! arguments, or all. Maps and pictures are 512 x 512, unless `DEEPSHADOW_BENCH_SIZE` makes them
-//! smaller; `DEEPSHADOW_BENCH_MAP` is the size of maps alone.
+//! media (colours), hair in maps and in pictures (hair, hair_view), and each pass on the presets in
+//! milliseconds per pass, from many passes in one submission (maps, drawn, views, filters). Prints
+//! the tables named as arguments, or all. Maps and pictures are 512 x 512, unless
+//! `DEEPSHADOW_BENCH_SIZE` makes them smaller; `DEEPSHADOW_BENCH_MAP` is the size of maps alone.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 mod bench;
@@ -15,6 +15,7 @@ mod colours;
 mod device;
 mod frame;
 mod hair;
+mod hair_view;
 mod loops;
 mod paper;
 mod scenes;
@@ -42,6 +43,7 @@ fn main() {
         ("paper", paper::table),
         ("colours", colours::table),
         ("hair", hair::table),
+        ("hair_view", hair_view::table),
     ] {
         if asked(name) {
             table(&gpu);

@@ -14,6 +14,7 @@ use super::media::GpuMedia;
 use super::passes::Pass;
 use super::programs::Program;
 use super::renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
+use super::seen::GpuLooks;
 use super::shadow::GpuShadow;
 use crate::error::Result;
 
@@ -103,6 +104,21 @@ impl Renderer {
         image: &GpuImage,
     ) -> Prepared {
         self.prepare_rows(shadow.march(), (media, frame), shadow, (&[], image), image.size())
+    }
+
+    /// Prepares pass `march_view` with surfaces, for the rows of the picture in which pass
+    /// `raster_view` listed what pixels see; the frame's first row is that of their tile.
+    pub fn prepare_surfaces(
+        &self,
+        (media, frame): (&GpuMedia, &GpuFrame),
+        map: &GpuFragments,
+        (looks, seen): (&GpuLooks, &GpuLists),
+        image: &GpuImage,
+    ) -> Prepared {
+        let entries = [&seen.seen_entries()[..], &[looks.entry()]].concat();
+        let (shadow, extent) = (GpuShadow::Fragments(map), seen.tile().extent);
+        let more = (&entries[..], image);
+        self.prepare_rows(Pass::MarchSurfaces, (media, frame), shadow, more, extent)
     }
 
     /// Prepares `march_view` or `refine_view`, with what the latter binds as well, for the first

@@ -2,6 +2,7 @@
 //! one readback per picture.
 
 use super::fragments::GpuFragments;
+use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;
 use super::passes::Pass;
 use super::picture::{Shown, Subject};
@@ -9,7 +10,7 @@ use super::programs::Variant;
 use super::renderer::{GpuImage, GpuMap};
 use super::shadow::GpuShadow;
 use super::tile::Tile;
-use super::tiles::{most_nodes, usual_nodes};
+use super::tiles::{Room, most_nodes, usual_nodes};
 use super::{GpuBackend, uploaded};
 use crate::backend::{Backend, Cause, Stage, check_surfaces};
 use crate::error::{Error, Result};
@@ -28,6 +29,8 @@ pub(super) struct GpuStage<'a> {
     image: Option<GpuImage>,
     /// The least capacity, in nodes per texel, of raw lists and of fitted lists.
     room: [u32; 2],
+    /// Elements of the last map's lists of surfaces.
+    drawn: u64,
     /// The lists made for this picture, with their capacity and their counter of nodes.
     counted: Vec<Counted>,
 }
@@ -85,7 +88,7 @@ impl Shadow {
 impl<'a> GpuStage<'a> {
     pub(super) fn new(backend: &'a GpuBackend) -> Self {
         let (lit, counted) = (Vec::new(), Vec::new());
-        Self { backend, lit, image: None, room: [0; 2], counted }
+        Self { backend, lit, image: None, room: [0; 2], drawn: 0, counted }
     }
 
     /// Prepares media, programs and map of a beam, which is the `index`th of its scene.
@@ -162,9 +165,7 @@ impl<'a> GpuStage<'a> {
         let least = if fitted { usual_nodes(frame) } else { most_nodes(&beam.media, frame) };
         let capacity = self.room[usize::from(fitted)].max(least);
         let tile = Tile::rows(size, 0, size, capacity);
-        let casts = beam.surfaces.iter().any(|surface| surface.casts);
         if settings.map.fragments.slices == Slices::Raster
-            || casts
             || tile.node_bytes() > settings.map.fragments.memory
         {
             return Ok(None);
@@ -172,9 +173,28 @@ impl<'a> GpuStage<'a> {
         let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
         let frame = gpu.frame(frame, media)?;
         progress.begin("shadow map", 1);
+        let lists = match gpu.casting(beam.casters())? {
+            Some(surfaces) => {
+                let most = settings.map.fragments.memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
+                let mut room = Room { rows: size, elements: self.drawn };
+                let lists = surfaces.listed(gpu, &frame, tile, most, &mut room)?;
+                if lists.tile().extent != tile.extent {
+                    return Ok(None);
+                }
+                self.drawn = room.elements;
+                Some(lists)
+            }
+            None => None,
+        };
         let mut made = None;
         gpu.submit(|encoder| {
-            gpu.trace_slices(encoder, media, &frame, &fragments)?;
+            match &lists {
+                None => gpu.trace_slices(encoder, media, &frame, &fragments)?,
+                Some(lists) => {
+                    gpu.sort_surfaces(encoder, lists)?;
+                    gpu.prepare_casters(media, lists, &frame, &fragments).record(encoder)?;
+                }
+            }
             let wide = settings.map.fragments.links && settings.map.filter.window().0 > 1;
             made = Some(if wide { gpu.link_neighbors(encoder, fragments)? } else { fragments });
             Ok(())

@@ -10,8 +10,10 @@ use super::lists::GpuLists;
 use super::passes::Pass;
 use super::renderer::{GpuFrame, Renderer};
 use super::tile::Tile;
+use super::tiles::{Room, filled};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::FrameSurfaces;
+use crate::scene::Casters;
 
 /// Workgroups of pass `raster_large`: as many share a surface's rows, and as many surfaces are drawn
 /// at a time.
@@ -60,6 +62,21 @@ impl GpuSurfaces {
         Tile { segments, triangles, ..tile }
     }
 
+    /// What they leave in the first rows of a tile, of which all finds room ([`filled`]).
+    pub(super) fn listed(
+        &self,
+        gpu: &Renderer,
+        frame: &GpuFrame,
+        tile: Tile,
+        most: u64,
+        room: &mut Room,
+    ) -> Result<GpuLists> {
+        let make = |tile| gpu.lists(self.over(tile));
+        filled(gpu, tile, most, room, make, |encoder, lists| {
+            gpu.raster_surfaces(encoder, self, frame, lists)
+        })
+    }
+
     fn count(&self) -> u32 {
         self.counts[0] + self.counts[1]
     }
@@ -85,6 +102,17 @@ impl Renderer {
             .map_err(Error::gpu)?;
         let large = self.storage("large surfaces", u64::from(counts[0] + counts[1]) * 4);
         Ok(GpuSurfaces { points, opacities, segments, corners, large, counts })
+    }
+
+    /// Uploads the surfaces that cast shadows, if there are some.
+    ///
+    /// # Errors
+    /// As [`Renderer::upload_surfaces`].
+    pub(super) fn casting(&self, casters: Casters<'_>) -> Result<Option<GpuSurfaces>> {
+        if casters.surfaces.iter().all(|surface| !surface.casts) {
+            return Ok(None);
+        }
+        self.upload_surfaces(&FrameSurfaces::of(casters)).map(Some)
     }
 
     /// Records passes `raster_surfaces` and `raster_large`, which fill empty lists for the light of

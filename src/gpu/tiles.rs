@@ -7,7 +7,7 @@ use super::media::GpuMedia;
 use super::renderer::Renderer;
 use super::tile::Tile;
 use crate::error::{ErrorKind, Result};
-use crate::frame::{Frame, FrameSurfaces, SLABS_PER_VOXEL};
+use crate::frame::{Frame, SLABS_PER_VOXEL};
 use crate::progress::Progress;
 use crate::scene::{Casters, Media};
 use crate::shadow::{Node, Runs};
@@ -35,10 +35,7 @@ pub(super) fn trace_slices(
     progress.begin("shadow map", u64::from(size));
     let budget = memory.min(gpu.largest_binding());
     let frame_buffer = gpu.frame(frame, gpu_media)?;
-    let surfaces = match casters.surfaces.iter().any(|surface| surface.casts) {
-        true => Some(gpu.upload_surfaces(&FrameSurfaces::of(casters))?),
-        false => None,
-    };
+    let surfaces = gpu.casting(casters)?;
     let fitted = frame.map.tolerance > 0.0;
     let mut capacity = if fitted { usual_nodes(frame) } else { most_nodes(casters.media, frame) };
     let mut room = Room { rows: size, elements: 0 };
@@ -52,10 +49,7 @@ pub(super) fn trace_slices(
         let (tile, lists) = match &surfaces {
             Some(surfaces) => {
                 let most = budget / ELEMENT_BYTES;
-                let make = |tile| gpu.lists(surfaces.over(tile));
-                let lists = filled(gpu, tile, most, &mut room, make, |encoder, lists| {
-                    gpu.raster_surfaces(encoder, surfaces, &frame_buffer, lists)
-                })?;
+                let lists = surfaces.listed(gpu, &frame_buffer, tile, most, &mut room)?;
                 (Tile { extent: lists.tile().extent, ..tile }, Some(lists))
             }
             None => (tile, None),
