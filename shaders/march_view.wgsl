@@ -7,7 +7,7 @@
 @compute @workgroup_size(8, 8)
 fn march_view(@builtin(global_invocation_id) id: vec3<u32>) {
     let place = vec2<u32>(id.x, id.y + frame.view.first_row);
-    if (place.x >= frame.view.width || place.y >= frame.view.height) {
+    if (place.x >= frame.view.width || place.y >= frame.view.height || !is_in_part(id.y)) {
         return;
     }
     textureStore(output, place, pixel(place, frame.view.samples));

@@ -29,11 +29,11 @@ fn bends(place: vec2<u32>) -> bool {
 @compute @workgroup_size(8, 8)
 fn refine_view(@builtin(global_invocation_id) id: vec3<u32>) {
     let place = vec2<u32>(id.x, id.y + frame.view.first_row);
-    if (place.x >= frame.view.width || place.y >= frame.view.height) {
+    if (place.x >= frame.view.width || place.y >= frame.view.height || !is_in_part(id.y)) {
         return;
     }
     var colour = near(place, 0, 0);
-    if (bends(place)) {
+    if (bends(place) && !is_complete(place)) {
         colour = pixel(place, frame.view.samples);
     }
     textureStore(output, place, colour);

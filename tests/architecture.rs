@@ -125,11 +125,19 @@ fn options_of_the_command_line_are_known_to_it_alone() {
     }
 }
 
-/// Passes that only GPUs need: on the host, a threshold map computes its curves itself, and
-/// pictures are added up.
+/// Passes that only GPUs need: on the host, a threshold map computes its curves itself, pictures are
+/// added up, and lists are vectors that are filled and sorted at once.
 #[cfg(feature = "gpu")]
-const GPU_ONLY: [&str; 6] =
-    ["fit_curves", "raster_large", "draw_surfaces", "sort_surfaces", "rank_radiance", "add_beam"];
+const GPU_ONLY: [&str; 8] = [
+    "fit_curves",
+    "raster_large",
+    "draw_surfaces",
+    "sort_surfaces",
+    "raster_view_large",
+    "sort_view",
+    "rank_radiance",
+    "add_beam",
+];
 
 /// A pass has the same name everywhere: its shader, its entry point, its CPU file.
 #[cfg(feature = "gpu")]

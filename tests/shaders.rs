@@ -8,7 +8,9 @@ use deepshadow::frame::{
     self, Field, Frame, FrameGround, FrameLight, FrameMap, FrameMedia, FrameView, Marching, Part,
 };
 use deepshadow::gpu::{Imports, MediaKind, PREFIX, PassSource, linked, pass_sources, shadow_wgsl};
-use deepshadow::kernel::{fitting, fragments, light, medium, occupancy, threshold};
+use deepshadow::kernel::{
+    coverage, fitting, fragments, light, medium, occupancy, surface, threshold,
+};
 use deepshadow::scene::{EMPTY, ROUGHEST};
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{MOST_WALKED, NO_LINK};
@@ -281,5 +283,31 @@ fn constants_are_the_same_on_both_sides() {
         let named = usize::from(media == MediaKind::Mixed);
         let shared = common.len() + own.len() + more.len() + 2 + named;
         assert_eq!(module.constants.len(), shared, "each constant is compared");
+    }
+}
+
+/// The same for surfaces; the others of their constants are the shaders' own.
+#[test]
+fn constants_of_surfaces_are_the_same_on_both_sides() {
+    let one = |value: f32| vec![f64::from(value)];
+    let shared = [
+        ("NEAREST", one(coverage::NEAREST)),
+        ("NEAREST_RADII", one(coverage::NEAREST_RADII)),
+        ("FAR_RADII", one(coverage::FAR_RADII)),
+        ("LEAST_SQUARE", one(coverage::LEAST_SQUARE)),
+        ("LEAST_AREA", one(coverage::LEAST_AREA)),
+        ("SHORTEST", one(coverage::SHORTEST)),
+        ("REACH", one(surface::REACH)),
+        ("LEAST_WIDTH", one(surface::LEAST_WIDTH)),
+        ("LEAST_OFF", one(surface::LEAST_OFF)),
+        ("OFF_RADII", one(surface::OFF_RADII)),
+        ("SEGMENT_POINT", vec![f64::from(frame::SEGMENT_POINT)]),
+        ("FIRST_SEGMENT", vec![f64::from(frame::FIRST_SEGMENT)]),
+        ("LAST_SEGMENT", vec![f64::from(frame::LAST_SEGMENT)]),
+    ];
+    let root = "#import kernel/surface\n#import kernel/casting\n";
+    let module = parsed(&linked(root, imports(MapKind::Fragments, MediaKind::Plain)).unwrap().text);
+    for (name, value) in shared {
+        assert_eq!(constant(&module, name), value, "{name}");
     }
 }

@@ -10,7 +10,7 @@ use deepshadow::surface::{Strands, Varying};
 use deepshadow::{CpuBackend, Settings, Silent};
 use glam::{DMat4, DVec3, Vec3};
 
-use crate::support::backends::gpu;
+use crate::support::backends::{gpu, interpolates_in_f32};
 use crate::support::scenes::{scene, unit_cube, volume};
 use crate::surfaces::{ball, bare, fragments, pane};
 
@@ -22,6 +22,10 @@ const OPACITY: f32 = 0.4;
 /// Rounding of depths along the steepest strands, which gain 16 texels of .02 over one, and of what
 /// lies four lengths away.
 const DEPTH: f32 = 16.0 * PLACE * 0.02 + 8.0 * 4.0 * f32::EPSILON;
+/// On hardware that weighs voxels with 8 bits, each of three weights may be off by 1/512, and the
+/// densities of neighbours differ by 1 at most, so optical depth by 3/512 of that of a density of 1,
+/// and transmittance by that share of x exp(-x), which is at most 1 / e.
+const EIGHT_BIT_MEDIA: f32 = 3.0 / 512.0 * 0.37;
 /// Of all texels, so many at most may differ by more: middles within `PLACE` of an edge of a
 /// triangle or, without coverage, of a strand, which half a thousand edges across the map may have.
 const AT_EDGES: usize = (500.0 * 2.0 * PLACE * SIZE as f32) as usize;
@@ -142,22 +146,24 @@ fn allowed(nodes: &[Node]) -> f32 {
     nodes.len() as f32 * (OPACITY * 2.0 * std::f32::consts::SQRT_2 * PLACE + 8.0 * 2e-7 + 5e-7)
 }
 
-fn difference(cpu: &[Runs], own: &[Runs]) -> Difference {
+/// `media` is how far media may differ in transmittance.
+fn difference(cpu: &[Runs], own: &[Runs], media: f32) -> Difference {
     let mut all = Difference::default();
     assert_eq!(cpu.len(), own.len());
     for (a, b) in cpu.iter().zip(own).flat_map(|(cpu, own)| lists(cpu).into_iter().zip(lists(own)))
     {
         let through = |nodes: &[Node]| nodes.last().map_or(1.0, |node| (-node.optical_depth).exp());
         let off = (through(a) - through(b)).abs();
-        // A strand that touches a texel in a point may be there or not.
-        if a.len() != b.len() || off > allowed(a) {
+        let depths = a.iter().zip(b).map(|(a, b)| (a.depth - b.depth).abs());
+        let depth = depths.fold(0.0, f32::max);
+        // A strand that touches a texel in a point may be there or not, and where a ray grazes a
+        // triangle they meet anywhere.
+        if a.len() != b.len() || off > allowed(a) + media || depth > DEPTH {
             all.texels += 1;
             continue;
         }
         all.largest = all.largest.max(off);
-        for (a, b) in a.iter().zip(b) {
-            all.depth = all.depth.max((a.depth - b.depth).abs());
-        }
+        all.depth = all.depth.max(depth);
     }
     all
 }
@@ -166,15 +172,17 @@ fn difference(cpu: &[Runs], own: &[Runs]) -> Difference {
 fn complaints(backend: &GpuBackend, bent: f64) -> Vec<String> {
     let mut complaints = Vec::new();
     for (right, (name, scene)) in scenes(1.0).into_iter().zip(scenes(bent)).map(|(a, b)| (a.1, b)) {
+        let is_exact = interpolates_in_f32(backend) || right.media.bodies().is_empty();
+        let media = if is_exact { 0.0 } else { EIGHT_BIT_MEDIA };
         for coverage in [true, false] {
             let settings = settings(0.0, coverage);
             let cpu = made(&CpuBackend, &right, &settings);
             let own = [made(backend, &scene, &settings), drawn(backend, &scene, &settings)];
             for (how, own) in ["computed", "drawn"].into_iter().zip(own) {
-                let found = difference(&cpu, &own);
+                let found = difference(&cpu, &own, media);
                 let said = format!("{name}, coverage {coverage}, {how}: {found:?}");
                 eprintln!("{said}");
-                if found.texels > AT_EDGES * cpu.len() || found.depth > DEPTH {
+                if found.texels > AT_EDGES * cpu.len() {
                     complaints.push(said);
                 }
             }
@@ -206,9 +214,10 @@ fn transmittance(nodes: &[Node], depth: f32) -> f32 {
 
 #[test]
 fn lists_that_a_gpu_fits_keep_the_tolerance() {
-    let Some(gpu) = gpu() else { return };
     const TOLERANCE: f64 = 0.004;
-    for (name, scene) in scenes(1.0) {
+    let Some(gpu) = gpu() else { return };
+    // Slabs of media are not cut alike in raw and in fitted lists.
+    for (name, scene) in scenes(1.0).into_iter().filter(|(_, it)| it.media.bodies().is_empty()) {
         let [raw, fitted] = [0.0, TOLERANCE].map(|it| made(&*gpu, &scene, &settings(it, true)));
         let (mut largest, mut count) = (0.0_f32, [0, 0]);
         for (raw, fitted) in raw.iter().zip(&fitted) {
@@ -235,18 +244,11 @@ fn a_gpu_lists_the_same_under_any_memory() {
     let scene = scenes(1.0).swap_remove(6).1;
     let with = |memory: u64| made_within(memory, &*gpu, &scene, &settings(0.0, true));
     let all = with(1 << 30);
-    for memory in [1 << 20, 1 << 16] {
+    // The last is less than a row needs.
+    for memory in [1 << 20, 1 << 16, 1 << 10] {
         let own = with(memory);
-        let found = difference(&all, &own);
+        let found = difference(&all, &own, 0.0);
         assert_eq!((found.texels, found.depth), (0, 0.0), "{memory}: {found:?}");
         assert_eq!(own[0].nodes().len(), all[0].nodes().len());
     }
-    let row = gpu.trace_slices(
-        scene.only_beam().unwrap().casters(),
-        &Frame::new(&scene.only_beam().unwrap(), &settings(0.0, true)).unwrap(),
-        1 << 10,
-        &Silent,
-    );
-    let said = row.unwrap_err().to_string();
-    assert!(said.contains("hair or meshes over a row of a map"), "{said}");
 }

@@ -2,14 +2,15 @@
 #![cfg(feature = "gpu")]
 
 use deepshadow::image::Image;
-use deepshadow::scene::{Ground, Projection, Scene};
+use deepshadow::scene::{Ground, Projection, Scene, Shape, Surface};
 use deepshadow::settings::Filter;
+use deepshadow::surface::Strands;
 use deepshadow::{Backend, CpuBackend, Settings, Silent};
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 
 use crate::support::backends::gpu;
 use crate::surface_lists::scenes;
-use crate::surfaces::fragments;
+use crate::surfaces::{bare, fragments, tangle};
 
 /// Largest difference of a pixel, as a share of the brightest: lookups in lists that differ by
 /// roundings of places (2e-5 in each of some ten fragments).
@@ -68,4 +69,38 @@ fn a_gpu_sees_surfaces_as_the_cpu_does_and_one_percent_is_noticed() {
         assert!(own <= AT_EDGES, "{name}: {own}");
         assert!(bent > AT_EDGES, "{name}: {bent}");
     }
+}
+
+/// However many strands a pixel sees: software drivers end loops after 65,535 turns.
+#[test]
+fn a_gpu_sees_through_hundreds_of_strands() {
+    let Some(gpu) = gpu() else { return };
+    let mut dense = bare(Vec::new(), DVec3::new(0.3, -1.0, 0.2));
+    let faint = |strands: &Strands| strands.clone().with_values(None, Some(0.03), None).unwrap();
+    let Shape::Strands(strands) = &tangle(4000)[0].shape else { panic!() };
+    let shape = Shape::Strands(faint(strands).into());
+    dense.surfaces = vec![Surface::new(shape, DMat4::IDENTITY).unwrap()].into();
+    let settings = fragments(32).with(|s| {
+        s.image.size = [20, 16];
+        s.image.samples = 8;
+    });
+    let cpu = CpuBackend.render(&dense, &settings, &Silent).unwrap();
+    let own = gpu.render(&dense, &settings, &Silent).unwrap();
+    let found = share_that_differs(&cpu, &own);
+    assert!(found <= AT_EDGES, "{found}");
+}
+
+/// With memory for some rows at a time, pictures are the same.
+#[test]
+fn a_gpu_sees_the_same_with_any_memory() {
+    let Some(gpu) = gpu() else { return };
+    let (_, scene, settings) = pictures(1.0).swap_remove(0);
+    let with = |memory: u64| {
+        let settings = settings.with(|s| {
+            s.image.size = [150, 110];
+            s.map.fragments.memory = memory;
+        });
+        gpu.render(&scene, &settings, &Silent).unwrap()
+    };
+    assert_eq!(share_that_differs(&with(1 << 30), &with(1 << 20)), 0.0);
 }

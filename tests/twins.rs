@@ -10,7 +10,40 @@ use crate::support::project;
 
 /// Functions of shaders whose twin has another name or file: `file::function` and `file::function`;
 /// methods have their own name.
-const OTHERWISE: [(&str, &str); 55] = [
+const OTHERWISE: [(&str, &str); 88] = [
+    ("kernel/casting::leave", "cpu/raster_surfaces::fragment"),
+    ("kernel/casting::meets", "cpu/raster_surfaces::tile"),
+    ("kernel/coverage::direction_or_across", "kernel/coverage::direction"),
+    ("kernel/coverage::row_extent", "cpu/bins::row_extent"),
+    ("kernel/fitting::fitter_add_fragment", "kernel/fitting::add_fragment"),
+    ("kernel/layers::among_layers", "cpu/layers::among"),
+    ("kernel/layers::coming_to_strand", "cpu/shade_view::strand_radiance"),
+    ("kernel/layers::coming_to_triangle", "cpu/shade_view::triangle_radiance"),
+    ("kernel/layers::find_layers", "cpu/layers::find_layers"),
+    ("kernel/layers::hit_behind", "cpu/raster_view::meet"),
+    ("kernel/layers::layers_of", "cpu/layers::go_on"),
+    ("kernel/layers::lit_among_layers", "cpu/march_view::batch"),
+    ("kernel/layers::rays_of", "cpu/shade_view::shade"),
+    ("kernel/layers::with_layers", "cpu/layers::composed"),
+    ("kernel/march::behind_all", "cpu/ground::behind"),
+    ("kernel/march::ray_within", "cpu/march_view::ray"),
+    ("kernel/pieces::add_between", "cpu/trace_slices::add_merged"),
+    ("kernel/pieces::add_merged", "shadow/fragments/overlaps::through"),
+    ("kernel/pieces::add_rest", "shadow/fragments/overlaps::up_to"),
+    ("kernel/pieces::begin_pieces", "shadow/fragments/overlaps::new"),
+    ("kernel/pieces::next_piece", "shadow/fragments/overlaps::disjoint"),
+    ("kernel/seeing::leave", "cpu/raster_surfaces::place"),
+    ("kernel/seeing::meets", "cpu/raster_view::meet"),
+    ("kernel/seeing::share_cells", "cpu/raster_surfaces::cells"),
+    ("kernel/surface::arriving_on", "cpu/shade_view::arriving_at"),
+    ("kernel/surface::within", "cpu/shade_view::within"),
+    ("kernel/surfaces::alpha_of", "cpu/raster_surfaces::alpha"),
+    ("kernel/surfaces::left_by_strand", "cpu/raster_surfaces::add"),
+    ("kernel/surfaces::strip_of", "cpu/raster_surfaces::draw"),
+    ("kernel/surfaces::texels_between", "cpu/bins::texels"),
+    ("kernel/triangle::plane_depth", "kernel/triangle::triangle_depth"),
+    ("kernel/triangle::triangle_holds", "kernel/triangle::triangle_depth"),
+    ("kernel/view::pixel_offset", "frame/pixels::pixel_offset"),
     ("kernel/blocks::sample_density", "kernel/density::sample_density"),
     ("kernel/fitting::fitter_start", "kernel/fitting::new"),
     ("kernel/fitting::fitter_add", "kernel/fitting::add"),
@@ -69,7 +102,38 @@ const OTHERWISE: [(&str, &str); 55] = [
 ];
 
 /// Functions of shaders that Rust does not need, with the reason.
-const ALONE: [(&str, &str); 27] = [
+const ALONE: [(&str, &str); 58] = [
+    ("kernel/casting::corner_of", "an index there"),
+    ("kernel/casting::opacity_of", "an index there"),
+    ("kernel/casting::point_of", "an index there"),
+    ("kernel/coverage::cell_at", "a closure there"),
+    ("kernel/coverage::stroke_end", "a closure there"),
+    ("kernel/coverage::texel_place", "a closure there"),
+    ("kernel/layers::channels", "a closure there"),
+    ("kernel/layers::clear_at", "a closure there"),
+    ("kernel/layers::is_complete", "`Shaded` says it there"),
+    ("kernel/layers::is_in_part", "there are no workgroups there"),
+    ("kernel/layers::layer_light", "a product there"),
+    ("kernel/layers::take", "a closure there"),
+    ("kernel/layers::take_four", "the same"),
+    ("kernel/layers::triangle_corners", "an index there"),
+    ("kernel/lists::put_fragment", "lists are vectors there"),
+    ("kernel/pieces::add_medium", "a closure there"),
+    ("kernel/seeing::corner_of", "an index there"),
+    ("kernel/seeing::opacity_of", "an index there"),
+    ("kernel/seeing::point_of", "an index there"),
+    ("kernel/surface::raised", "a loop there"),
+    ("kernel/surfaces::area_of", "segments are drawn in order there, and parts added to runs"),
+    ("kernel/surfaces::area_of_segment", "the same"),
+    ("kernel/surfaces::area_of_touching", "the same"),
+    ("kernel/surfaces::columns_of", "a part of `draw` there"),
+    ("kernel/surfaces::drawn_of", "all are prepared at once there"),
+    ("kernel/surfaces::in_tile", "an index there"),
+    ("kernel/surfaces::is_near", "segments are drawn in order there, and parts added to runs"),
+    ("kernel/surfaces::left_in", "strands and triangles have loops of their own there"),
+    ("kernel/surfaces::rows_of", "a part of `draw` there"),
+    ("kernel/surfaces::segment_box", "segments are drawn in order there, and parts added to runs"),
+    ("kernel/surfaces::segment_stroke", "all are prepared at once there"),
     ("kernel/curves::keep_curve", "curves are arrays there"),
     ("kernel/fitting::fitter_slopes", "a part of `point` there"),
     ("kernel/fragments::list_of_run", "runs have one layout there"),
@@ -97,6 +161,16 @@ const ALONE: [(&str, &str); 27] = [
     ("media/plain::density_along", "`four_along` is what the CPU takes"),
     ("media/plain::emission_along", "plain media emit nothing"),
     ("media/plain::media_ray_of", "texture coordinates are shaders' own"),
+];
+
+/// Files of shaders of which Rust needs nothing, with the reason.
+const FILES_ALONE: [(&str, &str); 6] = [
+    ("kernel/no_layers", "there is no code for what is not there"),
+    ("kernel/no_pieces", "the same"),
+    ("kernel/raster", "threads share work in another way there"),
+    ("kernel/seen", "buffers are structs there"),
+    ("kernel/sorted_lists", "lists are vectors there, which the library sorts"),
+    ("kernel/sorting", "the same"),
 ];
 
 /// The names after `fn ` in a file, without its tests.
@@ -142,7 +216,9 @@ fn every_function_of_a_shader_has_its_twin_or_says_why_not() {
     let mut complaints = Vec::new();
     for name in &shaders {
         let otherwise = OTHERWISE.iter().find(|(own, _)| own == name);
-        let alone = ALONE.iter().any(|(own, _)| own == name);
+        let file = name.split("::").next();
+        let alone = ALONE.iter().any(|(own, _)| own == name)
+            || FILES_ALONE.iter().any(|(own, _)| Some(*own) == file);
         let twin = match otherwise {
             Some((_, twin)) => exists_in_rust(twin),
             None => alone || exists_in_rust(name),

@@ -41,7 +41,10 @@ fn made_up() -> Surface {
 pub fn scene() -> (String, Scene, Settings) {
     let path = std::env::var_os("DEEPSHADOW_BENCH_HAIR").map(PathBuf::from);
     let (name, text) = match &path {
-        Some(path) => (path.display().to_string(), format!("[[hair]]\npath = {path:?}\n")),
+        Some(path) => {
+            let name = path.display().to_string();
+            (name.clone(), format!("[[hair]]\npath = {name:?}\n"))
+        }
         None => ("strands on a ball".to_owned(), String::new()),
     };
     let file = SceneFile::parse(&text, Path::new("scene.toml")).unwrap();

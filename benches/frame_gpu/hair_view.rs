@@ -65,6 +65,7 @@ impl<'a> Seen<'a> {
         let frame = Frame::new(self.beam, &self.settings).unwrap().from_camera();
         let frame = self.gpu.frame(&frame, &self.lit.media).unwrap();
         self.gpu.raster_view(encoder, &self.looks, &frame, &self.lists).unwrap();
+        self.gpu.sort_view(encoder, &self.lists).unwrap();
     }
 
     /// The march with a filter, along links if there are some and `follows` says so.

@@ -12,8 +12,8 @@ const UNMET: f32 = 3e38;
 const CENTRAL: u32 = 0xffffffffu;
 const NO_TRIANGLE: u32 = 0xffffffffu;
 
-// What is left of the light in each of a pixel's cells.
-var<private> left_in_cells: array<f32, 64>;
+// What is left of the light in each of a pixel's cells, four by four.
+var<private> left_in_cells: array<vec4<f32>, 16>;
 // What the ray's layers let through.
 var<private> clear_behind: f32;
 // The first layer that does not lie in front of the present step, and the first whose light has not
@@ -29,24 +29,34 @@ fn channels(through: f32) -> vec3<f32> {
     return vec3<f32>(through);
 }
 
-// Takes a share of what is left in each of some cells, and returns the sum.
+// Takes a share of what is left in each of some cells, and returns the sum. Without a loop, of which
+// software drivers allow only so many turns.
 fn take(bits: vec2<u32>, alpha: f32) -> f32 {
-    var taken: f32 = 0.0;
-    var rest = bits;
-    while (any(rest != vec2<u32>(0u))) {
-        var cell: u32;
-        if (rest.x != 0u) {
-            cell = firstTrailingBit(rest.x);
-            rest.x &= rest.x - 1u;
-        } else {
-            cell = 32u + firstTrailingBit(rest.y);
-            rest.y &= rest.y - 1u;
-        }
-        let left = left_in_cells[cell];
-        taken += alpha * left;
-        left_in_cells[cell] = left * (1.0 - alpha);
-    }
-    return taken;
+    let taken = take_four(0u, bits.x, alpha)
+        + take_four(1u, bits.x >> 4u, alpha)
+        + take_four(2u, bits.x >> 8u, alpha)
+        + take_four(3u, bits.x >> 12u, alpha)
+        + take_four(4u, bits.x >> 16u, alpha)
+        + take_four(5u, bits.x >> 20u, alpha)
+        + take_four(6u, bits.x >> 24u, alpha)
+        + take_four(7u, bits.x >> 28u, alpha)
+        + take_four(8u, bits.y, alpha)
+        + take_four(9u, bits.y >> 4u, alpha)
+        + take_four(10u, bits.y >> 8u, alpha)
+        + take_four(11u, bits.y >> 12u, alpha)
+        + take_four(12u, bits.y >> 16u, alpha)
+        + take_four(13u, bits.y >> 20u, alpha)
+        + take_four(14u, bits.y >> 24u, alpha)
+        + take_four(15u, bits.y >> 28u, alpha);
+    return taken.x + taken.y + taken.z + taken.w;
+}
+
+// The same for four cells, of which the lowest bits say which.
+fn take_four(four: u32, bits: u32, alpha: f32) -> vec4<f32> {
+    let own = vec4<f32>((vec4<u32>(bits) >> vec4<u32>(0u, 1u, 2u, 3u)) & vec4<u32>(1u));
+    let left = left_in_cells[four];
+    left_in_cells[four] = left * (1.0 - alpha * own);
+    return alpha * own * left;
 }
 
 fn triangle_corners(triangle: u32) -> array<vec3<f32>, 3> {
@@ -91,8 +101,8 @@ fn hit_behind(list: u32, which: u32, ray: Ray, last: Hit) -> Hit {
 // Chains the layers of a ray in front of `end`, lit. `cells` are those that it stands for. Returns
 // where nothing behind is seen.
 fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u32>, end: f32) -> f32 {
-    for (var cell = 0u; cell < 64u; cell++) {
-        left_in_cells[cell] = 1.0;
+    for (var four = 0u; four < 16u; four++) {
+        left_in_cells[four] = vec4<f32>(1.0);
     }
     let share = 1.0 / f32(countOneBits(cells.x) + countOneBits(cells.y));
     var clear: f32 = 1.0;
@@ -320,6 +330,17 @@ fn with_layers(scattered: vec4<f32>, ray: Ray, ground: f32) -> vec4<f32> {
     }
     let covered = 1.0 - dot(through, vec3<f32>(1.0 / 3.0));
     return vec4<f32>(light + through * behind.xyz, covered + (1.0 - covered) * behind.w);
+}
+
+// Whether a row of a dispatch is one of the tile's, which may have fewer than whole workgroups.
+fn is_in_part(row: u32) -> bool {
+    return row < tile.extent.y;
+}
+
+// Whether the picture of one ray a pixel holds all rays of a pixel already.
+fn is_complete(place: vec2<u32>) -> bool {
+    let own = rays_of(place, 1u);
+    return own.sees && own.rays == ray_count();
 }
 
 // How a pixel is seen: with all its rays where it sees surfaces, but where one sees what the others

@@ -63,11 +63,10 @@ fn raster_shared(group: vec3<u32>, groups: vec3<u32>, lane: u32) {
     for (var i = group.y; i < count; i += groups.y) {
         let drawn = drawn_of(large[i]);
         let rows = rows_of(drawn.sides);
+        var touched = 0u;
         for (var y = rows.x + group.x; y < rows.y; y += groups.x) {
             let columns = columns_of(drawn.sides, y);
-            if (lane == 0u) {
-                atomicAdd(&counters[3], (columns.y - columns.x + 255u) / 256u);
-            }
+            touched += columns.y - columns.x;
             for (var x = columns.x + lane; x < columns.y; x += 64u) {
                 let texel = vec2<u32>(x, y);
                 let left = left_in(drawn, texel);
@@ -75,6 +74,9 @@ fn raster_shared(group: vec3<u32>, groups: vec3<u32>, lane: u32) {
                     leave(atomicAdd(&counters[0], 1u), texel, drawn, left);
                 }
             }
+        }
+        if (lane == 0u) {
+            atomicAdd(&counters[3], (touched + 255u) / 256u);
         }
     }
 }

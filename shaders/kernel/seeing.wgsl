@@ -53,7 +53,7 @@ fn leave(at: u32, texel: vec2<u32>, drawn: Drawn, left: Left) {
         share_cells(&part, left, alpha);
     } else {
         list++;
-        part.what = (drawn.index - tile.segments) | IS_TRIANGLE;
+        part.what = drawn.index - tile.segments;
         part.share = left.along;
         part.low_bits = left.cells.x;
         part.high_bits = left.cells.y;

@@ -5,7 +5,7 @@
 
 // A part of a strand, or a triangle, in a pixel.
 struct SeenPart {
-    // The point where the segment in the part's middle begins, or a triangle, with flags.
+    // The point where the segment in the part's middle begins, or a triangle, with a flag.
     what: u32,
     // Distance along the camera's rays: of a strand in its middle, of a triangle where the present ray
     // meets it.
@@ -32,13 +32,12 @@ struct SeenPart {
     blue: f32,
 }
 
-const IS_TRIANGLE: u32 = 0x80000000u;
 // Whether the radiance of a strand is known.
 const IS_SHADED: u32 = 0x40000000u;
 const WHAT: u32 = 0x3fffffffu;
 
 @group(0) @binding(10) var<storage, read_write> seen: array<SeenPart>;
-// The number of a pixel's rays (as bits), and for each ray the cells that it stands for (as bits). For
+// The number of a pixel's rays, and for each ray the cells that it stands for, 16 bits a number. For
 // each point of a strand: position and radius, direction and opacity, albedo and index of its coat.
 // For each triangle: three corners, of which the first has the optical depth of a crossing in w, their
 // normals, albedo and index of its coat. For each coat: 1 if shadows fall on it, specular, shininess.
@@ -49,11 +48,12 @@ const OF_POINT: u32 = 3u;
 const OF_TRIANGLE: u32 = 7u;
 
 fn ray_count() -> u32 {
-    return bitcast<u32>(looks[0].x);
+    return u32(looks[0].x);
 }
 
 fn cells_around(ray: u32) -> vec2<u32> {
-    return bitcast<vec2<u32>>(looks[1u + ray].xy);
+    let bits = vec4<u32>(looks[1u + ray]);
+    return bits.xz | (bits.yw << vec2<u32>(16u));
 }
 
 fn point_look(point: u32, which: u32) -> vec4<f32> {

@@ -5,8 +5,7 @@ struct Tile {
     origin: vec2<u32>,
     // The tile's size in texels.
     extent: vec2<u32>,
-    // Nodes per texel for trace_slices; elements of the whole tile for raster_slices, fragments or
-    // parts of the whole tile for raster_surfaces and raster_view, nodes of the whole tile for sort_fragments.
+    // Of trace_slices nodes of each texel; of all others elements or nodes of the whole tile.
     capacity: u32,
     // How many segments of strands, triangles and points of strands there are.
     segments: u32,

@@ -161,9 +161,10 @@ impl<'a> Request<'a> {
 
     /// Those who will work on the request, and what there is to say of it.
     pub(super) fn crew(&mut self) -> (Crew, Vec<String>) {
-        let expected = expected(&self.file).filter(|_| self.picture);
         let has_surfaces = self.file.has_surfaces();
-        // GPUs draw no surfaces, so none is opened for them unless that is asked for.
+        let expected = expected(&self.file).filter(|_| self.picture && !has_surfaces);
+        // Drivers take longer to compile the passes that draw surfaces than processors to draw them,
+        // so no GPU is opened for them unless that is asked for.
         let choice = match self.choice {
             BackendChoice::Auto if has_surfaces => BackendChoice::Cpu,
             choice => choice,

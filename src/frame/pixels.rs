@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 
-/// Cells along each edge of a texel or a pixel ([`crate::kernel::coverage::cells_of`]).
+/// Cells along each edge of a texel or a pixel, which a strand covers or not.
 pub const CELLS: u32 = 8;
 
 /// Position of sample `i` of `samples` within its pixel, 0..1 along both axes: the centre for one

@@ -36,7 +36,6 @@ pub struct GpuLists {
     heads: wgpu::Buffer,
     elements: wgpu::Buffer,
     counters: wgpu::Buffer,
-    target: wgpu::TextureView,
 }
 
 impl GpuLists {
@@ -77,6 +76,7 @@ impl GpuLists {
     /// Records a pass that draws a number of corners, so many times.
     pub(super) fn record_drawing(
         &self,
+        gpu: &Renderer,
         encoder: &mut wgpu::CommandEncoder,
         program: &RasterProgram,
         bind_group: &wgpu::BindGroup,
@@ -85,7 +85,7 @@ impl GpuLists {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("lists"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.target,
+                view: &gpu.no_target(self.tile),
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
@@ -115,7 +115,6 @@ impl Renderer {
             heads: self.storage("heads", tile.texels() * kind.heads * 4),
             elements: self.storage("elements", u64::from(tile.capacity) * kind.bytes),
             counters: self.storage("counters", COUNTERS_BYTES),
-            target: self.no_target(tile),
         }
     }
 
@@ -142,7 +141,7 @@ impl Renderer {
             entries: &entries,
         });
         lists.clear(encoder);
-        lists.record_drawing(encoder, &program, &bind_group, (3, planes));
+        lists.record_drawing(self, encoder, &program, &bind_group, (3, planes));
         Ok(())
     }
 

@@ -60,6 +60,10 @@ pub(super) struct Declaration {
     pub(super) varies: bool,
 }
 
+/// Of a pass: the kind of map, whether it samples media, its bindings besides them, and the shader's
+/// name and source.
+type Content = (MapKind, bool, Vec<BindGroupLayoutEntry>, (&'static str, &'static str));
+
 macro_rules! source {
     ($name:literal) => {
         ($name, include_str!(concat!("../../shaders/", $name, ".wgsl")))
@@ -93,7 +97,53 @@ impl Pass {
         Self::AddBeam,
     ];
 
-    pub(super) fn declaration(self) -> Declaration {
+    /// Bindings besides the media, and shader, of passes of surfaces, whose maps are of fragments.
+    fn of_surfaces(self) -> Option<Content> {
+        let (frame, tile, output) = (bindings::frame(), bindings::tile(), bindings::output());
+        let [runs, nodes, heads, elements, counters, large] =
+            [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS, at::LARGE].map(read_write);
+        let casting = [at::POINTS, at::OPACITIES, at::SEGMENTS, at::CORNERS].map(read);
+        let seeing = [at::SEGMENTS, at::LOOKS].map(read);
+        let drawing = [frame, tile, heads, elements, counters];
+        let marching = [frame, output, tile, heads, elements, read(at::LOOKS)];
+        let lists = [at::RUNS, at::NODES, at::LINKS].map(read);
+        let single = [bindings::single(), read(at::BRIGHT)];
+        let (media, bindings, source) = match self {
+            Self::TraceCasters => (
+                true,
+                vec![frame, runs, nodes, tile, counters, heads, elements],
+                source!("trace_slices"),
+            ),
+            Self::RasterSurfaces => {
+                (false, [&drawing[..], &casting, &[large]].concat(), source!("raster_surfaces"))
+            }
+            Self::RasterLarge => {
+                (false, [&drawing[..], &casting, &[large]].concat(), source!("raster_large"))
+            }
+            Self::DrawSurfaces => {
+                (false, [&drawing[..], &casting].concat(), source!("draw_surfaces"))
+            }
+            Self::SortSurfaces => {
+                (false, vec![tile, heads, elements, counters], source!("sort_surfaces"))
+            }
+            Self::RasterView => {
+                (false, [&drawing[..], &seeing, &[large]].concat(), source!("raster_view"))
+            }
+            Self::RasterViewLarge => {
+                (false, [&drawing[..], &seeing, &[large]].concat(), source!("raster_view_large"))
+            }
+            Self::SortView => (false, vec![tile, heads, elements, counters], source!("sort_view")),
+            Self::MarchSurfaces => (true, [&marching[..], &lists].concat(), source!("march_view")),
+            Self::RefineSurfaces => {
+                (true, [&marching[..], &lists, &single].concat(), source!("refine_view"))
+            }
+            _ => return None,
+        };
+        Some((MapKind::Fragments, media, bindings, source))
+    }
+
+    /// The same of all other passes, with the kind of map.
+    fn of_others(self) -> Content {
         let (frame, tile, output) = (bindings::frame(), bindings::tile(), bindings::output());
         let [runs, nodes, heads, elements, counters] =
             [at::RUNS, at::NODES, at::HEADS, at::ELEMENTS, at::COUNTERS].map(read_write);
@@ -102,12 +152,8 @@ impl Pass {
         let threshold_map = bindings::threshold_map();
         let lists = [at::RUNS, at::NODES, at::LINKS].map(read);
         let single = [bindings::single(), read(at::BRIGHT)];
-        let surfaces = [at::POINTS, at::OPACITIES, at::SEGMENTS, at::CORNERS].map(read);
-        let drawing = [frame, tile, heads, elements, counters];
-        let seeing = [&drawing[..], &[at::SEGMENTS, at::LOOKS].map(read)].concat();
-        let seen = [tile, heads, elements, read(at::LOOKS)];
         let slices = vec![frame, runs, nodes, tile, counters];
-        let (map, media, bindings, (name, source)) = match self {
+        match self {
             Self::TraceThreshold => (
                 MapKind::Threshold,
                 true,
@@ -121,36 +167,6 @@ impl Pass {
                 source!("fit_curves"),
             ),
             Self::TraceSlices => (MapKind::Fragments, true, slices, source!("trace_slices")),
-            Self::TraceCasters => (
-                MapKind::Fragments,
-                true,
-                [&slices[..], &[heads, elements]].concat(),
-                source!("trace_slices"),
-            ),
-            Self::RasterSurfaces => (
-                MapKind::Fragments,
-                false,
-                [&drawing[..], &surfaces, &[read_write(at::LARGE)]].concat(),
-                source!("raster_surfaces"),
-            ),
-            Self::RasterLarge => (
-                MapKind::Fragments,
-                false,
-                [&drawing[..], &surfaces, &[read_write(at::LARGE)]].concat(),
-                source!("raster_large"),
-            ),
-            Self::DrawSurfaces => (
-                MapKind::Fragments,
-                false,
-                [&drawing[..], &surfaces].concat(),
-                source!("draw_surfaces"),
-            ),
-            Self::SortSurfaces => (
-                MapKind::Fragments,
-                false,
-                vec![tile, heads, elements, counters],
-                source!("sort_surfaces"),
-            ),
             Self::RasterSlices => (
                 MapKind::Fragments,
                 true,
@@ -181,36 +197,6 @@ impl Pass {
                 [&[frame, output], &lists[..]].concat(),
                 source!("march_view"),
             ),
-            Self::RasterView => (
-                MapKind::Fragments,
-                false,
-                [&seeing[..], &[read_write(at::LARGE)]].concat(),
-                source!("raster_view"),
-            ),
-            Self::RasterViewLarge => (
-                MapKind::Fragments,
-                false,
-                [&seeing[..], &[read_write(at::LARGE)]].concat(),
-                source!("raster_view_large"),
-            ),
-            Self::SortView => (
-                MapKind::Fragments,
-                false,
-                vec![tile, heads, elements, counters],
-                source!("sort_view"),
-            ),
-            Self::MarchSurfaces => (
-                MapKind::Fragments,
-                true,
-                [&[frame, output], &lists[..], &seen].concat(),
-                source!("march_view"),
-            ),
-            Self::RefineSurfaces => (
-                MapKind::Fragments,
-                true,
-                [&[frame, output], &lists[..], &single[..], &seen].concat(),
-                source!("refine_view"),
-            ),
             Self::RankRadiance => (
                 MapKind::Fragments,
                 false,
@@ -229,13 +215,19 @@ impl Pass {
                 [&[frame, output], &lists[..], &single[..]].concat(),
                 source!("refine_view"),
             ),
-            Self::AddBeam => (
+            // `AddBeam`: those of surfaces were found before.
+            _ => (
                 MapKind::Fragments,
                 false,
                 vec![bindings::sum(), bindings::beam(), bindings::weights(), output],
                 source!("add_beam"),
             ),
-        };
+        }
+    }
+
+    pub(super) fn declaration(self) -> Declaration {
+        let content = self.of_surfaces().unwrap_or_else(|| self.of_others());
+        let (map, media, bindings, (name, source)) = content;
         // In `trace_slices` the threads' run times differ most.
         let workgroup = match self {
             Self::TraceSlices | Self::TraceCasters => [8, 4],

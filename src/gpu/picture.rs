@@ -22,6 +22,9 @@ const RAYS: u64 = 1 << 22;
 /// Rows of a dispatch are a multiple of a workgroup's.
 const ROWS: u32 = 8;
 
+/// Initial capacity of what pixels see of surfaces, in parts per pixel.
+const SEEN_PARTS: u64 = 2;
+
 /// Surfaces that a picture shows.
 #[derive(Clone, Copy)]
 pub(super) struct Shown<'a> {
@@ -61,20 +64,21 @@ impl Renderer {
         frame: &Frame,
         image: &GpuImage,
     ) -> Result<()> {
+        let mut room = Room { rows: frame.view.height, elements: 0 };
         if frame.view.samples == 1 || frame.view.tolerance <= 0.0 {
-            return self.rows(subject.march(), subject, frame, (&[], image));
+            return self.rows(subject.march(), subject, frame, (&[], image), &mut room);
         }
         let mut first = *frame;
         first.view.samples = 1;
         let [width, height] = image.size();
         let single = self.image(width, height)?;
-        self.rows(subject.march(), subject, &first, (&[], &single))?;
+        self.rows(subject.march(), subject, &first, (&[], &single), &mut room)?;
         let bright = self.storage("bright", 4);
         let single = entry(at::SINGLE, BindingResource::TextureView(single.view()));
         let more = [single, entry(at::BRIGHT, bright.as_entire_binding())];
         let rank = self.prepare(Pass::RankRadiance, MediaKind::Plain, None, more.to_vec(), [1, 1]);
         self.submit(|encoder| rank.record(encoder))?;
-        self.rows(subject.refine(), subject, frame, (&more, image))
+        self.rows(subject.refine(), subject, frame, (&more, image), &mut room)
     }
 
     /// Runs a pass over all rows of a picture, with `more` bindings.
@@ -84,17 +88,19 @@ impl Renderer {
         subject: &Subject<'_>,
         frame: &Frame,
         (more, image): (&[BindGroupEntry<'_>], &GpuImage),
+        room: &mut Room,
     ) -> Result<()> {
         let Subject { media, shadow, surfaces } = *subject;
         let [width, height] = image.size();
-        let rays = u64::from(width) * u64::from(frame.view.samples);
+        // Pixels that see surfaces take all rays at once.
+        let samples = surfaces.map_or(1, |shown| shown.looks.rays).max(frame.view.samples);
+        let rays = u64::from(width) * u64::from(samples);
         let rows = u32::try_from(RAYS / rays).unwrap_or(height).max(1).next_multiple_of(ROWS);
         let camera = match surfaces {
             Some(_) => Some(self.frame(&frame.from_camera(), media)?),
             None => None,
         };
         let mut part = *frame;
-        let mut room = Room { rows, elements: 0 };
         let mut first = 0;
         while first < height {
             let mut own = more.to_vec();
@@ -107,9 +113,14 @@ impl Renderer {
                 (Some(Shown { looks, memory }), Some(camera)) => {
                     let most = memory.min(self.largest_binding()) / PART_BYTES;
                     let make = |tile| self.seen(looks.over(tile));
-                    Some(filled(self, tile, most, &mut room, make, |encoder, lists| {
-                        self.raster_view(encoder, looks, camera, lists)
-                    })?)
+                    Some(filled(
+                        self,
+                        (tile, SEEN_PARTS, PART_BYTES),
+                        most,
+                        room,
+                        make,
+                        |encoder, lists| self.raster_view(encoder, looks, camera, lists),
+                    )?)
                 }
                 _ => None,
             };
@@ -121,7 +132,10 @@ impl Renderer {
             part.view.first_row = first;
             let part = self.frame(&part, media)?;
             let prepared = self.prepare_rows(pass, (media, &part), shadow, (&own, image), extent);
-            self.submit(|encoder| prepared.record(encoder))?;
+            self.submit(|encoder| {
+                lists.iter().try_for_each(|lists| self.sort_view(encoder, lists))?;
+                prepared.record(encoder)
+            })?;
             first += extent[1];
         }
         Ok(())

@@ -27,6 +27,8 @@ pub struct GpuLooks {
     large: wgpu::Buffer,
     /// How many segments, triangles and points there are.
     counts: [u32; 3],
+    /// The most rays of a pixel.
+    pub(super) rays: u32,
 }
 
 impl GpuLooks {
@@ -50,7 +52,8 @@ impl Renderer {
         let segments = &looks.shapes.segments;
         let counts = [segments.len(), looks.shapes.triangles.len(), looks.shapes.points.len()];
         let counts = counts.map(|count| count as u32);
-        let laid_out = laid_out(looks, rays.min(MOST_RAYS));
+        let rays = rays.min(MOST_RAYS);
+        let laid_out = laid_out(looks, rays);
         let held: [(&str, &[u8]); 2] = [
             ("hair and meshes", cast_slice(&laid_out)),
             ("segments of hair", cast_slice(segments)),
@@ -60,7 +63,7 @@ impl Renderer {
             .scoped(|| held.map(|(label, bytes)| self.storage_of(label, bytes)))
             .map_err(Error::gpu)?;
         let large = self.storage("large surfaces", u64::from(counts[0] + counts[1]) * 4);
-        Ok(GpuLooks { looks, segments, large, counts })
+        Ok(GpuLooks { looks, segments, large, counts, rays })
     }
 
     /// Uploads the surfaces of a picture, if there are some.
@@ -88,7 +91,7 @@ impl Renderer {
         self.lists_of(tile, Kind { bytes: PART_BYTES, heads: 2 })
     }
 
-    /// Records passes `raster_view`, `raster_view_large` and `sort_view`, which fill empty lists.
+    /// Records passes `raster_view` and `raster_view_large`, which fill empty lists.
     /// `frame` is the camera's ([`crate::frame::Frame::from_camera`]).
     ///
     /// # Errors
@@ -107,19 +110,24 @@ impl Renderer {
             own: &own,
             large: &looks.large,
         };
-        self.record_drawing(encoder, &drawing, frame, lists)?;
+        self.record_drawing(encoder, &drawing, frame, lists)
+    }
+
+    /// Records pass `sort_view`, which sorts the lists for [`Renderer::prepare_surfaces`].
+    ///
+    /// # Errors
+    /// If the device rejects the shader.
+    pub fn sort_view(&self, encoder: &mut wgpu::CommandEncoder, lists: &GpuLists) -> Result<()> {
         self.record_over(encoder, Pass::SortView, lists)
     }
 }
 
 /// Looks as the shaders read them (`shaders/kernel/seen.wgsl`).
 fn laid_out(looks: &FrameLooks, rays: u32) -> Vec<Vec4> {
-    let bits = |bits: u32| f32::from_bits(bits);
     let FrameLooks { shapes, tangents, albedos, normals, triangle_albedos, coats } = looks;
-    let mut all = vec![Vec4::new(bits(rays), 0.0, 0.0, 0.0)];
+    let mut all = vec![Vec4::new(rays as f32, 0.0, 0.0, 0.0)];
     all.extend(cells_around(rays).into_iter().map(|cells| {
-        let [low, high] = [cells as u32, (cells >> 32) as u32];
-        Vec4::new(bits(low), bits(high), 0.0, 0.0)
+        Vec4::from_array([0, 16, 32, 48].map(|first| f32::from((cells >> first) as u16)))
     }));
     for (i, point) in shapes.points.iter().enumerate() {
         all.extend([*point, tangents[i].extend(shapes.opacities[i]), albedos[i]]);

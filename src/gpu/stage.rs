@@ -1,5 +1,5 @@
 //! Pictures one after another on a device, where media, maps and the beams' pictures stay: there is
-//! one readback per picture.
+//! one readback per picture. Surfaces are uploaded for each.
 
 use super::fragments::GpuFragments;
 use super::lists::ELEMENT_BYTES;
@@ -29,7 +29,7 @@ pub(super) struct GpuStage<'a> {
     image: Option<GpuImage>,
     /// The least capacity, in nodes per texel, of raw lists and of fitted lists.
     room: [u32; 2],
-    /// Elements of the last map's lists of surfaces.
+    /// The most fragments of surfaces that a map was found to need room for.
     drawn: u64,
     /// The lists made for this picture, with their capacity and their counter of nodes.
     counted: Vec<Counted>,
@@ -61,6 +61,18 @@ pub(super) fn passes(kind: MapKind) -> [Pass; 2] {
         MapKind::Threshold => [Pass::TraceThreshold, Pass::MarchThreshold],
         _ => [Pass::TraceSlices, Pass::MarchFragments],
     }
+}
+
+/// The passes of pictures with surfaces, and of maps if some cast shadows.
+fn passes_of_surfaces(casts: bool, refines: bool) -> Vec<Pass> {
+    let view = [Pass::RasterView, Pass::RasterViewLarge, Pass::SortView, Pass::MarchSurfaces];
+    let refined = [Pass::RankRadiance, Pass::RefineSurfaces];
+    let map: &[Pass] = if casts {
+        &[Pass::TraceCasters, Pass::RasterSurfaces, Pass::RasterLarge, Pass::SortSurfaces]
+    } else {
+        &[Pass::TraceSlices]
+    };
+    [map, &view, if refines { &refined } else { &[] }].concat()
 }
 
 impl Shadow {
@@ -112,7 +124,12 @@ impl<'a> GpuStage<'a> {
         self.lit.truncate(index);
         let frame = Frame::new(beam, settings)?;
         let media_kind = GpuMedia::kind_of(gpu.device(), &beam.media);
-        let passes = passes(kind);
+        let passes = if beam.surfaces.is_empty() {
+            passes(kind).to_vec()
+        } else {
+            let refines = frame.view.samples > 1 && frame.view.tolerance > 0.0;
+            passes_of_surfaces(!beam.surfaces.casting().is_empty(), refines)
+        };
         // Drivers take as long to compile as the upload of a volume takes.
         let (compiled, media) = rayon::join(
             || gpu.programs.compile(&passes, media_kind, Variant::of(&frame)),
@@ -175,7 +192,8 @@ impl<'a> GpuStage<'a> {
         progress.begin("shadow map", 1);
         let lists = match gpu.casting(beam.casters())? {
             Some(surfaces) => {
-                let most = settings.map.fragments.memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
+                let memory = settings.map.fragments.memory - tile.node_bytes();
+                let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
                 let mut room = Room { rows: size, elements: self.drawn };
                 let lists = surfaces.listed(gpu, &frame, tile, most, &mut room)?;
                 if lists.tile().extent != tile.extent {

@@ -6,7 +6,7 @@ use wgpu::BindGroupEntry;
 
 use super::bindings::{at, entry};
 use super::link::MediaKind;
-use super::lists::GpuLists;
+use super::lists::{ELEMENT_BYTES, GpuLists};
 use super::passes::Pass;
 use super::renderer::{GpuFrame, Renderer};
 use super::tile::Tile;
@@ -18,6 +18,8 @@ use crate::scene::Casters;
 /// Workgroups of pass `raster_large`: as many share a surface's rows, and as many surfaces are drawn
 /// at a time.
 const LARGE_GROUPS: [u32; 2] = [64, 64];
+/// Initial capacity of what surfaces leave, in fragments per texel.
+const FRAGMENTS: u64 = 8;
 /// The most workgroups along an axis that WebGPU guarantees.
 const MOST_GROUPS: u32 = 65_535;
 
@@ -72,7 +74,7 @@ impl GpuSurfaces {
         room: &mut Room,
     ) -> Result<GpuLists> {
         let make = |tile| gpu.lists(self.over(tile));
-        filled(gpu, tile, most, room, make, |encoder, lists| {
+        filled(gpu, (tile, FRAGMENTS, ELEMENT_BYTES), most, room, make, |encoder, lists| {
             gpu.raster_surfaces(encoder, self, frame, lists)
         })
     }
@@ -205,7 +207,7 @@ impl Renderer {
             layout: &program.layout,
             entries: &entries,
         });
-        lists.record_drawing(encoder, &program, &bind_group, (6, surfaces.count()));
+        lists.record_drawing(self, encoder, &program, &bind_group, (6, surfaces.count()));
         Ok(())
     }
 

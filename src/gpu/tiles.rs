@@ -17,8 +17,6 @@ use crate::shadow::{Node, Runs};
 const FITTED_NODES: u32 = 32;
 /// Initial capacity of drawn lists, in fragments per texel.
 const DRAWN_FRAGMENTS: u64 = 64;
-/// Initial capacity of what surfaces leave, in elements per texel.
-const SURFACE_ELEMENTS: u64 = 8;
 /// Rows of texels in a block.
 const BLOCK_ROWS: u32 = 8;
 
@@ -82,33 +80,34 @@ pub(super) struct Room {
     pub elements: u64,
 }
 
-/// Fills lists for the first rows of a tile whose elements all find room, at most `most` at a time.
-/// `make` allocates lists, and `draw` records what fills them.
+/// Fills lists for the first rows of a tile whose elements all find room, at most `most` at a time
+/// unless a single row has more, and at first as many of each texel as `first` says, each of `bytes`. `make` allocates lists, and `draw` records what fills them.
 pub(super) fn filled(
     gpu: &Renderer,
-    tile: Tile,
+    (tile, first, bytes): (Tile, u64, u64),
     most: u64,
     room: &mut Room,
     make: impl Fn(Tile) -> GpuLists,
     draw: impl Fn(&mut wgpu::CommandEncoder, &GpuLists) -> Result<()>,
 ) -> Result<GpuLists> {
-    let most = most.min(u64::from(u32::MAX / 2));
+    let limit = (gpu.largest_binding() / bytes).min(u64::from(u32::MAX / 2));
     let mut tile = Tile { extent: [tile.extent[0], tile.extent[1].min(room.rows)], ..tile };
     loop {
-        tile.capacity = (tile.texels() * SURFACE_ELEMENTS).max(room.elements).min(most) as u32;
+        tile.capacity = (tile.texels() * first).min(most).max(room.elements) as u32;
         let lists = make(tile);
         gpu.submit(|encoder| draw(encoder, &lists))?;
         let drawn = gpu.fragments_drawn(&lists)?;
         if drawn <= u64::from(tile.capacity) {
             return Ok(lists);
         }
+        let is_row = tile.extent[1] == 1;
+        if is_row && drawn > limit {
+            let (needed, limit) = (format!("{drawn} fragments"), format!("{limit} fragments"));
+            let what = "hair or meshes over a row of a map or a picture".to_owned();
+            return Err(ErrorKind::Limit { what, needed, limit }.into());
+        }
         room.elements = drawn;
-        if drawn > most {
-            if tile.extent[1] == 1 {
-                let (needed, limit) = (format!("{drawn} fragments"), format!("{most} fragments"));
-                let what = "hair or meshes over a row of a map or a picture".to_owned();
-                return Err(ErrorKind::Limit { what, needed, limit }.into());
-            }
+        if drawn > most.min(limit) && !is_row {
             room.rows = tile.extent[1].div_ceil(2);
             tile.extent[1] = room.rows;
             room.elements = 0;

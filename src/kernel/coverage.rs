@@ -22,13 +22,13 @@ pub const NEAREST: f32 = 1e-4;
 /// Strands are also cut where they come nearer to that plane than this many of their radii.
 pub const NEAREST_RADII: f32 = 1.5;
 /// The ends of strands stick out where they are farther from a light than this many radii.
-const FAR_RADII: f32 = 40.0;
+pub const FAR_RADII: f32 = 40.0;
 /// A strand appears at most the root of 2 times as wide as it is.
 pub const LEAST_SQUARE: f32 = 0.5;
 /// Areas of texels up to this are nothing but rounding.
 pub const LEAST_AREA: f32 = 1e-6;
 /// Lengths below this count as zero where directions are computed.
-const SHORTEST: f32 = 1e-30;
+pub const SHORTEST: f32 = 1e-30;
 
 /// A segment of a strand in a map. Lengths are in texels.
 #[derive(Clone, Copy, Debug, Default)]

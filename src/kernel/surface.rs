@@ -13,10 +13,10 @@ use crate::frame::Frame;
 pub const OFF_RADII: f32 = 2.0 * crate::scene::OFF_STRANDS as f32;
 /// Texels from a lookup's place to those that it reads, as a share of the filter's width, and for
 /// filters of at most this width.
-const REACH: f32 = 0.75;
-const LEAST_WIDTH: f32 = 2.0;
+pub const REACH: f32 = 0.75;
+pub const LEAST_WIDTH: f32 = 2.0;
 /// Points of triangles are moved off them by at least this share of a texel.
-const LEAST_OFF: f32 = 0.1;
+pub const LEAST_OFF: f32 = 0.1;
 
 /// The share of white light that a triangle reflects per unit of solid angle; `normal` is the one
 /// that it is shaded with.
