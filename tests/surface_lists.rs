@@ -157,8 +157,9 @@ fn difference(cpu: &[Runs], own: &[Runs], media: f32) -> Difference {
         let depths = a.iter().zip(b).map(|(a, b)| (a.depth - b.depth).abs());
         let depth = depths.fold(0.0, f32::max);
         // A strand that touches a texel in a point may be there or not, and where a ray grazes a
-        // triangle they meet anywhere.
-        if a.len() != b.len() || off > allowed(a) + media || depth > DEPTH {
+        // triangle they meet anywhere. Media that differ are cut into other slabs.
+        let is_same = media > 0.0 || (a.len() == b.len() && depth <= DEPTH);
+        if !is_same || off > allowed(a) + media {
             all.texels += 1;
             continue;
         }

@@ -53,6 +53,9 @@ fn take(bits: vec2<u32>, alpha: f32) -> f32 {
 
 // The same for four cells, of which the lowest bits say which.
 fn take_four(four: u32, bits: u32, alpha: f32) -> vec4<f32> {
+    if ((bits & 15u) == 0u) {
+        return vec4<f32>(0.0);
+    }
     let own = vec4<f32>((vec4<u32>(bits) >> vec4<u32>(0u, 1u, 2u, 3u)) & vec4<u32>(1u));
     let left = left_in_cells[four];
     left_in_cells[four] = left * (1.0 - alpha * own);
