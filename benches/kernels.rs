@@ -1,10 +1,10 @@
 //! Benchmarks of the CPU's small functions, each over many calls at positions that a march would
-//! visit: density samples, walks over bricks, fits, lookups.
+//! visit: density samples, walks over bricks, fits, lookups; and ways to sort a texel's list.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::hint::black_box;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use deepshadow::backend::Backend;
 use deepshadow::cpu::CpuBackend;
 use deepshadow::frame::Frame;
@@ -130,5 +130,79 @@ fn kernels(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernels);
+/// Numbers in no order, as fronts of a texel's list.
+fn fronts(count: usize) -> Vec<f32> {
+    (0..count).map(|i| (i as f32 * 0.618_034).fract()).collect()
+}
+
+fn insertion_sort(list: &mut [f32]) {
+    for i in 1..list.len() {
+        let own = list[i];
+        let mut place = i;
+        while place > 0 && list[place - 1] > own {
+            list[place] = list[place - 1];
+            place -= 1;
+        }
+        list[place] = own;
+    }
+}
+
+/// Without recursion, as shaders need it: parts that are still to be sorted wait on a stack.
+fn quicksort(list: &mut [f32]) {
+    let mut waiting = vec![0..list.len()];
+    while let Some(part) = waiting.pop() {
+        if part.len() < 2 {
+            continue;
+        }
+        let pivot = list[part.start + part.len() / 2];
+        let (mut low, mut high) = (part.start, part.end - 1);
+        loop {
+            while list[low] < pivot {
+                low += 1;
+            }
+            while list[high] > pivot {
+                high -= 1;
+            }
+            if low >= high {
+                break;
+            }
+            list.swap(low, high);
+            (low, high) = (low + 1, high - 1);
+        }
+        waiting.push(part.start..low);
+        waiting.push(low.max(part.start + 1)..part.end);
+    }
+}
+
+/// Ways to sort a texel's list, by its length.
+fn sorting(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("sorting");
+    type Sort = fn(&mut [f32]);
+    let library: Sort = |list| list.sort_by(f32::total_cmp);
+    for count in [8, 16, 32, 64, 250] {
+        group.throughput(Throughput::Elements(count as u64));
+        let mut due = fronts(count);
+        due.sort_by(f32::total_cmp);
+        for (name, sort) in
+            [("insertion", insertion_sort as Sort), ("quicksort", quicksort), ("library", library)]
+        {
+            let mut list = fronts(count);
+            sort(&mut list);
+            assert_eq!(list, due, "{name}");
+            group.bench_function(format!("{name} {count}"), |bencher| {
+                bencher.iter_batched(
+                    || fronts(count),
+                    |mut list| {
+                        sort(&mut list);
+                        list
+                    },
+                    BatchSize::SmallInput,
+                );
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, kernels, sorting);
 criterion_main!(benches);

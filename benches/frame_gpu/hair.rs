@@ -126,9 +126,9 @@ pub fn table(gpu: &Gpu) {
     let beam = scene.only_beam().unwrap();
     println!("\nHair: {name}. ms, {}", clock.method());
     println!(
-        "| map | fragments | nodes a texel, at most | raster_surfaces | sort_surfaces | fit | together | draw_surfaces |"
+        "| map | fragments | nodes a texel, at most | raster_surfaces | sort_surfaces | fit | together | link_neighbors | draw_surfaces |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     for size in SIZES {
         for tolerance in [settings.map.fragments.tolerance, 0.0] {
             let settings = settings.with(|s| {
@@ -137,7 +137,7 @@ pub fn table(gpu: &Gpu) {
                 s.map.fragments.tolerance = tolerance;
             });
             let Some(lit) = Lit::new(&gpu.renderer, &beam, &settings) else { continue };
-            let [raster, sorted, all, drawn] = clock.interleaved([
+            let [raster, sorted, all, linked, drawn] = clock.interleaved([
                 &|encoder| lit.raster(encoder),
                 &|encoder| {
                     lit.raster(encoder);
@@ -147,16 +147,22 @@ pub fn table(gpu: &Gpu) {
                     lit.raster(encoder);
                     lit.sort_and_fit(encoder);
                 },
+                &|encoder| {
+                    lit.raster(encoder);
+                    lit.sort_and_fit(encoder);
+                    gpu.renderer.link_neighbors(encoder, lit.fragments.clone()).unwrap();
+                },
                 &|encoder| lit.draw(encoder),
             ]);
             let runs = gpu.renderer.read_fragments(&lit.fragments).unwrap();
             let most = runs.starts().windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
             let mean = runs.nodes().len() as f64 / runs.texels() as f64;
             println!(
-                "| {size}^2, {tolerance} | {} | {mean:.1}, {most} | {raster:.3} | {:.3} | {:.3} | {all:.3} | {drawn:.3} |",
+                "| {size}^2, {tolerance} | {} | {mean:.1}, {most} | {raster:.3} | {:.3} | {:.3} | {all:.3} | {:.3} | {drawn:.3} |",
                 lit.drawn,
                 sorted - raster,
                 all - sorted,
+                linked - all,
             );
         }
     }
