@@ -149,13 +149,13 @@ fn insertion_sort(list: &mut [f32]) {
 
 /// Without recursion, as shaders need it: parts that are still to be sorted wait on a stack.
 fn quicksort(list: &mut [f32]) {
-    let mut waiting = vec![0..list.len()];
-    while let Some(part) = waiting.pop() {
-        if part.len() < 2 {
+    let mut waiting = vec![[0, list.len()]];
+    while let Some([start, end]) = waiting.pop() {
+        if end - start < 2 {
             continue;
         }
-        let pivot = list[part.start + part.len() / 2];
-        let (mut low, mut high) = (part.start, part.end - 1);
+        let pivot = list[start + (end - start) / 2];
+        let (mut low, mut high) = (start, end - 1);
         loop {
             while list[low] < pivot {
                 low += 1;
@@ -169,15 +169,15 @@ fn quicksort(list: &mut [f32]) {
             list.swap(low, high);
             (low, high) = (low + 1, high - 1);
         }
-        waiting.push(part.start..low);
-        waiting.push(low.max(part.start + 1)..part.end);
+        waiting.push([start, low]);
+        waiting.push([low.max(start + 1), end]);
     }
 }
 
 /// Ways to sort a texel's list, by its length.
 fn sorting(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("sorting");
     type Sort = fn(&mut [f32]);
+    let mut group = criterion.benchmark_group("sorting");
     let library: Sort = |list| list.sort_by(f32::total_cmp);
     for count in [8, 16, 32, 64, 250] {
         group.throughput(Throughput::Elements(count as u64));
