@@ -70,11 +70,7 @@ impl Renderer {
         frame: &GpuFrame,
         fragments: &GpuFragments,
     ) -> Prepared {
-        let mut entries = self.media_entries(media);
-        entries.extend(fragments.slices_entries());
-        let extent = fragments.tile.extent;
-        let prepared = self.prepare(Pass::TraceSlices, media.kind(), Some(frame), entries, extent);
-        Prepared { cleared: Some(fragments.counters.clone()), ..prepared }
+        self.prepare_lists(Pass::TraceSlices, (media, frame), &[], fragments)
     }
 
     /// Prepares pass `trace_slices` among surfaces, whose lists pass `sort_surfaces` has sorted, for
@@ -86,11 +82,23 @@ impl Renderer {
         frame: &GpuFrame,
         fragments: &GpuFragments,
     ) -> Prepared {
+        let more = lists.sorted_entries();
+        self.prepare_lists(Pass::TraceCasters, (media, frame), &more, fragments)
+    }
+
+    /// Prepares pass `trace_slices`, with what it binds among surfaces as well.
+    fn prepare_lists(
+        &self,
+        pass: Pass,
+        (media, frame): (&GpuMedia, &GpuFrame),
+        more: &[BindGroupEntry<'_>],
+        fragments: &GpuFragments,
+    ) -> Prepared {
         let mut entries = self.media_entries(media);
         entries.extend(fragments.slices_entries());
-        entries.extend(lists.sorted_entries());
+        entries.extend_from_slice(more);
         let extent = fragments.tile.extent;
-        let prepared = self.prepare(Pass::TraceCasters, media.kind(), Some(frame), entries, extent);
+        let prepared = self.prepare(pass, media.kind(), Some(frame), entries, extent);
         Prepared { cleared: Some(fragments.counters.clone()), ..prepared }
     }
 

@@ -110,7 +110,7 @@ impl Renderer {
             own: &own,
             large: &looks.large,
         };
-        self.record_drawing(encoder, &drawing, frame, lists)
+        self.record_raster(encoder, &drawing, frame, lists)
     }
 
     /// Records pass `sort_view`, which sorts the lists for [`Renderer::prepare_surfaces`].

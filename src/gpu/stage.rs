@@ -206,13 +206,7 @@ impl<'a> GpuStage<'a> {
         };
         let mut made = None;
         gpu.submit(|encoder| {
-            match &lists {
-                None => gpu.trace_slices(encoder, media, &frame, &fragments)?,
-                Some(lists) => {
-                    gpu.sort_surfaces(encoder, lists)?;
-                    gpu.prepare_casters(media, lists, &frame, &fragments).record(encoder)?;
-                }
-            }
+            gpu.trace_casters(encoder, media, lists.as_ref(), &frame, &fragments)?;
             let wide = settings.map.fragments.links && settings.map.filter.window().0 > 1;
             made = Some(if wide { gpu.link_neighbors(encoder, fragments)? } else { fragments });
             Ok(())

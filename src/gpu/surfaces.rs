@@ -5,8 +5,10 @@ use bytemuck::cast_slice;
 use wgpu::BindGroupEntry;
 
 use super::bindings::{at, entry};
+use super::fragments::GpuFragments;
 use super::link::MediaKind;
 use super::lists::{ELEMENT_BYTES, GpuLists};
+use super::media::GpuMedia;
 use super::passes::Pass;
 use super::renderer::{GpuFrame, Renderer};
 use super::tile::Tile;
@@ -135,11 +137,11 @@ impl Renderer {
             own: &surfaces.entries(),
             large: &surfaces.large,
         };
-        self.record_drawing(encoder, &drawing, frame, lists)
+        self.record_raster(encoder, &drawing, frame, lists)
     }
 
     /// Records the two passes of `drawing`, which fill empty lists.
-    pub(super) fn record_drawing(
+    pub(super) fn record_raster(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         drawing: &Drawing<'_>,
@@ -221,5 +223,21 @@ impl Renderer {
         lists: &GpuLists,
     ) -> Result<()> {
         self.record_over(encoder, Pass::SortSurfaces, lists)
+    }
+
+    /// Records pass `trace_slices`, and `sort_surfaces` before it if there are `lists` of surfaces.
+    pub(super) fn trace_casters(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        media: &GpuMedia,
+        lists: Option<&GpuLists>,
+        frame: &GpuFrame,
+        fragments: &GpuFragments,
+    ) -> Result<()> {
+        let Some(lists) = lists else {
+            return self.trace_slices(encoder, media, frame, fragments);
+        };
+        self.sort_surfaces(encoder, lists)?;
+        self.prepare_casters(media, lists, frame, fragments).record(encoder)
     }
 }

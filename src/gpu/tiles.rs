@@ -53,12 +53,8 @@ pub(super) fn trace_slices(
             None => (tile, None),
         };
         let fragments = gpu.fragments(tile)?;
-        gpu.submit(|encoder| match &lists {
-            None => gpu.trace_slices(encoder, gpu_media, &frame_buffer, &fragments),
-            Some(lists) => {
-                gpu.sort_surfaces(encoder, lists)?;
-                gpu.prepare_casters(gpu_media, lists, &frame_buffer, &fragments).record(encoder)
-            }
+        gpu.submit(|encoder| {
+            gpu.trace_casters(encoder, gpu_media, lists.as_ref(), &frame_buffer, &fragments)
         })?;
         if let Some(needed) = gpu.nodes_missing(&fragments)? {
             capacity = needed;
@@ -80,8 +76,9 @@ pub(super) struct Room {
     pub elements: u64,
 }
 
-/// Fills lists for the first rows of a tile whose elements all find room, at most `most` at a time
-/// unless a single row has more, and at first as many of each texel as `first` says, each of `bytes`. `make` allocates lists, and `draw` records what fills them.
+/// Fills lists for the first rows of a tile whose elements all find room: at most `most` at a time,
+/// unless a single row has more, and at first as many of each texel as `first` says. An element has
+/// `bytes` bytes. `make` allocates lists, and `draw` records what fills them.
 pub(super) fn filled(
     gpu: &Renderer,
     (tile, first, bytes): (Tile, u64, u64),
@@ -91,6 +88,7 @@ pub(super) fn filled(
     draw: impl Fn(&mut wgpu::CommandEncoder, &GpuLists) -> Result<()>,
 ) -> Result<GpuLists> {
     let limit = (gpu.largest_binding() / bytes).min(u64::from(u32::MAX / 2));
+    let most = most.min(limit);
     let mut tile = Tile { extent: [tile.extent[0], tile.extent[1].min(room.rows)], ..tile };
     loop {
         tile.capacity = (tile.texels() * first).min(most).max(room.elements) as u32;
@@ -107,7 +105,7 @@ pub(super) fn filled(
             return Err(ErrorKind::Limit { what, needed, limit }.into());
         }
         room.elements = drawn;
-        if drawn > most.min(limit) && !is_row {
+        if drawn > most && !is_row {
             room.rows = tile.extent[1].div_ceil(2);
             tile.extent[1] = room.rows;
             room.elements = 0;
