@@ -90,7 +90,8 @@ impl Points {
             progress.begin("truth", drawn.len() as u64);
             let samples = drawn.into_par_iter().filter_map(|drawn| {
                 progress.advance(1);
-                sample(drawn, beam, &exact)
+                // Nobody asks for what is missing then.
+                (!progress.cancelled()).then(|| sample(drawn, beam, &exact)).flatten()
             });
             sets[place as usize] = samples.collect();
         }

@@ -122,8 +122,10 @@ impl Stage for HostStage<'_> {
         let passes = self.passes;
         for (index, beam) in scene.beams_for(settings)?.iter().enumerate() {
             let known = self.map(index, beam, settings, progress)?;
-            beam.add(&passes.view(beam, settings, &known.1, progress)?, &mut image);
+            let picture = passes.view(beam, settings, &known.1, progress);
+            // The map is as good after a picture that was cancelled.
             self.keep(index, known);
+            beam.add(&picture?, &mut image);
         }
         scene.check_radiance(&image)?;
         Ok(image)

@@ -31,7 +31,8 @@ use crate::shadow::Shadow;
 /// The whole picture: premultiplied linear radiance and opacity.
 ///
 /// # Errors
-/// If surfaces take too much memory, or shading is the paper's and there are some.
+/// If surfaces take too much memory, or shading is the paper's and there are some, or if it is
+/// cancelled.
 pub(super) fn march_view(
     casters: Casters<'_>,
     frame: &Frame,
@@ -53,7 +54,8 @@ pub(super) fn march_view(
     if refined {
         let size = [width, height].each(|n| n as usize);
         let refinement = Refinement { size, spacing: spacing as usize, samples, tolerance };
-        return Ok(refine_view(refinement, progress, |place| view.is_empty(place), pixel));
+        let image = refine_view(refinement, progress, |place| view.is_empty(place), pixel);
+        return tiles::finished(progress).map(|()| image);
     }
     progress.begin("picture", u64::from(height));
     let mut image = Image::filled(width, height, [0.0; 4]);
@@ -64,7 +66,7 @@ pub(super) fn march_view(
         || (),
         |(), place| pixel(place, samples).to_array(),
     );
-    Ok(image)
+    tiles::finished(progress).map(|()| image)
 }
 
 /// The pixels (x, y) of the same picture.

@@ -153,7 +153,7 @@ impl Passes for CpuBackend {
         shape: [usize; 3],
         progress: &dyn Progress,
     ) -> Result<Vec<u8>> {
-        Ok(trace_grid::trace_grid(media, frame, shape, progress))
+        trace_grid::trace_grid(media, frame, shape, progress)
     }
 
     fn march_view(

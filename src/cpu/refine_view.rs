@@ -13,7 +13,7 @@ use glam::Vec4;
 use crate::image::{BRIGHT, Image, lit_percentile};
 use crate::math::Each;
 use crate::parallel;
-use crate::progress::Progress;
+use crate::progress::{Progress, Uncounted};
 
 /// Edge length, in lattice points, of the parts of a picture that a thread computes: neighbours
 /// read the same voxels.
@@ -122,10 +122,16 @@ impl Canvas {
         pixel: &(impl Fn([usize; 2]) -> Vec4 + Sync),
     ) -> Vec<[usize; 2]> {
         let computed = parallel::map(&parts, |part| {
+            if progress.cancelled() {
+                return vec![Vec4::ZERO; part.len()];
+            }
             let colours: Vec<Vec4> = part.iter().map(|&place| pixel(place)).collect();
             progress.advance(part.len() as u64);
             colours
         });
+        if progress.cancelled() {
+            return Vec::new();
+        }
         let allowed = WRONG * self.allowed;
         let mut wrong = Vec::new();
         for (place, colour) in parts.into_iter().flatten().zip(computed.into_iter().flatten()) {
@@ -201,7 +207,7 @@ impl Canvas {
         let interpolated = self.points(half) - self.points(spacing) - count;
         progress.advance(interpolated as u64);
         let wrong = self.compute(wanted, progress, pixel);
-        self.follow(wrong, half, known, new, pixel);
+        self.follow(wrong, half, known, new, (progress, pixel));
     }
 
     /// Gives pixels that bend all of their rays.
@@ -210,7 +216,7 @@ impl Canvas {
         let wanted = self.lattice(1, |[x, y]| known[y * self.width + x]);
         progress.begin("picture", wanted.iter().map(Vec::len).sum::<usize>() as u64);
         let wrong = self.compute(wanted, progress, pixel);
-        self.follow(wrong, 1, known, |_| true, pixel);
+        self.follow(wrong, 1, known, |_| true, (progress, pixel));
     }
 
     /// Computes the points of a lattice around those that were `wrong`, unless they are `known` or
@@ -221,7 +227,7 @@ impl Canvas {
         spacing: usize,
         mut known: Vec<bool>,
         new: impl Fn([usize; 2]) -> bool,
-        pixel: &(impl Fn([usize; 2]) -> Vec4 + Sync),
+        (progress, pixel): (&dyn Progress, &(impl Fn([usize; 2]) -> Vec4 + Sync)),
     ) {
         while !wrong.is_empty() {
             let mut around = Vec::new();
@@ -240,7 +246,7 @@ impl Canvas {
                 }
             }
             let parts = around.chunks(FOLLOWED).map(<[_]>::to_vec).collect();
-            wrong = self.compute(parts, &crate::progress::Silent, pixel);
+            wrong = self.compute(parts, &Uncounted(progress), pixel);
         }
     }
 

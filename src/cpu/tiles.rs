@@ -4,13 +4,21 @@
 
 use std::ops::Range;
 
-use crate::error::Result;
+use crate::error::{ErrorKind, Result};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::shadow::Runs;
 
 /// Texels or pixels along each edge of a tile.
 pub(super) const TILE: usize = 16;
+
+/// Checks, when a pass has ended, that it was not cancelled: its result is incomplete then.
+///
+/// # Errors
+/// If it was.
+pub(super) fn finished(progress: &dyn Progress) -> Result<()> {
+    if progress.cancelled() { Err(ErrorKind::Cancelled.into()) } else { Ok(()) }
+}
 
 /// Columns of the tiles of a width.
 pub(super) fn columns(width: usize) -> impl Iterator<Item = Range<usize>> {
@@ -27,6 +35,9 @@ pub(super) fn fill<T: Copy + Send + Sync, S>(
     cell: impl Fn(&mut S, [usize; 2]) -> T + Sync,
 ) {
     parallel::for_each(cells.chunks_mut((width * TILE).max(1)).enumerate(), |(j, band)| {
+        if progress.cancelled() {
+            return;
+        }
         let rows = band.len() / width;
         let tiles: Vec<Vec<T>> = parallel::map(columns(width), |columns| {
             let mut scratch = scratch();
@@ -54,6 +65,9 @@ pub(super) fn fill_tiles<T: Copy + Send + Sync>(
     parallel::for_each(cells.chunks_mut((width * TILE).max(1)).enumerate(), |(j, band)| {
         let rows = j * TILE..j * TILE + band.len() / width;
         for columns in columns(width) {
+            if progress.cancelled() {
+                return;
+            }
             let found = tile(columns.clone(), rows.clone());
             for (row, from) in band.chunks_exact_mut(width).zip(found.chunks_exact(columns.len())) {
                 row[columns.clone()].copy_from_slice(from);
@@ -73,6 +87,7 @@ pub(super) fn runs<T: Copy + Default + Send>(
     progress.begin("shadow map", size as u64);
     let bands = parallel::map(0..size.div_ceil(TILE), |j| -> Result<Runs<T>> {
         let rows = j * TILE..((j + 1) * TILE).min(size);
+        finished(progress)?;
         let tiles = parallel::map(columns(size), |columns| lists(columns, rows.clone()));
         let tiles = tiles.into_iter().collect::<Result<Vec<_>>>()?;
         let mut band = Runs::default();

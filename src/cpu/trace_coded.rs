@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::raster_surfaces::SurfaceRaster;
-use super::tiles::{TILE, columns};
+use super::tiles::{TILE, columns, finished};
 use super::trace_slices::trace_texel;
 use crate::error::Result;
 use crate::frame::Frame;
@@ -32,6 +32,9 @@ pub(super) fn trace_coded(
     bands.for_each_init(Vec::new, |nodes, (band, bytes)| {
         let rows = band * TILE..band * TILE + bytes.len() / (size * stride);
         for columns in columns(size) {
+            if progress.cancelled() {
+                return;
+            }
             let lists = surfaces.as_ref().map(|all| all.tile(columns.clone(), rows.clone()));
             for (row, y) in rows.clone().enumerate() {
                 for (column, x) in columns.clone().enumerate() {
@@ -47,5 +50,5 @@ pub(super) fn trace_coded(
         }
         progress.advance(rows.len() as u64);
     });
-    Ok(bytes)
+    finished(progress).map(|()| bytes)
 }

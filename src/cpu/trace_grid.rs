@@ -3,6 +3,8 @@
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;
 
+use super::tiles::finished;
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::kernel::light::{light_coordinates, light_extent, light_ray};
 use crate::kernel::media::Sampler;
@@ -17,7 +19,7 @@ pub(super) fn trace_grid(
     frame: &Frame,
     shape: [usize; 3],
     progress: &dyn Progress,
-) -> Vec<u8> {
+) -> Result<Vec<u8>> {
     let [nx, ny, nz] = shape;
     progress.begin("shadow grid", (ny * nz) as u64);
     let sampler = Sampler::of_extinction(media);
@@ -27,6 +29,9 @@ pub(super) fn trace_grid(
     let (frame_from_index, offset) = (linear.inverse(), Vec3::from_array(columns.map(|row| row.w)));
     let mut values = vec![0; nx * ny * nz];
     values.par_chunks_exact_mut(nx).enumerate().for_each(|(row, values)| {
+        if progress.cancelled() {
+            return;
+        }
         for (x, value) in values.iter_mut().enumerate() {
             let index = grid_point(frame, shape, [x, row % ny, row / ny]);
             let light = light_coordinates(frame, frame_from_index * (index - offset));
@@ -39,5 +44,5 @@ pub(super) fn trace_grid(
         }
         progress.advance(1);
     });
-    values
+    finished(progress).map(|()| values)
 }

@@ -34,7 +34,7 @@ pub(super) fn trace_threshold(
         tiles::fill(&mut texels, size, progress, Vec::new, |batches, at| {
             trace_texel(&sampler, frame, place(at), batches)
         });
-        return Ok(texels);
+        return tiles::finished(progress).map(|()| texels);
     };
     // What surfaces leave stands between the medium's slabs, all of which are needed then.
     let (all, around) = (frame.with_all_slabs(), frame.around(casters));
@@ -49,7 +49,7 @@ pub(super) fn trace_threshold(
         };
         places.enumerate().map(texel).collect()
     });
-    Ok(texels)
+    tiles::finished(progress).map(|()| texels)
 }
 
 /// The four numbers of a texel with these nodes, whose ray ends at `exit`.

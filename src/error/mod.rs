@@ -77,6 +77,10 @@ pub enum ErrorKind {
         /// The message of the driver or of wgpu.
         why: String,
     },
+    /// The caller did not want the result any more
+    /// ([`Progress::cancelled`](crate::progress::Progress::cancelled)).
+    #[error("cancelled")]
+    Cancelled,
 }
 
 impl Error {

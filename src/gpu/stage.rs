@@ -13,7 +13,7 @@ use super::tile::Tile;
 use super::tiles::{Room, most_nodes, usual_nodes};
 use super::{GpuBackend, uploaded};
 use crate::backend::{Backend, Cause, Stage, check_surfaces};
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
@@ -240,6 +240,9 @@ impl<'a> GpuStage<'a> {
         progress: &dyn Progress,
     ) -> Result<GpuImage> {
         self.light(index, beam, settings, progress)?;
+        if progress.cancelled() {
+            return Err(ErrorKind::Cancelled.into());
+        }
         let gpu = &self.backend.renderer;
         let media = &self.backend.upload(&beam.media)?;
         let Some(Some(Lit { shadow, .. })) = self.lit.get(index) else {
