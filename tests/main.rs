@@ -17,6 +17,7 @@ mod compare;
 mod convert;
 mod dense_media;
 mod domains;
+mod editing;
 mod embedding;
 mod examples;
 mod formats;

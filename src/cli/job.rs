@@ -1,8 +1,7 @@
 //! Turns arguments into a job: the scene, how to compute it, and the backend.
 
-use std::fs;
+use std::mem::take;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use super::arguments::{PictureArguments, SceneArguments, SourceArguments};
 use super::backend::{BackendChoice, Opening};
@@ -10,18 +9,17 @@ use super::progress::Bars;
 use super::say;
 use super::stage::{Side, look_at_patient};
 use super::surfaces;
-use super::volumes::Volumes;
 use crate::backend::{Backend, Expected};
 use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
 use crate::image::{Exposure, ToneMap};
-use crate::io::{Format, Inputs, source_files, superior_axis, surface_files};
+use crate::io::{
+    Described, Inputs, SceneLoader, at_frame, is_numbered, source_files, surface_files,
+};
 use crate::progress::{Progress, Silent};
 use crate::scene::automatic::{Choice, Loaded, Surroundings, complete};
-use crate::scene::file::VolumeTable;
-use crate::scene::{NumberedName, Scene, SceneFile};
+use crate::scene::{Scene, SceneFile};
 use crate::settings::{MapKind, Settings};
-use crate::volume::presets::Preset;
 
 /// Texels along each edge of maps that are made without a picture.
 const MAP_SIZE: u32 = 512;
@@ -81,7 +79,9 @@ impl<'a> Request<'a> {
         choice: BackendChoice,
         overlay: impl FnOnce(&mut SceneFile),
     ) -> Result<Self> {
-        let Described { mut file, surroundings, said } = described(source)?;
+        // Anything may be raw.
+        let is_raw = source.file.dims.is_some() || source.file.from.is_some();
+        let Described { mut file, surroundings, notes } = Described::of(&source.input, is_raw)?;
         source.overlay(&mut file);
         overlay(&mut file);
         // The scene file itself, or a preset's name, which is not a file.
@@ -93,7 +93,16 @@ impl<'a> Request<'a> {
             inputs.extend(surface_files(path)?);
         }
         surfaces::check(source, &file)?;
-        Ok(Self { source, choice, file, surroundings, said, side: None, picture: false, inputs })
+        Ok(Self {
+            source,
+            choice,
+            file,
+            surroundings,
+            said: notes,
+            side: None,
+            picture: false,
+            inputs,
+        })
     }
 
     /// Loads the requested volumes, chooses the missing values, and reports the choices. Of a scene
@@ -111,7 +120,7 @@ impl<'a> Request<'a> {
         let (crew, said) = self.crew();
         // Absolute parameters in a scene file refer to stored values.
         let scan = self.surroundings == Surroundings::Studio;
-        let (loaded, notes) = Volumes::default().load(&self.file, scan)?;
+        let (loaded, notes) = SceneLoader::default().load(&self.file, scan)?;
         let crew = crew.ready(&self.file)?;
         for note in said.iter().chain(&notes) {
             crew.note(note);
@@ -129,20 +138,11 @@ impl<'a> Request<'a> {
     /// Lets patients stand, whose axes the files of `of` know, unless the scene says what is up or
     /// its values are absolute; and turns the camera to the side of them that was asked for.
     pub(super) fn stand_up(&mut self, of: &SceneFile) -> Result<()> {
-        let mut known = None;
-        for (index, table) in of.volume.iter().enumerate() {
-            let Some(axis) = superior_axis(table)? else { continue };
-            let own = &mut self.file.volume[index].up;
-            if own.is_none() && self.surroundings == Surroundings::Studio {
-                *own = Some(axis.name().to_owned());
-                self.said.push(format!(
-                    "up (`volume.up`) {}, where the patient's head is (chosen)",
-                    axis.name()
-                ));
-            }
-            let up = own.as_deref().map(str::parse).transpose()?.unwrap_or_default();
-            known = known.or(Some(up));
-        }
+        let (file, surroundings) = (take(&mut self.file), self.surroundings);
+        let mut described = Described { file, surroundings, notes: take(&mut self.said) };
+        let known = described.stand_up(of);
+        (self.file, self.said) = (described.file, described.notes);
+        let known = known?;
         match (self.side, known) {
             (Some(Side::Patient(_, from) | Side::Either(_, from)), Some(up)) => {
                 look_at_patient(&mut self.file.camera, from, up);
@@ -172,7 +172,7 @@ impl<'a> Request<'a> {
         let opening = Some(Opening::begin(choice, expected));
         let (quiet, transparent) = (self.source.quiet, self.source.transparent);
         let crew = Crew { opening, backend: &CpuBackend, quiet, transparent };
-        (crew, std::mem::take(&mut self.said))
+        (crew, take(&mut self.said))
     }
 }
 
@@ -273,90 +273,6 @@ fn expected(file: &SceneFile) -> Option<(Option<MapKind>, Expected)> {
     };
     let kind = shadow.map.as_ref().map(|name| name.parse()).transpose().ok()?;
     usual.then_some((kind, expected))
-}
-
-/// What an input says.
-struct Described {
-    file: SceneFile,
-    surroundings: Surroundings,
-    /// Lines for people.
-    said: Vec<String>,
-}
-
-/// The scene file that the input of `source` is or stands for.
-fn described(source: &SourceArguments) -> Result<Described> {
-    let mut said = Vec::new();
-    let input = &*source.input;
-    // Anything may be raw.
-    let is_raw = source.file.dims.is_some() || source.file.from.is_some();
-    let path = Path::new(input);
-    let mut file = SceneFile::default();
-    if Preset::from_str(input).is_ok() && !path.is_file() {
-        file.volume.one_mut().preset = Some(input.to_owned());
-    } else if is_scene_file(path) {
-        let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
-        file = SceneFile::parse(&text, path)?;
-    } else if let Some(format) = surface_format(path).filter(|_| !is_raw) {
-        let named = Some(path.to_owned());
-        match format {
-            Format::Hair | Format::TressFx => file.hair.one_mut().path = named,
-            _ => file.mesh.one_mut().path = named,
-        }
-    } else if path.exists() || NumberedName::of(path).is_some() {
-        file.volume.one_mut().path = Some(path.to_owned());
-    } else {
-        return Err(not_there(path));
-    }
-    let surroundings = Surroundings::of(&file);
-    let unsaid = [
-        ("ambient light", file.ambient.radiance.is_none()),
-        ("background", file.background.radiance.is_none()),
-    ];
-    let unsaid: Vec<&str> = unsaid.iter().filter_map(|(what, is)| is.then_some(*what)).collect();
-    if surroundings == Surroundings::Void && !unsaid.is_empty() && !file.is_bare() {
-        let unsaid = unsaid.join(" and no ");
-        said.push(format!("no {unsaid}, as the scene file has absolute numbers (chosen)"));
-    }
-    for table in file.volume.iter_mut() {
-        if let Some(values) = table.take_presets()? {
-            said.push(format!("{values} (chosen by the preset)"));
-        }
-    }
-    Ok(Described { file, surroundings, said })
-}
-
-/// The format of a file of hair or a mesh; `None` for all others.
-fn surface_format(path: &Path) -> Option<Format> {
-    let is_file = fs::metadata(path).is_ok_and(|found| found.is_file());
-    let format = is_file.then(|| Format::of_file(path).ok()).flatten();
-    format.filter(|format| format.is_surface())
-}
-
-/// Whether a name is that of a scene file.
-pub(super) fn is_scene_file(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
-}
-
-/// The scene file of a frame. A name that is that of a file keeps its `#`.
-pub(super) fn at_frame(file: &SceneFile, frame: i64) -> Result<SceneFile> {
-    let mut of_frame = file.at_frame(frame)?;
-    for (own, table) in of_frame.volume.iter_mut().zip(file.volume.iter()) {
-        if !is_numbered(table) {
-            own.path.clone_from(&table.path);
-        }
-    }
-    Ok(of_frame)
-}
-
-/// Whether a table's volume is a sequence of files.
-pub(super) fn is_numbered(table: &VolumeTable) -> bool {
-    table.path.as_deref().is_some_and(|path| NumberedName::of(path).is_some() && !path.exists())
-}
-
-/// The error for an input that is neither a file nor a preset.
-pub(super) fn not_there(path: &Path) -> Error {
-    let presets = Preset::ALL.map(Preset::name).join(", ");
-    Error::contents(path, format!("no such file, and not one of the presets ({presets})"))
 }
 
 /// The input's name with another ending, in the current folder.

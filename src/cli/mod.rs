@@ -7,6 +7,7 @@ mod compare;
 mod completions;
 mod convert;
 mod deep;
+mod explore;
 mod fallback;
 mod figures;
 mod goal;
@@ -28,7 +29,6 @@ mod stage;
 mod surfaces;
 mod tone;
 mod usage;
-mod volumes;
 mod workers;
 
 use std::ffi::OsString;
@@ -64,6 +64,8 @@ struct Program {
 enum Command {
     /// Render a picture of a volume, with its shadows.
     Render(Box<render::Arguments>),
+    /// Turn a volume and its light in a window (needs deepshadow-explorer).
+    Explore(explore::Arguments),
     /// Build a volume's shadow map and write it as OpenEXR.
     Map(map::Arguments),
     /// Measure the light that arrives at given points.
@@ -132,7 +134,8 @@ impl Command {
             Self::Map(arguments) => arguments.threads(),
             Self::Compare(arguments) => arguments.threads(),
             Self::Probe(arguments) => arguments.threads(),
-            Self::Convert(_)
+            Self::Explore(_)
+            | Self::Convert(_)
             | Self::Info(_)
             | Self::Figures(_)
             | Self::Adapters
@@ -144,6 +147,7 @@ impl Command {
 fn dispatch(command: Command) -> Result<()> {
     match command {
         Command::Render(arguments) => render::run(*arguments),
+        Command::Explore(arguments) => explore::run(&arguments),
         Command::Map(arguments) => map::run(arguments),
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),

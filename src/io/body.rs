@@ -28,9 +28,19 @@ const NORMALISED: f64 = 50.0;
 /// # Errors
 /// As [`load_volume`], and if a transfer function is invalid or a further grid cannot be read.
 pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients, Vec<String>)> {
+    load_ingredients_like(table, scan, None)
+}
+
+/// Like [`load_ingredients`]. `like` was loaded for a table that differs in its transfer function
+/// alone; its volume is taken as far as reading the file would give the same.
+pub(super) fn load_ingredients_like(
+    table: &VolumeTable,
+    scan: bool,
+    like: Option<&Ingredients>,
+) -> Result<(Ingredients, Vec<String>)> {
     let mut facts = Facts::default();
     let choice = choice(table)?;
-    let loaded = loaded(table, choice.as_ref(), &mut facts)?;
+    let loaded = loaded(table, choice.as_ref(), like, &mut facts)?;
     let Loaded { mut volume, mut densities, mut function } = loaded;
     let mut notes = facts.notes;
     if volume.replaced() > 0 {
@@ -84,40 +94,44 @@ pub fn load_ingredients(table: &VolumeTable, scan: bool) -> Result<(Ingredients,
         None if densities.cut.is_none() => None,
         None if densities.cuts_nothing(&volume) => {
             // The window cuts nothing, so the volume can hold the densities themselves.
-            volume = volume.mapped(|held| densities.density(held.into()) as f32);
+            volume = Arc::new(volume.mapped(|held| densities.density(held.into()) as f32));
             densities = Densities::default();
             None
         }
         None => Some(densities.held(&transfer::preset("grey")?)?),
     };
     let color = match &table.color {
+        Some(_) if like.is_some_and(|like| like.color.is_some()) => {
+            like.and_then(|like| like.color.clone())
+        }
         Some(grid) => Some(load_color(table, grid)?.map(Arc::new)),
         None => None,
     };
     let glow = table.emission.as_ref().and_then(|emission| emission.grid.clone());
     let emission_field = match glow {
+        Some(_) if like.is_some_and(|like| like.emission_field.is_some()) => {
+            like.and_then(|like| like.emission_field.clone())
+        }
         Some(grid) => {
             let table = VolumeTable { grid: Some(grid), window: None, ..table.clone() };
             Some(Arc::new(load_volume(&table)?))
         }
         None => None,
     };
-    let ingredients = Ingredients {
-        volume: Arc::new(volume),
-        densities,
-        transfer: transfer.map(Arc::new),
-        color,
-        modulation: modulation.map(Arc::new),
-        emission_field,
-        window: chosen,
-        function,
-    };
-    Ok((ingredients, notes))
+    let mut own = Ingredients::of(volume);
+    own.densities = densities;
+    own.transfer = transfer.map(Arc::new);
+    own.color = color;
+    own.modulation = modulation.map(Arc::new);
+    own.emission_field = emission_field;
+    own.window = chosen;
+    own.function = function;
+    Ok((own, notes))
 }
 
 /// A volume, and the map between its numbers and densities.
 struct Loaded {
-    volume: Volume,
+    volume: Arc<Volume>,
     densities: Densities,
     /// The transfer function over densities, unless it depends on a later choice.
     function: Option<TransferFunction>,
@@ -125,7 +139,7 @@ struct Loaded {
 
 impl Loaded {
     /// For densities that are the stored values, moved by an offset or not.
-    fn stored(volume: Volume, function: Option<TransferFunction>) -> Self {
+    fn stored(volume: Arc<Volume>, function: Option<TransferFunction>) -> Self {
         let densities = Densities::of_stored(&volume);
         Self { volume, densities, function }
     }
@@ -135,11 +149,15 @@ impl Loaded {
 fn loaded(
     table: &VolumeTable,
     choice: Option<&TransferSource>,
+    like: Option<&Ingredients>,
     facts: &mut Facts,
 ) -> Result<Loaded> {
     let mut load = |levels: Levels| {
         facts.notes.clear();
-        load_noted(table, levels, facts)
+        match like.and_then(|like| like.volume.as_levels(levels)) {
+            Some(same) => Ok(same),
+            None => load_noted(table, levels, facts).map(Arc::new),
+        }
     };
     let resolved = match choice {
         Some(TransferSource::Function(resolved)) => Some(resolved),
@@ -169,7 +187,9 @@ fn loaded(
             Ok(Loaded::stored(volume, Some(function)))
         }
         (_, Some(Resolved { hounsfield: Some(function), .. })) => {
-            let volume = load(Levels::Moved(HOUNSFIELD))?;
+            // Not one that is known: the file says what its numbers are.
+            facts.notes.clear();
+            let volume = Arc::new(load_noted(table, Levels::Moved(HOUNSFIELD), facts)?);
             if is_hounsfield(&volume, facts.of_ct) {
                 let note = "its values are taken as Hounsfield units (`volume.transfer.range` sets \
                             another range)";
@@ -177,7 +197,7 @@ fn loaded(
                 return Ok(Loaded::stored(volume, Some(function.clone())));
             }
             let volume = load_noted(table, Levels::AsStored, &mut Facts::default())?;
-            Ok(Loaded::stored(volume, None))
+            Ok(Loaded::stored(Arc::new(volume), None))
         }
         (_, Some(Resolved { function, normalised: false, .. })) => {
             let Some(range) = own_range(function) else {

@@ -29,6 +29,13 @@ impl<T> Default for Tables<T> {
     }
 }
 
+/// One after another.
+impl<T> From<Vec<T>> for Tables<T> {
+    fn from(tables: Vec<T>) -> Self {
+        Self(tables)
+    }
+}
+
 impl<T> Deref for Tables<T> {
     type Target = [T];
 

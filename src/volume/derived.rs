@@ -68,6 +68,6 @@ impl Volume {
         let largest = voxels.largest();
         let name = self.name.clone();
         let (bricks, typical) = (OnceLock::new(), OnceLock::new());
-        Self { name, voxels, largest, replaced: 0, bricks, typical, ..*self }
+        Self { name, voxels, largest, replaced: 0, levels: None, bricks, typical, ..*self }
     }
 }

@@ -1,8 +1,10 @@
 //! Turns stored values into densities: unchanged, mapped to 0..1, or moved by an offset so that
 //! none is below 0. Knows no transfer function, only the range of values that it covers.
 
-use super::Voxels;
+use std::sync::Arc;
+
 use super::ranks::Ranks;
+use super::{Volume, Voxels};
 use crate::error::{Error, Result};
 use crate::parallel;
 
@@ -59,9 +61,7 @@ impl Levels {
                 check(low, high)?;
                 let ranks = Ranks::of(voxels);
                 let stored = ranks.typical_range();
-                let beyond = REACH * (high - low);
-                let [least, most] =
-                    [low - beyond, high + beyond].map(|v| v.clamp(f32::MIN, f32::MAX));
+                let [least, most] = kept([low, high]);
                 // Values are not moved unless needed: then 8-bit numbers stay 8-bit numbers.
                 let base = if least > 0.0 { least } else { ranks.least().clamp(least, 0.0) };
                 voxels.replace(
@@ -71,6 +71,51 @@ impl Levels {
             }
         }
     }
+}
+
+impl Volume {
+    /// The volume that `levels` make of the stored values, if that can be told from this one, which
+    /// was made of the same values by other levels: this one, or a copy. `None` if the stored values
+    /// are needed. (A transfer function that is being edited asks for other levels all the time, of
+    /// which nearly all do the same.)
+    pub(crate) fn as_levels(self: &Arc<Self>, levels: Levels) -> Option<Arc<Self>> {
+        let known = self.levels?;
+        if known == levels {
+            return Some(self.clone());
+        }
+        let Levels::Moved(range) = levels else { return None };
+        // The stored values' range, unless the known levels have clamped it.
+        let by = self.moved.by;
+        let smallest = self.smallest();
+        let least = if by > 0.0 { -by } else { smallest };
+        let most = self.largest - by;
+        let inside = |range: [f32; 2]| {
+            let [low, high] = kept(range);
+            // A margin for rounding at the upper end.
+            low < least && low <= 0.0 && most * (1.0 + 1e-5) < high
+        };
+        let unclamped = match known {
+            Levels::AsStored => self.replaced == 0,
+            Levels::Moved(known) => inside(known) && by >= 0.0 && (by == 0.0 || smallest == 0.0),
+            Levels::Window(_) => false,
+        };
+        if !(unclamped && most >= 0.0 && inside(range)) {
+            return None;
+        }
+        if known != Levels::AsStored {
+            return Some(self.clone());
+        }
+        let mut moved = Self::clone(self);
+        moved.moved.stored = Some(Ranks::of(&self.voxels).typical_range());
+        moved.levels = Some(levels);
+        Some(Arc::new(moved))
+    }
+}
+
+/// The range of stored values that is kept for functions over `range`.
+fn kept([low, high]: [f32; 2]) -> [f32; 2] {
+    let beyond = REACH * (high - low);
+    [low - beyond, high + beyond].map(|v| v.clamp(f32::MIN, f32::MAX))
 }
 
 fn check(low: f32, high: f32) -> Result<()> {

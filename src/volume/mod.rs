@@ -58,6 +58,8 @@ pub struct Volume {
     largest: f32,
     /// What was done to stored values.
     moved: Moved,
+    /// What was asked to be done to them; `None` if the densities were replaced by others.
+    levels: Option<Levels>,
     /// The largest density without a few outliers; computed at first use.
     typical: OnceLock<f32>,
     /// Computed at first use.
@@ -140,6 +142,7 @@ impl Volume {
             replaced,
             largest,
             moved,
+            levels: Some(levels),
             typical,
             bricks,
         })
@@ -190,6 +193,7 @@ impl Volume {
     /// If the values of `levels` do not rise or are not finite.
     pub fn levelled(mut self, levels: Levels) -> Result<Self> {
         self.moved = levels.apply(&mut self.voxels)?;
+        self.levels = None;
         self.largest = self.voxels.largest();
         (self.bricks, self.typical) = (OnceLock::new(), OnceLock::new());
         Ok(self)

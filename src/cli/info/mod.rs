@@ -10,11 +10,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::job::not_there;
 use super::reading::FileArguments;
 use super::{print, print_json};
 use crate::error::Result;
 use crate::io::ReadOptions;
+use crate::io::not_there;
 use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
 pub(super) use json::number;

@@ -7,8 +7,8 @@ use clap::Args;
 
 use super::files::{check_files, common_name, gaps, on_disk};
 use crate::cli::arguments::parse;
-use crate::cli::job::{at_frame, is_numbered, is_scene_file};
 use crate::error::{Error, Result};
+use crate::io::{at_frame, is_numbered, is_scene_file};
 use crate::scene::{NumberedName, SceneFile};
 
 /// Most frames of a sequence.

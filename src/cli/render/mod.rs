@@ -11,13 +11,13 @@ use clap::Args;
 
 use super::arguments::{PictureArguments, SceneArguments};
 use super::goal::GoalArguments;
-use super::job::{Request, is_scene_file};
+use super::job::Request;
 use super::limits::LimitArguments;
 use super::picture::FileOptions;
 use super::progress::Stopwatch;
 use super::tone::tone;
 use crate::error::{Error, Result};
-use crate::io::{Inputs, PendingFile};
+use crate::io::{Inputs, PendingFile, is_scene_file};
 use draw::Drawing;
 use frames::FrameArguments;
 

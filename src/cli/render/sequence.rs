@@ -12,11 +12,10 @@ use crate::cli::job::{Crew, Job, Request};
 use crate::cli::picture::Target;
 use crate::cli::progress::Stopwatch;
 use crate::cli::tone::tone;
-use crate::cli::volumes::Volumes;
 use crate::error::{Error, Result};
 use crate::image::{Exposure, Image, Tone};
 use crate::io::output::{is_sealed, sealed};
-use crate::io::{Inputs, source_files};
+use crate::io::{Inputs, SceneLoader, source_files};
 use crate::progress::Silent;
 use crate::scene::SceneFile;
 use crate::scene::automatic::{Shot, Surroundings};
@@ -33,7 +32,7 @@ struct Sequence<'a> {
     wanted: &'a Wanted,
     target: &'a Target,
     crew: Crew,
-    volumes: Volumes,
+    loader: SceneLoader,
     /// What frames have in common.
     file: SceneFile,
     surroundings: Surroundings,
@@ -76,9 +75,9 @@ pub(super) fn render(
     for line in said.iter().chain(&wanted.note) {
         crew.note(line);
     }
-    let (file, surroundings, volumes) = (request.file, request.surroundings, Volumes::default());
+    let (file, surroundings, loader) = (request.file, request.surroundings, SceneLoader::default());
     let mut sequence =
-        Sequence { drawing, wanted, target, crew, volumes, file, surroundings, inputs };
+        Sequence { drawing, wanted, target, crew, loader, file, surroundings, inputs };
     sequence.choose()?;
     if let Some(saved) = saved {
         let text = sequence.file.with_absolute_paths()?.to_text()?;
@@ -109,7 +108,7 @@ impl Sequence<'_> {
             if looked_at.as_ref() == Some(&look) {
                 continue;
             }
-            let (loaded, notes) = self.volumes.load(&file, scan)?;
+            let (loaded, notes) = self.loader.load(&file, scan)?;
             if looked_at.is_none() {
                 for note in &notes {
                     self.crew.note(note);
@@ -154,7 +153,7 @@ impl Sequence<'_> {
 
     /// The job of a frame's scene file.
     fn job(&mut self, file: &SceneFile) -> Result<Job> {
-        let (loaded, _) = self.volumes.load(file, false)?;
+        let (loaded, _) = self.loader.load(file, false)?;
         Ok(self.crew.job(file, loaded, self.surroundings)?.0)
     }
 

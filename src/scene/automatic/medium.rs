@@ -1,6 +1,6 @@
 //! Media from the values of a scene file; values that it leaves out are chosen here.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 
@@ -42,9 +42,64 @@ pub struct Ingredients {
     pub window: Option<[f32; 2]>,
     /// The transfer function as given or chosen, over densities.
     pub function: Option<TransferFunction>,
+    /// What was found out about the opacities of the volume.
+    known: Known,
+}
+
+/// What choices depend on, of a volume with a transfer function or without: it takes a look at every
+/// voxel, and a scene that is being edited asks for it all the time.
+#[derive(Clone, Debug, Default)]
+struct Known(Arc<Mutex<Option<(OfOpacities, Opacities)>>>);
+
+/// Whose opacities they are.
+type OfOpacities = (Arc<Volume>, Option<Arc<TransferFunction>>);
+
+/// Where there is opacity, and how much.
+#[derive(Clone, Debug)]
+struct Opacities {
+    /// Points around all of it that is visible.
+    seen: Vec<DVec3>,
+    /// The integral along a full column; `None` if there is none.
+    column: Option<f64>,
 }
 
 impl Ingredients {
+    /// Those of a volume without anything else.
+    pub fn of(volume: Arc<Volume>) -> Self {
+        Self {
+            volume,
+            densities: Densities::default(),
+            transfer: None,
+            color: None,
+            modulation: None,
+            emission_field: None,
+            window: None,
+            function: None,
+            known: Known::default(),
+        }
+    }
+
+    /// What is known of the opacities of the volume.
+    fn opacities(&self) -> Opacities {
+        let mut known = self.known.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(((volume, transfer), known)) = &*known
+            && Arc::ptr_eq(volume, &self.volume)
+            && transfer.as_ref().map(Arc::as_ptr) == self.transfer.as_ref().map(Arc::as_ptr)
+        {
+            return known.clone();
+        }
+        let of = |volume: &Volume| Opacities {
+            seen: volume.seen_points(VISIBLE_SHARE),
+            column: volume.column_quantile(FULL_COLUMN),
+        };
+        let found = match &self.transfer {
+            Some(function) => of(&classified(&self.volume, function)),
+            None => of(&self.volume),
+        };
+        *known = Some(((self.volume.clone(), self.transfer.clone()), found.clone()));
+        found
+    }
+
     /// Bytes of all voxels together.
     pub fn bytes(&self) -> u64 {
         let more = self.color.iter().flatten().chain(&self.modulation).chain(&self.emission_field);
@@ -55,16 +110,7 @@ impl Ingredients {
 
 impl From<Volume> for Ingredients {
     fn from(volume: Volume) -> Self {
-        Self {
-            volume: Arc::new(volume),
-            densities: Densities::default(),
-            transfer: None,
-            color: None,
-            modulation: None,
-            emission_field: None,
-            window: None,
-            function: None,
-        }
+        Self::of(Arc::new(volume))
     }
 }
 
@@ -74,14 +120,10 @@ pub(super) fn medium(
     own: &Ingredients,
     choices: &mut Choices,
 ) -> Result<Medium> {
-    let volume = &own.volume;
     let density_scale = match in_range("volume.density_scale", table.density_scale)? {
         Some(scale) => scale,
         None => {
-            let scale = match &own.transfer {
-                Some(function) => scale_for(&classified(volume, function), OPTICAL_DEPTH),
-                None => scale_for(volume, OPTICAL_DEPTH),
-            };
+            let scale = own.opacities().column.map_or(1.0, |column| OPTICAL_DEPTH / column);
             choices.took("density scale (`volume.density_scale`)", digits(scale));
             scale
         }
@@ -125,10 +167,7 @@ fn scale_for(volume: &Volume, wanted: f64) -> f64 {
 /// Points around the visible parts of a body ([`Volume::visible_points`]): those with extinction,
 /// and those that emit.
 pub(super) fn visible_points(own: &Ingredients, medium: &Medium) -> Vec<DVec3> {
-    let mut points = match &medium.transfer {
-        Some(function) => classified(&own.volume, function).seen_points(VISIBLE_SHARE),
-        None => own.volume.seen_points(VISIBLE_SHARE),
-    };
+    let mut points = own.opacities().seen;
     if let Some(emission) = &medium.emission {
         let field = emission.field.as_ref().unwrap_or(&own.volume);
         points.extend(classified(field, &emission.ramp).seen_points(VISIBLE_SHARE));
@@ -143,11 +182,7 @@ fn classified(volume: &Volume, function: &TransferFunction) -> Volume {
 
 /// The share of light sent out evenly along the volume's fuller columns that leaves them.
 fn shown_share(own: &Ingredients, density_scale: f64) -> f64 {
-    let integral = match &own.transfer {
-        Some(function) => classified(&own.volume, function).column_quantile(FULL_COLUMN),
-        None => own.volume.column_quantile(FULL_COLUMN),
-    };
-    let depth = density_scale * integral.unwrap_or(0.0);
+    let depth = density_scale * own.opacities().column.unwrap_or(0.0);
     if depth > 1e-6 { -(-depth).exp_m1() / depth } else { 1.0 }
 }
 
