@@ -30,7 +30,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    fn of(device: &Device) -> Self {
+    pub(super) fn of(device: &Device) -> Self {
         let watch = Self::default();
         let keep = |place: &Arc<Mutex<Option<String>>>| {
             let place = place.clone();
@@ -90,7 +90,12 @@ pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String, Watc
         .map_err(|error| Error::gpu(error.to_string()))?;
     let watch = Watch::of(&device);
     let info = adapter.get_info();
-    Ok((device, queue, format!("gpu, {} ({})", info.name, info.backend), watch))
+    Ok((device, queue, name(&info), watch))
+}
+
+/// The name of a backend on this adapter.
+pub(super) fn name(info: &wgpu::AdapterInfo) -> String {
+    format!("gpu, {} ({})", info.name, info.backend)
 }
 
 /// Whether it is worth asking drivers for hardware, which takes time: on Linux there is none
@@ -103,7 +108,7 @@ fn hardware_in_sight() -> bool {
 
 /// Features that the renderer uses if they exist: filtering of f32 textures, for exact voxels, and
 /// timestamps.
-fn wanted_features() -> wgpu::Features {
+pub(super) fn wanted_features() -> wgpu::Features {
     wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY
 }
 

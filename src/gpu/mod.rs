@@ -101,6 +101,35 @@ impl GpuBackend {
         Ok(Self { renderer, description, watch, uploaded: Mutex::new(None) })
     }
 
+    /// Works on another program's `device` and its `queue`, beside what that program does with them.
+    /// The device needs no more than [`Renderer::new`] says, and [`GpuBackend::limits`] and
+    /// [`GpuBackend::features`] are best. From now on this backend receives what
+    /// [`wgpu::Device::on_uncaptured_error`] and [`wgpu::Device::set_device_lost_callback`] tell, and
+    /// reports it as errors of its own work.
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn on_device(
+        adapter: &wgpu::AdapterInfo,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<Self> {
+        let watch = Watch::of(device);
+        let renderer = watch.over(|| Ok(Renderer::new(device, queue)))?;
+        let description = adapter::name(adapter);
+        Ok(Self { renderer, description, watch, uploaded: Mutex::new(None) })
+    }
+
+    /// The limits that are best for a device on `adapter`: all that it has.
+    pub fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
+        adapter.limits()
+    }
+
+    /// The features that are used if `adapter` has them.
+    pub fn features(adapter: &wgpu::Adapter) -> wgpu::Features {
+        adapter.features() & adapter::wanted_features()
+    }
+
     /// Uploads media, or returns those of the last pass if they are the same.
     fn upload(&self, media: &Media) -> Result<GpuMedia> {
         // A thread that panicked left the value complete or empty. The lock is not held while

@@ -4,7 +4,11 @@ mod tone;
 
 use glam::Vec3;
 
+use crate::parallel;
 pub use tone::{Exposure, Tone, ToneMap};
+
+/// Pixels that a thread converts at once.
+const PART: usize = 1 << 14;
 
 /// An image in linear light, f32, row 0 on top. RGB is premultiplied by alpha where alpha is below
 /// 1.
@@ -35,25 +39,27 @@ impl Image {
     /// The image for a screen: colours through `tone` (a number is an exposure), sRGB-encoded, 8 bits
     /// per channel, RGBA row by row, with alpha no longer premultiplied.
     pub fn to_srgb8(&self, tone: impl Into<Tone>) -> Vec<u8> {
-        let byte = |value: f32| (value * 255.0).round() as u8;
-        self.screen(tone.into()).flat_map(|pixel| pixel.map(byte)).collect()
+        self.screen(tone.into(), |value| (value * 255.0).round() as u8)
     }
 
     /// The same with 16 bits per channel.
     pub fn to_srgb16(&self, tone: impl Into<Tone>) -> Vec<u16> {
-        let word = |value: f32| (value * 65535.0).round() as u16;
-        self.screen(tone.into()).flat_map(|pixel| pixel.map(word)).collect()
+        self.screen(tone.into(), |value| (value * 65535.0).round() as u16)
     }
 
-    /// The pixels for a screen, encoded and straight, all in 0..1.
-    fn screen(&self, tone: Tone) -> impl Iterator<Item = [f32; 4]> {
-        self.pixels.iter().map(move |&[r, g, b, a]| {
+    /// The pixels for a screen, encoded and straight, each channel as what `number` makes of 0..1.
+    fn screen<T: Copy + Send>(&self, tone: Tone, number: impl Fn(f32) -> T + Sync) -> Vec<T> {
+        let shown = |&[r, g, b, a]: &[f32; 4]| {
             let straight = if a > 0.0 { 1.0 / a.min(1.0) } else { 0.0 };
             let shown = tone.shown(Vec3::new(r, g, b) * straight);
             let [r, g, b] = shown.to_array().map(srgb_from_linear);
             // NaN counts as 0.
-            [r, g, b, if a > 0.0 { a.min(1.0) } else { 0.0 }]
-        })
+            [r, g, b, if a > 0.0 { a.min(1.0) } else { 0.0 }].map(&number)
+        };
+        let parts = parallel::map(self.pixels.chunks(PART), |part| {
+            part.iter().flat_map(shown).collect::<Vec<T>>()
+        });
+        parts.concat()
     }
 
     /// The image in front of black, opaque everywhere.
