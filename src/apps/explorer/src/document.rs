@@ -1,0 +1,167 @@
+//! What is open: a scene file that panels and hands change, and where it came from.
+
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use deepshadow::io::{Described, at_frame, is_numbered, is_scene_file};
+use deepshadow::scene::automatic::Surroundings;
+use deepshadow::scene::file::{CameraTable, LightTable};
+use deepshadow::scene::{Camera, Light, LightKind, NumberedName, Projection, Scene, SceneFile};
+use deepshadow::{Error, Result};
+
+/// A scene that is open.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// The name of its input, as it was given.
+    pub input: String,
+    /// The scene. Keys that are left out are chosen when it is completed.
+    pub file: SceneFile,
+    /// The scene as it was opened.
+    pub opened: SceneFile,
+    /// What surrounds it where that is left out.
+    pub surroundings: Surroundings,
+    /// What was chosen when it was opened, one line each.
+    pub notes: Vec<String>,
+    /// The frames of a sequence, if it is one.
+    pub frames: Option<RangeInclusive<i64>>,
+    /// The frame that is shown.
+    pub frame: i64,
+}
+
+impl Document {
+    /// Opens what `input` names, as the program's commands do.
+    ///
+    /// # Errors
+    /// If there is no such file and no such preset, or if it is a scene file with a mistake.
+    pub fn open(input: &str) -> Result<Self> {
+        let mut described = Described::of(input, false)?;
+        let mut frames = described.file.keyframes()?;
+        if let Some(name) = described.file.volume.iter().find(|table| is_numbered(table))
+            && let Some(name) = name.path.as_deref().and_then(NumberedName::of)
+        {
+            frames = Some(on_disk(&name)?);
+        }
+        let frame = frames.as_ref().map_or(0, |frames| *frames.start());
+        let of = at_frame(&described.file, frame)?;
+        described.stand_up(&of)?;
+        let Described { file, surroundings, notes } = described;
+        let input = input.to_owned();
+        Ok(Self { input, opened: file.clone(), file, surroundings, notes, frames, frame })
+    }
+
+    /// The scene file at the frame that is shown.
+    ///
+    /// # Errors
+    /// If keyframes contradict each other.
+    pub fn now(&self) -> Result<SceneFile> {
+        if self.frames.is_none() {
+            return Ok(self.file.clone());
+        }
+        at_frame(&self.file, self.frame)
+    }
+
+    /// The name for people: that of the file, without its folder.
+    pub fn title(&self) -> String {
+        let path = Path::new(&self.input);
+        path.file_name().map_or_else(|| self.input.clone(), |name| name.display().to_string())
+    }
+
+    /// The input's name with another ending, in the current folder.
+    pub fn default_output(&self, ending: &str) -> PathBuf {
+        let stem = Path::new(&self.input).file_stem().unwrap_or_default();
+        let mut name = stem.to_owned();
+        name.push(".");
+        name.push(ending);
+        let path = PathBuf::from(name);
+        // A scene must not replace the one that was opened.
+        if is_scene_file(&path) && path == Path::new(&self.input) {
+            return PathBuf::from(format!("{}-explored.{ending}", stem.display()));
+        }
+        path
+    }
+
+    /// Writes where the camera is.
+    pub fn place_camera(&mut self, camera: &Camera) {
+        let table = &mut self.file.camera;
+        (table.azimuth_degrees, table.elevation_degrees) = (None, None);
+        (table.distance, table.zoom, table.fit, table.keyframes) = (None, None, None, None);
+        table.position = Some(camera.position.to_array());
+        table.target = Some(camera.target.to_array());
+        table.up = Some(camera.up.to_array());
+        match camera.projection {
+            Projection::Perspective { fov_y_degrees } => table.fov_y_degrees = Some(fov_y_degrees),
+            Projection::Orthographic { height } => table.height = Some(height),
+            _ => {}
+        }
+    }
+
+    /// Lets the camera be chosen again.
+    pub fn frame_camera(&mut self) {
+        let kind = self.file.camera.kind.take();
+        self.file.camera = CameraTable { kind, ..Default::default() };
+    }
+
+    /// Makes sure that the scene file has a table for each of the scene's lights.
+    pub fn light_tables(&mut self, lights: &[Light]) {
+        if self.file.light.is_empty() {
+            // One light was chosen.
+            place_light(self.file.light.one_mut(), lights.first());
+        }
+    }
+
+    /// Writes where a light is, as far as it has a table.
+    pub fn place_light(&mut self, index: usize, light: &Light) {
+        self.light_tables(std::slice::from_ref(light));
+        if let Some(table) = self.file.light.get_mut(index) {
+            table.keyframes = None;
+            place_light(table, Some(light));
+        }
+    }
+
+    /// Fixes what was chosen for `scene` and would be chosen anew for every frame of a sequence.
+    pub fn fix(&mut self, scene: &Scene) {
+        for (table, body) in self.file.volume.iter_mut().zip(scene.media.bodies()) {
+            let keyed = table.keyframes.iter().flatten().any(|one| one.density_scale.is_some());
+            if !keyed {
+                table.density_scale.get_or_insert(body.medium.density_scale);
+            }
+        }
+        if let Some(ground) = scene.ground {
+            self.file.ground.height.get_or_insert(ground.height);
+        }
+        if self.file.camera.keyframes.is_none() {
+            self.place_camera(&scene.camera);
+        }
+    }
+}
+
+/// Writes where a light is and where it shines.
+pub fn place_light(table: &mut LightTable, light: Option<&Light>) {
+    match light.map(|light| light.kind) {
+        Some(LightKind::Directional { direction }) => {
+            table.direction = Some(direction.to_array());
+        }
+        Some(LightKind::Point { position }) => table.position = Some(position.to_array()),
+        Some(LightKind::Spot { position, direction, .. }) => {
+            table.position = Some(position.to_array());
+            table.direction = Some(direction.to_array());
+        }
+        _ => {}
+    }
+}
+
+/// The first and the last frame of a numbered name whose files exist.
+fn on_disk(name: &NumberedName) -> Result<RangeInclusive<i64>> {
+    let folder = name.folder();
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let entries = std::fs::read_dir(folder).map_err(|error| Error::file(folder, error))?;
+    let frames = entries.flatten().filter_map(|entry| name.frame_of(entry.file_name().to_str()?));
+    let ends = frames.fold(None, |ends: Option<[i64; 2]>, frame| {
+        let [first, last] = ends.unwrap_or([frame; 2]);
+        Some([first.min(frame), last.max(frame)])
+    });
+    let Some([first, last]) = ends else {
+        return Err(Error::contents(name.pattern(), "no file has a name like this"));
+    };
+    Ok(first..=last)
+}

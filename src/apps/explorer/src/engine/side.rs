@@ -1,0 +1,184 @@
+//! One of the scenes that are drawn side by side: what was loaded for it, its stages, and what was
+//! drawn last.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use deepshadow::backend::Stage;
+use deepshadow::image::{Image, Tone, ToneMap};
+use deepshadow::io::SceneLoader;
+use deepshadow::scene::SceneFile;
+use deepshadow::scene::automatic::{Choice, Loaded, Surroundings, complete};
+use deepshadow::{Result, Scene, Settings};
+use eframe::egui;
+
+use super::OfVolume;
+use super::devices::Devices;
+use super::pace::{Motion, Pace, Times};
+
+/// A scene that is drawn again and again.
+pub struct Side {
+    pub loader: SceneLoader,
+    pub cpu: Box<dyn Stage>,
+    pub gpu: Option<Box<dyn Stage>>,
+    pub pace: Pace,
+    /// The scene file for which the last map was made, with the map's size and quality.
+    pub map_of: Option<(SceneFile, u32, f64)>,
+    /// The last whole picture and what it is of.
+    pub whole: Option<(Key, Arc<Image>)>,
+    /// The file for which any picture was drawn last.
+    pub drawn: Option<Key>,
+    /// How the last whole picture was shown.
+    pub tone: Tone,
+    last_media: Option<deepshadow::scene::Media>,
+}
+
+/// What pixels of a picture depend on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Key {
+    file: SceneFile,
+    size: [u32; 2],
+    device: super::Device,
+}
+
+impl Key {
+    /// Of a scene file; how radiance is shown is no part of it.
+    pub fn of(file: &SceneFile, size: [u32; 2], device: super::Device) -> Self {
+        let mut file = file.clone();
+        (file.image.exposure, file.image.tonemap) = (None, None);
+        Self { file, size, device }
+    }
+}
+
+/// A scene with everything that was left out.
+#[derive(Clone)]
+pub struct Completed {
+    pub scene: Arc<Scene>,
+    pub settings: Arc<Settings>,
+    pub choices: Arc<Vec<Choice>>,
+    pub volumes: Arc<Vec<OfVolume>>,
+}
+
+impl Side {
+    pub fn new() -> Self {
+        Self {
+            loader: SceneLoader::default(),
+            cpu: Devices::cpu().stage(),
+            gpu: None,
+            pace: Pace::default(),
+            map_of: None,
+            whole: None,
+            drawn: None,
+            tone: Tone::new(1.0, ToneMap::None),
+            last_media: None,
+        }
+    }
+
+    /// Completes `file` for a picture of `size`.
+    ///
+    /// # Errors
+    /// If a value is out of its range.
+    pub fn complete(
+        &mut self,
+        file: &SceneFile,
+        loaded: Loaded,
+        (size, surroundings): ([u32; 2], Surroundings),
+    ) -> Result<Completed> {
+        let volumes = loaded.volumes.iter().map(|own| OfVolume {
+            window: own.window,
+            function: own.function.clone().map(Arc::new),
+            densities: own.densities,
+        });
+        let volumes = volumes.collect();
+        let mut sized = file.clone();
+        (sized.image.width, sized.image.height) = (Some(size[0]), Some(size[1]));
+        let (mut scene, settings, choices) = complete(&sized, loaded, surroundings)?;
+        // What is known of equal media, such as where they are empty, is kept.
+        match &self.last_media {
+            Some(known) if known.same(&scene.media) => scene.media = known.clone(),
+            _ => self.last_media = Some(scene.media.clone()),
+        }
+        Ok(Completed {
+            scene: Arc::new(scene),
+            settings: Arc::new(settings),
+            choices: Arc::new(choices),
+            volumes: Arc::new(volumes),
+        })
+    }
+
+    /// The settings of a picture that is drawn while something moves. A map that still applies is
+    /// kept, however fine it is.
+    pub fn hurried(&self, file: &SceneFile, settings: &Settings, motion: Motion) -> Settings {
+        let [picture, map] = self.pace.shares();
+        let mut hurried = settings.clone();
+        hurried.image.size = settings.image.size.map(|n| part(n, picture, 8));
+        hurried.image.samples = 1;
+        hurried.image.tolerance = settings.image.tolerance.max(0.01);
+        match &self.map_of {
+            Some((of, size, quality)) if motion == Motion::Camera && *of == of_map(file) => {
+                (hurried.map.size, hurried.quality) = (*size, *quality);
+            }
+            _ => {
+                hurried.map.size = part(settings.map.size, map, 32);
+                if map < 0.7 {
+                    hurried.quality = (0.5 * settings.quality).max(0.125);
+                }
+            }
+        }
+        hurried
+    }
+
+    /// How `image` is shown. While something moves the last choices stay, so that nothing flickers.
+    pub fn tone_of(&self, file: &SceneFile, image: &Image, whole: bool) -> Result<Tone> {
+        let (exposure, map) = (file.image.exposure()?, file.image.tone_map()?);
+        let mut tone = Tone::for_picture(image, exposure, map);
+        if !whole && self.whole.is_some() {
+            if exposure == deepshadow::image::Exposure::Auto {
+                tone.exposure = self.tone.exposure;
+            }
+            if map.is_none() {
+                tone.map = self.tone.map;
+            }
+        }
+        Ok(tone)
+    }
+}
+
+/// A share of a number of pixels or texels, but no fewer than `least` of them.
+fn part(n: u32, share: f64, least: u32) -> u32 {
+    ((f64::from(n) * share).round() as u32).max(least.min(n)).max(1)
+}
+
+/// What of a scene file maps depend on.
+pub fn of_map(file: &SceneFile) -> SceneFile {
+    let mut file = file.clone();
+    file.camera = Default::default();
+    file.image = Default::default();
+    (file.background, file.ambient) = (Default::default(), Default::default());
+    file.ground = Default::default();
+    file
+}
+
+/// Draws on `stage`, and what a screen shows of it.
+///
+/// # Errors
+/// As [`Stage::render`].
+pub fn draw(
+    stage: &mut dyn Stage,
+    scene: &Scene,
+    settings: &Settings,
+    watch: &super::progress::Watch<'_>,
+) -> Result<(Image, Times)> {
+    let image = stage.render(scene, settings, watch)?;
+    let [map, view] = ["shadow map", "picture"].map(|what| watch.seconds(what));
+    let grid = watch.seconds("shadow grid");
+    Ok((image, Times { map: map + grid, view, ..Times::default() }))
+}
+
+/// What a screen shows of `image`, and how long that took.
+pub fn on_screen(image: &Image, tone: Tone) -> (egui::ColorImage, Duration) {
+    let begun = Instant::now();
+    let size = [image.width as usize, image.height as usize];
+    let bytes = image.to_srgb8(tone);
+    (egui::ColorImage::from_rgba_unmultiplied(size, &bytes), begun.elapsed())
+}

@@ -1,0 +1,25 @@
+//! The explorer: a window in which volumes, hair and meshes, their light and their shadow maps are
+//! turned and looked at.
+//!
+//! ```text
+//! panels, hands --edit--> Document (a scene file) --Wish--> Engine (a thread) --Event--> Explorer
+//!                                                             |
+//!                              io::SceneLoader, scene::automatic::complete, Backend::stage
+//! ```
+//!
+//! Everything that can be changed is a key of the document's scene file, so whatever is seen can be
+//! saved, and [`deepshadow`]'s `render` draws the same. It uses nothing but the library's public
+//! face.
+
+pub mod document;
+pub mod engine;
+pub mod explorer;
+pub mod hands;
+pub mod offscreen;
+pub mod output;
+pub mod panels;
+pub mod script;
+mod view;
+
+pub use document::Document;
+pub use explorer::Explorer;

@@ -1,0 +1,107 @@
+//! What is in the volumes and how it meets light.
+
+use deepshadow::scene::file::EmissionTable;
+use deepshadow::volume::presets::Preset;
+use eframe::egui::{self, Ui};
+
+use super::controls::{Scale, choice, colour, count, number, range};
+use super::transfer;
+use crate::document::Document;
+use crate::explorer::Explorer;
+
+pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui) {
+    let several = document.file.volume.len();
+    if several > 1 {
+        ui.horizontal(|ui| {
+            ui.label("volume");
+            for index in 0..several {
+                ui.selectable_value(&mut explorer.volume, index, format!("{}", index + 1));
+            }
+        });
+    }
+    explorer.volume = explorer.volume.min(several.saturating_sub(1));
+    let index = explorer.volume;
+    frames(document, explorer, ui);
+    let shown = explorer.pictures[0].as_ref().map(|shown| shown.picture.scene.clone());
+    let body = shown.as_ref().and_then(|scene| scene.media.bodies().get(index).cloned());
+    let Some(body) = body else {
+        ui.weak("loading");
+        return;
+    };
+    let [x, y, z] = body.volume.dims();
+    ui.weak(format!("{}: {x} x {y} x {z} voxels", body.volume.name));
+    let grids = explorer.grids.get(index).cloned().unwrap_or_default();
+    let Some(table) = document.file.volume.get_mut(index) else { return };
+    if grids.len() > 1 {
+        let names: Vec<&str> = grids.iter().map(String::as_str).collect();
+        choice(ui, "grid", &mut table.grid, &body.volume.name, &names);
+    }
+    if table.preset.is_some() {
+        let names = Preset::ALL.map(Preset::name);
+        let mut preset = table.preset.clone();
+        choice(ui, "preset", &mut preset, "clouds", &names);
+        if preset.is_some() && preset != table.preset {
+            table.preset = preset;
+            (table.density_scale, table.up, table.transfer) = (None, None, None);
+            // What the preset says of itself; its name is one of those above.
+            let _ = table.take_presets();
+        }
+    }
+    let medium = &body.medium;
+    let usual = medium.density_scale.max(1e-9);
+    let scale = Scale::logarithmic(usual / 50.0..=usual * 50.0).unit(" / length");
+    let steady = explorer.steady("density scale", usual);
+    let scale = Scale { range: steady / 50.0..=steady * 50.0, ..scale };
+    number(ui, "density scale", &mut table.density_scale, medium.density_scale, &scale);
+    let held = explorer.histogram(index, &body.volume).map(|histogram| histogram.ends);
+    if let Some([least, most]) = held {
+        let chosen = explorer.pictures[0]
+            .as_ref()
+            .and_then(|shown| shown.picture.volumes.get(index)?.window);
+        let now = chosen.map_or([least, most], |window| window.map(f64::from));
+        let mut window = table.window.map(|window| window.map(f64::from));
+        range(ui, "window", &mut window, now, [least, most]);
+        table.window = window.map(|window| window.map(|end| end as f32));
+    }
+    colour(ui, "albedo", &mut table.albedo, medium.albedo.to_array());
+    let phase = Scale::linear(-0.95..=0.95);
+    number(ui, "phase (g)", &mut table.phase_g, medium.phase_g, &phase);
+    let octaves = explorer.settings().map_or(0, |settings| settings.view.octaves);
+    count(ui, "octaves", &mut document.file.shadow.octaves, octaves, 0..=16);
+    transfer::show(explorer, document, index, &body, ui);
+    emission(document, index, &body, ui);
+}
+
+/// The frame of a sequence.
+fn frames(document: &mut Document, explorer: &mut Explorer, ui: &mut Ui) {
+    let Some(frames) = document.frames.clone() else { return };
+    ui.horizontal(|ui| {
+        let label = if explorer.playing { "pause" } else { "play" };
+        if ui.button(label).clicked() {
+            explorer.play(document);
+        }
+        ui.add(egui::Slider::new(&mut document.frame, frames).text("frame"));
+    });
+}
+
+fn emission(document: &mut Document, index: usize, body: &deepshadow::scene::Body, ui: &mut Ui) {
+    let Some(table) = document.file.volume.get_mut(index) else { return };
+    let mut glows = table.emission.is_some();
+    if ui.checkbox(&mut glows, "emission").changed() {
+        table.emission = glows.then(EmissionTable::default);
+    }
+    let Some(emission) = &mut table.emission else { return };
+    ui.indent("emission", |ui| {
+        let names = ["blackbody", "fire", "viridis", "plasma", "inferno", "magma", "turbo"];
+        choice(ui, "emission colours", &mut emission.colors, "blackbody", &names);
+        let scale = Scale::logarithmic(0.01..=50.0);
+        let now = emission.radiance.unwrap_or(0.6);
+        number(ui, "emission radiance", &mut emission.radiance, now, &scale);
+        if emission.radiance.is_some() {
+            emission.scale = None;
+        }
+        if let Some(of) = &body.medium.emission {
+            ui.weak(format!("{:.4} / length where it is brightest", of.scale));
+        }
+    });
+}
