@@ -40,6 +40,15 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
+/// Those of the library and its program; the members of the workspace in `src/apps` are their own
+/// crates.
+fn library() -> Vec<PathBuf> {
+    let root = project().join("src");
+    let mut found = sources(&root);
+    found.retain(|path| !path.starts_with(root.join("apps")));
+    found
+}
+
 /// The module directly below the crate root that a file belongs to.
 fn module_of(path: &Path, root: &Path) -> String {
     let first = path.strip_prefix(root).unwrap().components().next().unwrap();
@@ -74,7 +83,7 @@ fn imports(text: &str) -> Vec<String> {
 fn modules_import_only_from_layers_below() {
     let root = project().join("src");
     let mut wrong = Vec::new();
-    for path in sources(&root) {
+    for path in library() {
         let module = module_of(&path, &root);
         if module == "lib" || module == "main" {
             continue;
@@ -110,7 +119,7 @@ fn files_stay_small_enough_to_hold_in_the_head() {
 /// place only.
 #[test]
 fn options_of_the_command_line_are_known_to_it_alone() {
-    for file in sources(&project().join("src")) {
+    for file in library() {
         let name = file.strip_prefix(project()).unwrap().to_string_lossy().into_owned();
         if name.starts_with("src/cli") {
             continue;
@@ -125,10 +134,29 @@ fn options_of_the_command_line_are_known_to_it_alone() {
     }
 }
 
+/// Members of the workspace use nothing but the library's public face: no module that is hidden from
+/// its documentation. (Their tests may run the program.)
+#[test]
+fn apps_use_the_public_face_alone() {
+    let apps = project().join("src/apps");
+    let mut found = 0;
+    for app in fs::read_dir(apps).unwrap() {
+        for path in sources(&app.unwrap().path().join("src")) {
+            found += 1;
+            let text = fs::read_to_string(&path).unwrap();
+            for hidden in ["cli", "frame", "kernel"] {
+                let used = text.contains(&format!("deepshadow::{hidden}"));
+                assert!(!used, "{} uses deepshadow::{hidden}", path.display());
+            }
+        }
+    }
+    assert!(found > 10, "{found} files");
+}
+
 /// Passes that only GPUs need: on the host, a threshold map computes its curves itself, pictures are
 /// added up, and lists are vectors that are filled and sorted at once.
 #[cfg(feature = "gpu")]
-const GPU_ONLY: [&str; 8] = [
+const GPU_ONLY: [&str; 9] = [
     "fit_curves",
     "raster_large",
     "draw_surfaces",
@@ -137,6 +165,7 @@ const GPU_ONLY: [&str; 8] = [
     "sort_view",
     "rank_radiance",
     "add_beam",
+    "show_image",
 ];
 
 /// A pass has the same name everywhere: its shader, its entry point, its CPU file.

@@ -39,6 +39,7 @@ mod refined_pictures;
 mod representations;
 mod saved_scenes;
 mod scene_files;
+mod screens;
 mod sequences;
 mod shaders;
 mod sparse;

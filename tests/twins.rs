@@ -10,7 +10,7 @@ use crate::support::project;
 
 /// Functions of shaders whose twin has another name or file: `file::function` and `file::function`;
 /// methods have their own name.
-const OTHERWISE: [(&str, &str); 88] = [
+const OTHERWISE: [(&str, &str); 93] = [
     ("kernel/casting::leave", "cpu/raster_surfaces::fragment"),
     ("kernel/casting::meets", "cpu/raster_surfaces::tile"),
     ("kernel/coverage::direction_or_across", "kernel/coverage::direction"),
@@ -41,6 +41,11 @@ const OTHERWISE: [(&str, &str); 88] = [
     ("kernel/surfaces::left_by_strand", "cpu/raster_surfaces::add"),
     ("kernel/surfaces::strip_of", "cpu/raster_surfaces::draw"),
     ("kernel/surfaces::texels_between", "cpu/bins::texels"),
+    ("kernel/tone::aces", "image/tone::aces"),
+    ("kernel/tone::agx", "image/tone::agx"),
+    ("kernel/tone::khronos_neutral", "image/tone::khronos_neutral"),
+    ("kernel/tone::shown", "image/tone::shown"),
+    ("kernel/tone::srgb_from_linear", "image/mod::srgb_from_linear"),
     ("kernel/triangle::plane_depth", "kernel/triangle::triangle_depth"),
     ("kernel/triangle::triangle_holds", "kernel/triangle::triangle_depth"),
     ("kernel/view::pixel_offset", "frame/pixels::pixel_offset"),

@@ -11,6 +11,8 @@ use crate::frame::{Frame, MOST_FIELDS};
 
 /// The format of maps and pictures: four f32.
 pub(super) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+/// The format of what a screen shows.
+pub(super) const SCREEN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// The binding numbers of all passes, as in the shaders.
 pub(super) mod at {
@@ -45,6 +47,8 @@ pub(super) mod at {
     pub(crate) const CORNERS: u32 = 34;
     pub(crate) const LARGE: u32 = 35;
     pub(crate) const LOOKS: u32 = 36;
+    pub(crate) const SCREEN: u32 = 37;
+    pub(crate) const TONE: u32 = 38;
 }
 
 /// The result of `make`; an error if the device finds its commands invalid. Error scopes belong to
@@ -148,10 +152,24 @@ pub(super) fn weights() -> BindGroupLayoutEntry {
 }
 
 pub(super) fn output() -> BindGroupLayoutEntry {
+    written(at::OUTPUT, FORMAT)
+}
+
+/// What a screen shows.
+pub(super) fn screen() -> BindGroupLayoutEntry {
+    written(at::SCREEN, SCREEN)
+}
+
+/// How radiance becomes what a screen shows.
+pub(super) fn tone() -> BindGroupLayoutEntry {
+    buffer(at::TONE, BufferBindingType::Uniform, size_of::<glam::Vec4>())
+}
+
+fn written(binding: u32, format: wgpu::TextureFormat) -> BindGroupLayoutEntry {
     let ty = BindingType::StorageTexture {
         access: wgpu::StorageTextureAccess::WriteOnly,
-        format: FORMAT,
+        format,
         view_dimension: wgpu::TextureViewDimension::D2,
     };
-    layout_entry(at::OUTPUT, ty)
+    layout_entry(binding, ty)
 }

@@ -14,7 +14,7 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 41] = files![
+const FILES: [(&str, &str); 42] = files![
     "kernel/blocks",
     "kernel/casting",
     "kernel/coverage",
@@ -46,6 +46,7 @@ const FILES: [(&str, &str); 41] = files![
     "kernel/surfaces",
     "kernel/threshold",
     "kernel/tile",
+    "kernel/tone",
     "kernel/triangle",
     "kernel/view",
     "map/curves",

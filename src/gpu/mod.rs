@@ -72,6 +72,7 @@ use programs::Variant;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 pub use seen::GpuLooks;
 pub use shadow::GpuShadow;
+pub use stage::GpuStage;
 pub use surfaces::GpuSurfaces;
 pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
 
@@ -118,6 +119,11 @@ impl GpuBackend {
         let renderer = watch.over(|| Ok(Renderer::new(device, queue)))?;
         let description = adapter::name(adapter);
         Ok(Self { renderer, description, watch, uploaded: Mutex::new(None) })
+    }
+
+    /// A stage, as [`Backend::stage`] gives it, that can also leave its pictures on the device.
+    pub fn gpu_stage(&self) -> GpuStage<'_> {
+        GpuStage::new(self)
     }
 
     /// The limits that are best for a device on `adapter`: all that it has.
@@ -223,7 +229,7 @@ impl Backend for GpuBackend {
     }
 
     fn stage(&self) -> Box<dyn Stage + '_> {
-        Box::new(stage::GpuStage::new(self))
+        Box::new(self.gpu_stage())
     }
 }
 

@@ -38,6 +38,7 @@ pub(super) enum Pass {
     /// The same with surfaces.
     RefineSurfaces,
     AddBeam,
+    ShowImage,
 }
 
 /// Everything needed to compile and record a pass.
@@ -72,7 +73,7 @@ macro_rules! source {
 
 impl Pass {
     /// All passes.
-    pub(super) const ALL: [Self; 22] = [
+    pub(super) const ALL: [Self; 23] = [
         Self::TraceThreshold,
         Self::FitCurves,
         Self::TraceSlices,
@@ -95,6 +96,7 @@ impl Pass {
         Self::RefineFragments,
         Self::RefineSurfaces,
         Self::AddBeam,
+        Self::ShowImage,
     ];
 
     /// Bindings besides the media, and shader, of passes of surfaces, whose maps are of fragments.
@@ -214,6 +216,12 @@ impl Pass {
                 true,
                 [&[frame, output], &lists[..], &single[..]].concat(),
                 source!("refine_view"),
+            ),
+            Self::ShowImage => (
+                MapKind::Fragments,
+                false,
+                vec![bindings::single(), bindings::screen(), bindings::tone()],
+                source!("show_image"),
             ),
             // `AddBeam`: those of surfaces were found before.
             _ => (

@@ -17,6 +17,7 @@ use super::renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 use super::seen::GpuLooks;
 use super::shadow::GpuShadow;
 use crate::error::Result;
+use crate::image::{Tone, ToneMap};
 
 /// A pass with all its bindings, including the parameters of its frame.
 #[derive(Clone, Debug)]
@@ -167,6 +168,34 @@ impl Renderer {
             entry(at::OUTPUT, BindingResource::TextureView(output.view())),
         ];
         self.prepare(Pass::AddBeam, MediaKind::Plain, None, entries, output.size())
+    }
+
+    /// Records pass `show_image`, which writes what a screen shows of `image` to `screen`: a view of
+    /// a texture of format `Rgba8Unorm`, usable as storage and as large as the picture, that is
+    /// to be shown as it is, sRGB-encoded, with straight alpha. [`Image::to_srgb8`] gives the same
+    /// within a step of 8 bits.
+    ///
+    /// [`Image::to_srgb8`]: crate::image::Image::to_srgb8
+    ///
+    /// # Errors
+    /// If the device rejects the shader.
+    pub fn show_image(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        image: &GpuImage,
+        tone: Tone,
+        screen: &wgpu::TextureView,
+    ) -> Result<()> {
+        let curve = ToneMap::ALL.iter().position(|one| *one == tone.map).unwrap_or_default();
+        let tone = glam::Vec4::new(tone.exposure, curve as f32, 0.0, 0.0);
+        let tone = self.buffer("tone", bytemuck::bytes_of(&tone), wgpu::BufferUsages::UNIFORM);
+        let entries = vec![
+            entry(at::SINGLE, BindingResource::TextureView(image.view())),
+            entry(at::SCREEN, BindingResource::TextureView(screen)),
+            entry(at::TONE, tone.as_entire_binding()),
+        ];
+        let size = image.size();
+        self.prepare(Pass::ShowImage, MediaKind::Plain, None, entries, size).record(encoder)
     }
 
     /// A pass over the given number of texels or pixels.

@@ -7,7 +7,7 @@ use super::media::GpuMedia;
 use super::passes::Pass;
 use super::picture::{Shown, Subject};
 use super::programs::Variant;
-use super::renderer::{GpuImage, GpuMap};
+use super::renderer::{GpuImage, GpuMap, Renderer};
 use super::shadow::GpuShadow;
 use super::tile::Tile;
 use super::tiles::{Room, most_nodes, usual_nodes};
@@ -21,8 +21,8 @@ use crate::scene::{Beam, Scene};
 use crate::settings::{MapKind, Settings, Slices};
 use crate::shadow::Map;
 
-/// The GPU's [`Stage`].
-pub(super) struct GpuStage<'a> {
+/// A GPU's [`Stage`], which can leave its pictures on the device ([`GpuBackend::gpu_stage`]).
+pub struct GpuStage<'a> {
     backend: &'a GpuBackend,
     /// The maps of the last picture's beams, as far as there is room for them.
     lit: Vec<Option<Lit>>,
@@ -303,13 +303,36 @@ impl<'a> GpuStage<'a> {
     }
 }
 
-impl Stage for GpuStage<'_> {
-    fn render(
+impl GpuStage<'_> {
+    /// The picture of `scene` in linear radiance, as [`Stage::render`] makes it, on the device: what
+    /// is read back is no more than a few counters, where a map was made. It is valid until the next
+    /// picture. Radiances that do not fit f32 are not noticed.
+    ///
+    /// # Errors
+    /// As [`Stage::render`].
+    pub fn draw(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         progress: &dyn Progress,
-    ) -> Result<Image> {
+    ) -> Result<GpuImage> {
+        let count = |gpu: &Renderer, _: &GpuImage, counters: &[wgpu::Buffer]| {
+            let read = |counter| gpu.read_buffer::<u32>(counter, 4);
+            let counts: Result<Vec<_>> = counters.iter().map(read).collect();
+            Ok(((), counts?.concat()))
+        };
+        self.made(scene, settings, progress, count).map(|(image, ())| image)
+    }
+
+    /// Makes a picture, again if lists turn out to have been truncated. `read` reads it, and the
+    /// counters of the lists.
+    fn made<T>(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+        read: impl Fn(&Renderer, &GpuImage, &[wgpu::Buffer]) -> Result<(T, Vec<u32>)>,
+    ) -> Result<(GpuImage, T)> {
         settings.check()?;
         check_surfaces(self.backend, &scene.surfaces, settings.map.kind.unwrap_or_default())?;
         let beams = scene.beams_for(settings)?;
@@ -320,10 +343,11 @@ impl Stage for GpuStage<'_> {
                 let picture = self.pictures(&beams, settings, progress)?;
                 let counters: Vec<_> =
                     self.counted.iter().map(|lists| lists.counters.clone()).collect();
-                self.backend.renderer.read_with(picture.texture(), &counters)
+                let read = read(&self.backend.renderer, &picture, &counters)?;
+                Ok((picture, read))
             });
             // Nothing is kept that may be truncated or was never made.
-            let (pixels, counts) = made.inspect_err(|_| self.lit.clear())?;
+            let (picture, (read, counts)) = made.inspect_err(|_| self.lit.clear())?;
             let mut whole = true;
             for (lists, count) in self.counted.iter().zip(counts) {
                 if count > lists.room {
@@ -333,13 +357,28 @@ impl Stage for GpuStage<'_> {
                 }
             }
             if whole {
-                let [width, height] = settings.image.size;
-                let image = Image { width, height, pixels };
-                scene.check_radiance(&image)?;
-                return Ok(image);
+                return Ok((picture, read));
             }
             // Repeat everything with room for the longest list.
             self.lit.clear();
         }
+    }
+}
+
+impl Stage for GpuStage<'_> {
+    fn render(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        let read = |gpu: &Renderer, image: &GpuImage, counters: &[wgpu::Buffer]| {
+            gpu.read_with(image.texture(), counters)
+        };
+        let (_, pixels) = self.made(scene, settings, progress, read)?;
+        let [width, height] = settings.image.size;
+        let image = Image { width, height, pixels };
+        scene.check_radiance(&image)?;
+        Ok(image)
     }
 }

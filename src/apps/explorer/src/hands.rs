@@ -98,12 +98,7 @@ mod tests {
     use super::*;
 
     fn camera() -> Camera {
-        Camera {
-            projection: Projection::Perspective { fov_y_degrees: 90.0 },
-            position: dvec3(0.0, 0.0, 5.0),
-            target: dvec3(0.0, 0.0, 1.0),
-            up: DVec3::Y,
-        }
+        Camera::perspective(dvec3(0.0, 0.0, 5.0), dvec3(0.0, 0.0, 1.0), 90.0)
     }
 
     #[test]
@@ -120,7 +115,8 @@ mod tests {
 
     #[test]
     fn a_camera_with_another_up_turns_about_that() {
-        let mut turned = Camera { up: DVec3::Z, position: dvec3(3.0, 0.0, 2.0), ..camera() };
+        let mut turned = camera();
+        (turned.up, turned.position) = (DVec3::Z, dvec3(3.0, 0.0, 2.0));
         turned.target = dvec3(0.0, 0.0, 2.0);
         orbit(&mut turned, [0.25, 0.0]);
         assert!((turned.position.z - 2.0).abs() < 1e-12, "{}", turned.position);

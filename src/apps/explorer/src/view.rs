@@ -265,7 +265,7 @@ pub fn help(explorer: &mut Explorer, context: &egui::Context) {
                 ("L", "let drags turn the light, or the camera"),
                 ("C", "compare with the settings of now"),
                 ("Space", "play a sequence"),
-                ("Tab", "hide and show the panels"),
+                ("P", "hide and show the panels"),
                 ("F11", "full screen"),
                 ("Ctrl + O, Ctrl + S", "open, save the picture"),
                 ("Esc", "cancel what is being done"),

@@ -5,6 +5,7 @@ mod devices;
 mod pace;
 mod progress;
 mod side;
+mod texture;
 pub mod truth;
 mod worker;
 
@@ -17,7 +18,7 @@ use std::time::Duration;
 use deepshadow::image::{Image, Tone};
 use deepshadow::scene::automatic::{Choice, Densities, Surroundings};
 use deepshadow::scene::{SceneFile, TransferFunction};
-use deepshadow::{Scene, Settings};
+use deepshadow::{Scene, Settings, wgpu};
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 
@@ -55,9 +56,11 @@ pub struct Picture {
     /// The number of the wish ([`Engine::wish`]).
     pub serial: u64,
     /// What a screen shows.
-    pub shown: egui::ColorImage,
-    /// Linear radiance.
-    pub image: Arc<Image>,
+    pub face: Face,
+    /// Linear radiance; a picture that was drawn while something moved may have stayed on a device.
+    pub image: Option<Arc<Image>>,
+    /// Its width and height in pixels.
+    pub size: [u32; 2],
     /// Whether it is what `render` draws; else it was drawn while something moved.
     pub whole: bool,
     /// The completed scene.
@@ -76,6 +79,15 @@ pub struct Picture {
     pub device: String,
     /// Whether its map was drawn with fewer texels or steps, as something moved.
     pub map_size: u32,
+}
+
+/// What a screen shows, sRGB-encoded.
+#[derive(Clone, Debug)]
+pub enum Face {
+    /// Pixels.
+    Pixels(egui::ColorImage),
+    /// A texture on the window's device.
+    Texture(wgpu::TextureView),
 }
 
 /// What there is to know of a loaded volume besides its medium.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use deepshadow::backend::Stage;
-use deepshadow::image::{Image, Tone, ToneMap};
+use deepshadow::gpu::GpuStage;
+use deepshadow::image::{Exposure, Image, Tone, ToneMap};
 use deepshadow::io::SceneLoader;
 use deepshadow::scene::SceneFile;
 use deepshadow::scene::automatic::{Choice, Loaded, Surroundings, complete};
@@ -15,12 +16,16 @@ use eframe::egui;
 use super::OfVolume;
 use super::devices::Devices;
 use super::pace::{Motion, Pace, Times};
+use super::progress::Watch;
+use super::texture::Textures;
 
 /// A scene that is drawn again and again.
 pub struct Side {
     pub loader: SceneLoader,
     pub cpu: Box<dyn Stage>,
-    pub gpu: Option<Box<dyn Stage>>,
+    pub gpu: Option<GpuStage<'static>>,
+    /// What is shown of pictures that stay on the device.
+    pub textures: Textures,
     pub pace: Pace,
     /// The scene file for which the last map was made, with the map's size and quality.
     pub map_of: Option<(SceneFile, u32, f64)>,
@@ -65,6 +70,7 @@ impl Side {
             loader: SceneLoader::default(),
             cpu: Devices::cpu().stage(),
             gpu: None,
+            textures: Textures::default(),
             pace: Pace::default(),
             map_of: None,
             whole: None,
@@ -113,7 +119,7 @@ impl Side {
         let mut hurried = settings.clone();
         hurried.image.size = settings.image.size.map(|n| part(n, picture, 8));
         hurried.image.samples = 1;
-        hurried.image.tolerance = settings.image.tolerance.max(0.01);
+        hurried.image.tolerance = settings.image.tolerance.max(0.02);
         match &self.map_of {
             Some((of, size, quality)) if motion == Motion::Camera && *of == of_map(file) => {
                 (hurried.map.size, hurried.quality) = (*size, *quality);
@@ -129,18 +135,26 @@ impl Side {
     }
 
     /// How `image` is shown. While something moves the last choices stay, so that nothing flickers.
+    ///
+    /// # Errors
+    /// If the file has no such exposure or curve.
     pub fn tone_of(&self, file: &SceneFile, image: &Image, whole: bool) -> Result<Tone> {
-        let (exposure, map) = (file.image.exposure()?, file.image.tone_map()?);
-        let mut tone = Tone::for_picture(image, exposure, map);
         if !whole && self.whole.is_some() {
-            if exposure == deepshadow::image::Exposure::Auto {
-                tone.exposure = self.tone.exposure;
-            }
-            if map.is_none() {
-                tone.map = self.tone.map;
-            }
+            return self.same_tone(file);
         }
-        Ok(tone)
+        Ok(Tone::for_picture(image, file.image.exposure()?, file.image.tone_map()?))
+    }
+
+    /// How a picture is shown whose pixels are not known: as the last one, unless the file says how.
+    ///
+    /// # Errors
+    /// If the file has no such exposure or curve.
+    pub fn same_tone(&self, file: &SceneFile) -> Result<Tone> {
+        let exposure = match file.image.exposure()? {
+            Exposure::Factor(factor) => factor as f32,
+            _ => self.tone.exposure,
+        };
+        Ok(Tone::new(exposure, file.image.tone_map()?.unwrap_or(self.tone.map)))
     }
 }
 
@@ -159,20 +173,11 @@ pub fn of_map(file: &SceneFile) -> SceneFile {
     file
 }
 
-/// Draws on `stage`, and what a screen shows of it.
-///
-/// # Errors
-/// As [`Stage::render`].
-pub fn draw(
-    stage: &mut dyn Stage,
-    scene: &Scene,
-    settings: &Settings,
-    watch: &super::progress::Watch<'_>,
-) -> Result<(Image, Times)> {
-    let image = stage.render(scene, settings, watch)?;
-    let [map, view] = ["shadow map", "picture"].map(|what| watch.seconds(what));
-    let grid = watch.seconds("shadow grid");
-    Ok((image, Times { map: map + grid, view, ..Times::default() }))
+/// How long the parts of a picture took.
+pub fn times_of(watch: &Watch<'_>) -> Times {
+    let [map, grid, view] =
+        ["shadow map", "shadow grid", "picture"].map(|what| watch.seconds(what));
+    Times { map: map + grid, view, ..Times::default() }
 }
 
 /// What a screen shows of `image`, and how long that took.

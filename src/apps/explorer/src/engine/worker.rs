@@ -1,9 +1,11 @@
 //! The thread that draws.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use deepshadow::gpu::GpuBackend;
+use deepshadow::backend::Stage;
+use deepshadow::gpu::{GpuBackend, GpuImage};
+use deepshadow::image::{Image, Tone};
 use deepshadow::io::Format;
 use deepshadow::io::vdb::VdbFile;
 use deepshadow::scene::SceneFile;
@@ -14,8 +16,8 @@ use deepshadow::{Backend, ErrorKind, Result, Scene, Settings};
 use super::devices::{Devices, Features, warm_up};
 use super::pace::Motion;
 use super::progress::{Arrival, Call, Doing, Shared, Watch};
-use super::side::{Completed, Key, Side, draw, of_map, on_screen};
-use super::{Device, Event, Picture, Wish};
+use super::side::{Completed, Key, Side, of_map, on_screen, times_of};
+use super::{Device, Event, Face, Picture, Wish};
 
 /// Draws wishes until it is told to quit.
 pub struct Worker {
@@ -198,7 +200,7 @@ impl Worker {
             }
             let tone = side.tone_of(of.file, &image, true)?;
             self.sides[of.side].tone = tone;
-            self.show(serial, of, image, super::Times::default());
+            self.show_image(serial, of, image, super::Times::default());
             return Ok(());
         }
         let moving = wish.motion != Motion::Rest;
@@ -206,25 +208,30 @@ impl Worker {
         if (of.hurried && !moving && !first) || (!of.hurried && moving) {
             return Ok(());
         }
-        let (image, times) = self.drawn(serial, wish, of)?;
-        let image = Arc::new(image);
+        let (made, times) = self.drawn(serial, wish, of)?;
         let side = &mut self.sides[of.side];
-        side.tone = side.tone_of(of.file, &image, !of.hurried)?;
         side.drawn = Some(key.clone());
+        let image = match made {
+            Made::Read(image) => Arc::new(image),
+            Made::Stays(gpu, image) => {
+                let tone = side.same_tone(of.file)?;
+                let begun = Instant::now();
+                let view = side.textures.show(gpu, &image, tone)?;
+                let shown = (Face::Texture(view), begun.elapsed());
+                self.show(serial, of, (None, image.size()), tone, shown, times);
+                return Ok(());
+            }
+        };
+        side.tone = side.tone_of(of.file, &image, !of.hurried)?;
         if !of.hurried {
             side.whole = Some((key, image.clone()));
         }
-        self.show(serial, of, image, times);
+        self.show_image(serial, of, image, times);
         Ok(())
     }
 
     /// Draws one side.
-    fn drawn(
-        &mut self,
-        serial: u64,
-        wish: &Wish,
-        of: &Drawn<'_>,
-    ) -> Result<(deepshadow::Image, super::Times)> {
+    fn drawn(&mut self, serial: u64, wish: &Wish, of: &Drawn<'_>) -> Result<(Made, super::Times)> {
         let Completed { scene, settings, .. } = of.completed;
         let motion = if wish.motion == Motion::Rest { Motion::Light } else { wish.motion };
         let hurried = self.sides[of.side].hurried(of.file, settings, motion);
@@ -240,13 +247,15 @@ impl Worker {
         let side = &mut self.sides[of.side];
         let made = match gpu {
             Some(device) => {
-                let stage = side.gpu.get_or_insert_with(|| {
-                    let device: &'static dyn Backend = device;
-                    device.stage()
-                });
-                draw(&mut **stage, scene, settings, &watch)
+                let stage = side.gpu.get_or_insert_with(|| device.gpu_stage());
+                // A choice of how it is shown needs the pixels.
+                if of.hurried && side.whole.is_some() {
+                    stage.draw(scene, settings, &watch).map(|image| Made::Stays(device, image))
+                } else {
+                    stage.render(scene, settings, &watch).map(Made::Read)
+                }
             }
-            None => draw(&mut *side.cpu, scene, settings, &watch),
+            None => side.cpu.render(scene, settings, &watch).map(Made::Read),
         };
         if watch.has_begun("picture") {
             side.map_of = Some((of_map(of.file), settings.map.size, settings.quality));
@@ -256,7 +265,7 @@ impl Worker {
             None => Devices::cpu().description(),
         };
         let side = &mut self.sides[of.side];
-        let (image, mut times) = match made {
+        let made = match made {
             Err(error) if matches!(error.kind(), ErrorKind::Gpu { .. }) && gpu.is_some() => {
                 self.devices.give_up_gpu();
                 side.gpu = None;
@@ -265,11 +274,11 @@ impl Worker {
             }
             made => made?,
         };
-        times.scene = of.seconds;
+        let times = super::Times { scene: of.seconds, ..times_of(&watch) };
         if of.hurried {
             side.pace.learn(&times, wish.budget);
         }
-        Ok((image, times))
+        Ok((made, times))
     }
 
     /// Whether the driver has compiled what a picture needs. If not, it is told to, on a thread of its
@@ -305,27 +314,36 @@ impl Worker {
         false
     }
 
+    /// Tells of a picture whose pixels are known.
+    fn show_image(&mut self, serial: u64, of: &Drawn<'_>, image: Arc<Image>, times: super::Times) {
+        let tone = self.sides[of.side].tone;
+        let (shown, spent) = on_screen(&image, tone);
+        let size = [image.width, image.height];
+        self.show(serial, of, (Some(image), size), tone, (Face::Pixels(shown), spent), times);
+    }
+
     /// Tells of a picture.
     fn show(
         &mut self,
         serial: u64,
         of: &Drawn<'_>,
-        image: Arc<deepshadow::Image>,
+        (image, size): (Option<Arc<Image>>, [u32; 2]),
+        tone: Tone,
+        (face, spent): (Face, Duration),
         mut times: super::Times,
     ) {
-        let side = &self.sides[of.side];
-        let tone = side.tone;
-        let (shown, spent) = on_screen(&image, tone);
         times.tone = spent.as_secs_f64();
         times.total = times.scene + times.map + times.view + times.tone;
         let Completed { scene, settings, choices, volumes } = of.completed.clone();
         let device = self.drew[of.side].clone();
-        let map_size = side.map_of.as_ref().map_or(settings.map.size, |(_, size, _)| *size);
+        let map_of = self.sides[of.side].map_of.as_ref();
+        let map_size = map_of.map_or(settings.map.size, |(_, size, _)| *size);
         (self.tell)(Event::Picture(Box::new(Picture {
             side: of.side,
             serial,
-            shown,
+            face,
             image,
+            size,
             whole: !of.hurried,
             scene,
             settings,
@@ -337,6 +355,14 @@ impl Worker {
             map_size,
         })));
     }
+}
+
+/// A picture, and where it is.
+enum Made {
+    /// It was read back.
+    Read(Image),
+    /// It is on the device.
+    Stays(&'static GpuBackend, GpuImage),
 }
 
 /// The names of the grids in a volume's file, if it is OpenVDB.

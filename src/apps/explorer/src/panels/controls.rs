@@ -7,7 +7,7 @@ use eframe::egui::{self, Slider, Ui};
 fn reset<T>(ui: &mut Ui, key: &mut Option<T>, label: &str) {
     if key.is_some() {
         let text = format!("{label}: the value of the file's or of the program's choice");
-        let button = ui.small_button("⟲").on_hover_text(text);
+        let button = ui.small_button("auto").on_hover_text(text);
         button.widget_info(|| {
             egui::WidgetInfo::labeled(egui::Role::Button, true, format!("reset {label}"))
         });

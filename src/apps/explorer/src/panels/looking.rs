@@ -2,7 +2,7 @@
 
 use deepshadow::settings::MapKind;
 use eframe::egui::{self, Ui};
-use egui_plot::{Legend, Line, Plot, PlotPoints, VLine};
+use egui_plot::{Line, Plot, PlotPoints, VLine};
 
 use crate::document::Document;
 use crate::engine::truth::{Channel, Curves, Difference, Drawn, Question};
@@ -29,6 +29,8 @@ pub struct Looking {
     pub refusal: Option<String>,
     /// The picture and the question that was asked last.
     pub asked: Option<(u64, String)>,
+    /// Whether its answer is not complete.
+    pub pending: bool,
 }
 
 pub(super) fn show(explorer: &mut Explorer, document: &Document, ui: &mut Ui) {
@@ -72,7 +74,7 @@ fn times(explorer: &Explorer, ui: &mut Ui) {
         let rate = explorer.rate.map_or("at rest".to_owned(), |rate| format!("{rate:.0} / s"));
         let bytes = shown.picture.scene.media.bodies().iter();
         let bytes: usize = bytes.map(|body| body.volume.voxels().bytes()).sum();
-        let [width, height] = [shown.picture.image.width, shown.picture.image.height];
+        let [width, height] = shown.picture.size;
         let map = if times.map > 0.0 { format!("{} ms", ms(times.map)) } else { "kept".to_owned() };
         for (what, value) in [
             ("pictures", rate),
@@ -169,7 +171,6 @@ fn curves(looking: &Looking, ui: &mut Ui) {
         .include_y(0.0)
         .include_y(1.0)
         .x_axis_label("depth from the light")
-        .legend(Legend::default())
         .show(ui, |plot| {
             let text = plot_colour(0);
             plot.line(
@@ -184,12 +185,13 @@ fn curves(looking: &Looking, ui: &mut Ui) {
             plot.vline(VLine::new("seen", drawn.seen).color(egui::Color32::GRAY));
         });
     egui::Grid::new("kinds").num_columns(3).spacing([12.0, 2.0]).show(ui, |ui| {
-        for name in ["map", "megabytes", "largest error here"] {
+        ui.colored_label(plot_colour(0), "truth");
+        for name in ["megabytes", "largest error here"] {
             ui.weak(name);
         }
         ui.end_row();
-        for (kind, _, bytes, off) in &drawn.kinds {
-            ui.label(kind.to_string());
+        for (index, (kind, _, bytes, off)) in drawn.kinds.iter().enumerate() {
+            ui.colored_label(plot_colour(index + 1), kind.to_string());
             ui.label(format!("{:.2}", *bytes as f64 / 1e6));
             ui.label(format!("{off:.4}"));
             ui.end_row();
@@ -213,9 +215,10 @@ impl Looking {
     /// What is to be asked now, of the picture `serial`; `None` if it was asked already.
     pub fn question(&mut self, picture: &crate::engine::Picture, light: usize) -> Option<Question> {
         let kind = picture.settings.map.kind.unwrap_or_default();
-        let (question, name) = if self.heat && picture.whole {
+        let whole = picture.image.clone().filter(|_| picture.whole);
+        let (question, name) = if let (true, Some(image)) = (self.heat, whole) {
             let (scene, settings) = (picture.scene.clone(), picture.settings.clone());
-            let question = Question::Difference { scene, settings, image: picture.image.clone() };
+            let question = Question::Difference { scene, settings, image };
             (question, "difference".to_owned())
         } else if self.curves && picture.whole {
             let mut kinds = vec![kind];
@@ -239,7 +242,7 @@ impl Looking {
             return None;
         }
         self.asked = asked;
-        self.refusal = None;
+        (self.refusal, self.pending) = (None, true);
         Some(question)
     }
 }

@@ -1,0 +1,134 @@
+//! Takes what threads have made.
+
+use std::time::{Duration, Instant};
+
+use deepshadow::wgpu;
+use eframe::egui;
+
+use super::{Explorer, Shown};
+use crate::engine::truth::Answer;
+use crate::engine::{Event, Face, Picture};
+
+/// A texture on the screen.
+pub enum Texture {
+    /// One that egui keeps.
+    Own(egui::TextureHandle),
+    /// One of the window's device.
+    Device(egui::TextureId),
+}
+
+impl Texture {
+    /// Its number.
+    pub fn id(&self) -> egui::TextureId {
+        match self {
+            Self::Own(texture) => texture.id(),
+            Self::Device(id) => *id,
+        }
+    }
+}
+
+impl Explorer {
+    /// Takes what the engine has made.
+    pub(super) fn receive(&mut self) {
+        for event in self.engine.events() {
+            match event {
+                Event::Picture(picture) => self.take(*picture),
+                Event::Loaded { notes, grids } => {
+                    self.grids = grids;
+                    notes.iter().for_each(|note| self.say(note));
+                }
+                Event::FellBack(why) => {
+                    self.complain(&format!("{why}; the processor draws from now on"));
+                }
+                Event::Failed { why, loading, .. } => {
+                    self.complain(&why);
+                    // What cannot be loaded must not stay: nothing could be drawn any more.
+                    if loading || self.pictures[0].is_none() {
+                        self.document = self.good.clone();
+                        self.last = None;
+                    }
+                }
+            }
+        }
+        for answer in self.truth.answers() {
+            let texture = |image: &egui::ColorImage, name: &str| {
+                let options = egui::TextureOptions::NEAREST;
+                self.context.load_texture(name, image.clone(), options)
+            };
+            match answer {
+                Answer::Difference(difference) => {
+                    let texture = texture(&difference.heat, "difference");
+                    self.looking.pending = difference.share < 1.0;
+                    self.looking.difference = Some((difference, texture));
+                }
+                Answer::Curves(drawn) => {
+                    let texture = texture(&drawn.map, "map");
+                    self.looking.pending = drawn.missing > 0;
+                    self.looking.drawn = Some((*drawn, texture));
+                }
+                Answer::None(why) => {
+                    self.looking.pending = false;
+                    self.looking.refusal = Some(why);
+                }
+            }
+        }
+        while let Ok((dialog, path)) = self.dialogs.1.try_recv() {
+            if let Some(path) = path {
+                self.chosen(dialog, path);
+            }
+        }
+    }
+
+    /// Shows a picture.
+    pub(super) fn take(&mut self, picture: Picture) {
+        let side = picture.side;
+        if side == 0 {
+            self.good.clone_from(&self.document);
+            self.arrived.push(Instant::now());
+        }
+        let known = self.pictures[side].take().map(|shown| shown.texture);
+        let texture = match (&picture.face, known) {
+            (Face::Pixels(pixels), Some(Texture::Own(mut own))) => {
+                own.set(pixels.clone(), egui::TextureOptions::LINEAR);
+                Texture::Own(own)
+            }
+            (Face::Pixels(pixels), known) => {
+                self.forget(known);
+                let options = egui::TextureOptions::LINEAR;
+                Texture::Own(self.context.load_texture("picture", pixels.clone(), options))
+            }
+            (Face::Texture(view), known) => match self.on_device(view, known) {
+                Some(texture) => texture,
+                None => return,
+            },
+        };
+        self.pictures[side] = Some(Shown { picture, texture });
+        self.arrived.retain(|at| at.elapsed() < Duration::from_secs(1));
+    }
+
+    /// Gives up a texture of the device.
+    pub(super) fn forget(&self, texture: Option<Texture>) {
+        if let (Some(Texture::Device(id)), Some(screen)) = (texture, &self.screen) {
+            screen.renderer.write().free_texture(&id);
+        }
+    }
+
+    /// A texture of the device on the screen.
+    pub(super) fn on_device(
+        &self,
+        view: &wgpu::TextureView,
+        known: Option<Texture>,
+    ) -> Option<Texture> {
+        let screen = self.screen.as_ref()?;
+        let (device, filter) = (&screen.device, wgpu::FilterMode::Linear);
+        let mut renderer = screen.renderer.write();
+        let id = match known {
+            Some(Texture::Device(id)) => {
+                renderer.update_egui_texture_from_wgpu_texture(device, view, filter, id);
+                id
+            }
+            _ => renderer.register_native_texture(device, view, filter),
+        };
+        Some(Texture::Device(id))
+    }
+}

@@ -1,0 +1,354 @@
+//! The window's contents and their state. It neither blocks nor draws pictures: it asks the engine
+//! for them and shows what has come.
+
+mod bars;
+mod events;
+mod input;
+mod wishes;
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use deepshadow::glam::DVec3;
+use deepshadow::math::Aabb;
+use deepshadow::scene::{SceneFile, TransferFunction};
+use deepshadow::volume::Volume;
+use deepshadow::{Scene, Settings};
+use eframe::egui::{self, Ui};
+use eframe::egui_wgpu::RenderState;
+
+use crate::document::Document;
+use crate::engine::truth::Truth;
+pub use events::Texture;
+
+use crate::engine::{Device, Engine, Motion, Picture};
+use crate::output::Output;
+use crate::panels::{self, Looking, OfDensities, TransferEditor};
+
+/// How long a message is shown.
+const MESSAGE: Duration = Duration::from_secs(12);
+/// Size of the picture before the window has said its own.
+const FIRST_SIZE: [u32; 2] = [640, 360];
+/// A picture in the window.
+pub struct Shown {
+    /// The picture.
+    pub picture: Picture,
+    /// It on the screen.
+    pub texture: Texture,
+}
+
+/// A line for people.
+pub struct Message {
+    /// The line.
+    pub text: String,
+    /// Whether something went wrong.
+    pub is_error: bool,
+    since: Instant,
+}
+
+/// A file dialog.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dialog {
+    /// A file to explore.
+    Open,
+    /// A transfer function to read.
+    ImportTransfer,
+    /// A transfer function to write.
+    ExportTransfer,
+    /// The picture.
+    Picture,
+    /// The scene.
+    Scene,
+    /// The numbered pictures of a turntable or of a light that goes round.
+    Frames,
+}
+
+/// What a dialog has found.
+type Found = (Dialog, Option<PathBuf>);
+
+/// The window.
+pub struct Explorer {
+    /// What is open.
+    pub document: Option<Document>,
+    /// The latest pictures: of the document, and of the settings beside.
+    pub pictures: [Option<Shown>; 2],
+    /// Settings to compare with.
+    pub beside: Option<SceneFile>,
+    /// Where the wiper stands, 0..1: the settings beside are on its left.
+    pub wiper: f32,
+    /// What draws.
+    pub device: Device,
+    /// How long a picture may take while something moves.
+    pub budget: Duration,
+    /// The size of the picture's place in pixels.
+    pub size: [u32; 2],
+    /// Whether hands hold the light instead of the camera.
+    pub holds_light: bool,
+    /// The light that hands hold.
+    pub light: usize,
+    /// The volume that the panel shows.
+    pub volume: usize,
+    /// Whether a sequence is played.
+    pub playing: bool,
+    /// The transfer function's editor.
+    pub transfer: TransferEditor,
+    /// What is looked into.
+    pub looking: Looking,
+    /// Whether the camera goes where the light is.
+    pub look_from_light: bool,
+    /// Pictures a second while something moves.
+    pub rate: Option<f64>,
+    /// What is written.
+    pub output: Output,
+    /// What there is to say.
+    pub messages: Vec<Message>,
+    /// Whether panels are shown.
+    pub panels: bool,
+    /// Whether the list of keys is shown.
+    pub help: bool,
+    /// Sections of the panels that are to be opened or closed.
+    pub toggled: Vec<String>,
+    /// Sections of the panels and whether they are open.
+    pub opened: HashMap<String, bool>,
+    /// The window's device.
+    screen: Option<RenderState>,
+    engine: Engine,
+    truth: Truth,
+    motion: Motion,
+    moved: Option<Instant>,
+    /// The scene file, and the frame, of the last look at the document.
+    last: Option<SceneFile>,
+    /// The document as it was last drawn, to go back to if it cannot be drawn.
+    good: Option<Document>,
+    /// The names of the grids in each volume's file.
+    pub grids: Vec<Vec<String>>,
+    histograms: HashMap<usize, panels::Known>,
+    scales: HashMap<&'static str, f64>,
+    dialogs: (std::sync::mpsc::Sender<Found>, std::sync::mpsc::Receiver<Found>),
+    context: egui::Context,
+    arrived: Vec<Instant>,
+    played: Instant,
+    size_since: Instant,
+}
+
+impl Explorer {
+    /// An explorer in which nothing is open. Passes run on the device of `screen` if it is hardware.
+    ///
+    /// # Errors
+    /// If the system starts no threads.
+    pub fn new(context: &egui::Context, screen: Option<&RenderState>) -> std::io::Result<Self> {
+        let engine = Engine::start(screen, context)?;
+        let truth = Truth::start(context)?;
+        Ok(Self {
+            document: None,
+            pictures: [None, None],
+            beside: None,
+            wiper: 0.5,
+            device: Device::Auto,
+            budget: Duration::from_millis(33),
+            size: FIRST_SIZE,
+            holds_light: false,
+            light: 0,
+            volume: 0,
+            playing: false,
+            transfer: TransferEditor::default(),
+            looking: Looking::default(),
+            look_from_light: false,
+            rate: None,
+            output: Output::default(),
+            messages: Vec::new(),
+            panels: true,
+            help: false,
+            toggled: Vec::new(),
+            opened: HashMap::new(),
+            screen: screen.cloned(),
+            engine,
+            truth,
+            motion: Motion::Rest,
+            moved: None,
+            last: None,
+            good: None,
+            grids: Vec::new(),
+            histograms: HashMap::new(),
+            scales: HashMap::new(),
+            dialogs: std::sync::mpsc::channel(),
+            context: context.clone(),
+            arrived: Vec::new(),
+            played: Instant::now(),
+            size_since: Instant::now(),
+        })
+    }
+
+    /// Opens a preset, a scene file, or a file of a volume, of hair or of a mesh. If it cannot be
+    /// opened, what was open before stays.
+    pub fn open(&mut self, input: &str) {
+        match Document::open(input) {
+            Ok(document) => {
+                self.messages.retain(|message| !message.is_error);
+                for note in &document.notes {
+                    self.say(note);
+                }
+                self.document = Some(document);
+                (self.beside, self.pictures[1]) = (None, None);
+                (self.light, self.volume, self.playing) = (0, 0, false);
+                (self.transfer, self.histograms) = (TransferEditor::default(), HashMap::new());
+                self.looking.at = None;
+                self.scales.clear();
+                self.last = None;
+                let title = self.document.as_ref().map(Document::title).unwrap_or_default();
+                let title = format!("{title} - deepshadow");
+                self.context.send_viewport_cmd(egui::ViewportCommand::Title(title));
+            }
+            Err(error) => self.complain(&error.to_string()),
+        }
+    }
+
+    /// Tells people something.
+    pub fn say(&mut self, text: &str) {
+        let message = Message { text: text.to_owned(), is_error: false, since: Instant::now() };
+        self.messages.push(message);
+    }
+
+    /// Tells people that something went wrong.
+    pub fn complain(&mut self, text: &str) {
+        self.messages.retain(|message| message.text != text);
+        let message = Message { text: text.to_owned(), is_error: true, since: Instant::now() };
+        self.messages.push(message);
+    }
+
+    /// The scene of the latest picture.
+    pub fn scene(&self) -> Option<Arc<Scene>> {
+        self.pictures[0].as_ref().map(|shown| shown.picture.scene.clone())
+    }
+
+    /// The settings of the latest picture, as they are at rest.
+    pub fn settings(&self) -> Option<Arc<Settings>> {
+        self.pictures[0].as_ref().map(|shown| shown.picture.settings.clone())
+    }
+
+    /// The box around everything.
+    pub fn bounds(&self) -> Aabb {
+        let none = Aabb { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) };
+        let Some(scene) = self.scene() else { return none };
+        let media = (!scene.media.bodies().is_empty()).then(|| scene.media.world_bounds());
+        let all = media.into_iter().chain(scene.surfaces.world_bounds());
+        let all = all.reduce(|a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
+        all.unwrap_or(none)
+    }
+
+    /// The middle of everything.
+    pub fn middle(&self) -> DVec3 {
+        self.bounds().center()
+    }
+
+    /// The transfer function of a volume, over densities.
+    pub fn function(&self, index: usize) -> Option<Arc<TransferFunction>> {
+        self.pictures[0].as_ref()?.picture.volumes.get(index)?.function.clone()
+    }
+
+    /// The histogram of a volume; made once for each.
+    pub fn histogram(&mut self, index: usize, volume: &Arc<Volume>) -> Option<Arc<OfDensities>> {
+        if let Some((known, histogram)) = self.histograms.get(&index)
+            && Arc::ptr_eq(known, volume)
+        {
+            return Some(histogram.clone());
+        }
+        let densities = self.pictures[0].as_ref()?.picture.volumes.get(index)?.densities;
+        let made = Arc::new(OfDensities::of(volume, &densities));
+        self.histograms.insert(index, (volume.clone(), made.clone()));
+        Some(made)
+    }
+
+    /// The first value that was seen under a name, so that a slider's ends do not move with it.
+    pub fn steady(&mut self, name: &'static str, now: f64) -> f64 {
+        *self.scales.entry(name).or_insert(now)
+    }
+
+    /// Starts or stops a sequence.
+    pub fn play(&mut self, document: &mut Document) {
+        self.playing = !self.playing && document.frames.is_some();
+        self.played = Instant::now();
+        if self.playing
+            && let Some(scene) = self.scene()
+        {
+            document.fix(&scene);
+        }
+    }
+
+    /// Whether everything is drawn as `render` draws it.
+    pub fn is_at_rest(&self) -> bool {
+        let whole = self.pictures[0].as_ref().is_some_and(|shown| shown.picture.whole);
+        let nothing = self.document.is_none();
+        self.engine.is_idle() && self.motion == Motion::Rest && (whole || nothing)
+    }
+
+    /// The number of the latest wish.
+    pub fn last_wish(&self) -> u64 {
+        self.engine.last_wish()
+    }
+
+    /// Whether an answer about what is looked into is still missing.
+    pub fn looks_into_something(&self) -> bool {
+        let beside = self.beside.is_some()
+            && !self.pictures[1].as_ref().is_some_and(|shown| shown.picture.whole);
+        let looks = self.looking.heat || self.looking.curves;
+        beside || (looks && self.looking.pending)
+    }
+
+    /// Counts the hand's last change as over.
+    pub fn settle(&mut self) {
+        self.moved = None;
+        self.motion = Motion::Rest;
+    }
+
+    /// Draws the window.
+    pub fn show(&mut self, ui: &mut Ui) {
+        self.receive();
+        self.keys(ui);
+        self.dropped(ui);
+        self.bar(ui);
+        self.status(ui);
+        if self.panels {
+            egui::Panel::left("panels").resizable(true).default_size(330.0).show(ui, |ui| {
+                panels::show(self, ui);
+            });
+        }
+        let place = ui.available_rect_before_wrap();
+        egui::CentralPanel::no_frame().show(ui, |ui| crate::view::show(self, ui));
+        self.messages(ui.ctx(), place);
+        crate::view::help(self, ui.ctx());
+        self.advance();
+        self.ask_for_pictures();
+    }
+
+    /// Shows everything again.
+    pub fn frame(&mut self) {
+        if let Some(document) = &mut self.document {
+            document.frame_camera();
+        }
+    }
+
+    /// The place where dialogs leave what they have found.
+    pub fn found(&self) -> std::sync::mpsc::Sender<Found> {
+        self.dialogs.0.clone()
+    }
+
+    /// The context of the window.
+    pub fn context(&self) -> &egui::Context {
+        &self.context
+    }
+
+    /// The size of the picture's place; a window that is being drawn larger is waited for.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        if size != self.size {
+            self.size = size;
+            self.size_since = Instant::now();
+            self.moved = Some(Instant::now());
+            if self.motion == Motion::Rest {
+                self.motion = Motion::Camera;
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Notices what has changed, and asks for what that needs.
+
+use std::time::{Duration, Instant};
+
+use deepshadow::glam::DVec3;
+use deepshadow::scene::Projection;
+
+use super::{Explorer, MESSAGE};
+use crate::engine::{Motion, Wish};
+
+/// How long after a change a picture counts as one at rest.
+const REST: Duration = Duration::from_millis(150);
+/// Pictures a second of a sequence that is played.
+const PLAYED: f64 = 12.0;
+/// The largest picture that is drawn for a window.
+const LARGEST: u32 = 8192;
+
+impl Explorer {
+    /// Notices changes, and asks for what they need.
+    pub(super) fn ask_for_pictures(&mut self) {
+        let Some(document) = &self.document else { return };
+        let surroundings = document.surroundings;
+        let now = match document.now() {
+            Ok(now) => now,
+            Err(error) => return self.complain(&error.to_string()),
+        };
+        if let Some(last) = &self.last {
+            if *last != now {
+                let light = crate::engine::of_map(last) != crate::engine::of_map(&now);
+                let motion = if light { Motion::Light } else { Motion::Camera };
+                // A light that was moved is not at rest because the camera moves too.
+                if self.motion != Motion::Light || light {
+                    self.motion = motion;
+                }
+                self.moved = Some(Instant::now());
+            }
+        }
+        self.last = Some(now.clone());
+        match self.moved {
+            Some(moved) if moved.elapsed() < REST => {
+                self.context.request_repaint_after(REST.saturating_sub(moved.elapsed()));
+            }
+            _ => self.settle(),
+        }
+        let span = self.arrived.len() as f64;
+        self.rate = (self.motion != Motion::Rest && span > 1.0).then_some(span);
+        let own = now.image.width.zip(now.image.height);
+        let size = own.map_or(self.size, |(width, height)| [width, height]);
+        let beside = self.beside.clone().map(|mut beside| {
+            // It is looked at from the same place, at the same size.
+            beside.camera.clone_from(&now.camera);
+            beside.image = now.image.clone();
+            beside
+        });
+        let (motion, budget, device) = (self.motion, self.budget, self.device);
+        let size = size.map(|n| n.clamp(1, LARGEST));
+        self.engine.wish(Wish { file: now, surroundings, beside, size, motion, budget, device });
+        self.ask_for_truth();
+    }
+
+    pub(super) fn ask_for_truth(&mut self) {
+        let Some(shown) = &self.pictures[0] else { return };
+        if self.motion != Motion::Rest {
+            self.truth.give_up();
+            self.looking.asked = None;
+            return;
+        }
+        if let Some(question) = self.looking.question(&shown.picture, self.light) {
+            self.truth.ask(question);
+        }
+    }
+
+    /// Goes on with what runs by itself.
+    pub(super) fn advance(&mut self) {
+        self.messages.retain(|message| message.is_error || message.since.elapsed() < MESSAGE);
+        if self.look_from_light {
+            self.look_from_light = false;
+            self.go_to_light();
+        }
+        if self.playing
+            && let Some(document) = &mut self.document
+            && let Some(frames) = document.frames.clone()
+        {
+            // The next frame waits for the last one.
+            let drawn = self.engine.is_idle();
+            let due = self.played.elapsed() >= Duration::from_secs_f64(1.0 / PLAYED);
+            if drawn && due {
+                let next = document.frame + 1;
+                document.frame = if next > *frames.end() { *frames.start() } else { next };
+                self.played = Instant::now();
+            }
+            self.context.request_repaint_after(Duration::from_millis(20));
+        }
+        self.advance_output();
+    }
+
+    /// The camera where the light is.
+    pub(super) fn go_to_light(&mut self) {
+        let (Some(scene), bounds) = (self.scene(), self.bounds()) else { return };
+        let Some(light) = scene.lights.get(self.light) else { return };
+        let (middle, size) = (bounds.center(), bounds.size().length().max(1e-9));
+        let mut camera = scene.camera;
+        let way = light.direction_at(middle).normalize_or(DVec3::NEG_Y);
+        camera.target = middle;
+        camera.position = light.position().unwrap_or(middle - way * 2.0 * size);
+        camera.up = if way.y.abs() > 0.999 { DVec3::Z } else { DVec3::Y };
+        if light.position().is_none() {
+            let kind = Projection::Orthographic { height: 1.1 * size };
+            camera.projection = kind;
+        }
+        if let Some(document) = &mut self.document {
+            if light.position().is_none() {
+                document.file.camera.kind = Some("orthographic".to_owned());
+            }
+            document.place_camera(&camera);
+        }
+    }
+}
