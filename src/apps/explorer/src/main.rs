@@ -221,6 +221,8 @@ fn window(arguments: &Arguments, script: Option<Script>) -> Result<()> {
             .with_app_id("deepshadow-explorer")
             .with_inner_size(arguments.size)
             .with_drag_and_drop(true),
+        // Pictures are shown as they are.
+        dithering: false,
         ..eframe::NativeOptions::default()
     };
     let usual = std::mem::take(&mut options.wgpu_options);

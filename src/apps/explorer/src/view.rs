@@ -10,20 +10,26 @@ use crate::hands;
 /// Radius of the ball on which the light is dragged.
 const BALL: f32 = 34.0;
 
+/// What is around a picture that does not fill its place.
+const SURROUNDINGS: Color32 = Color32::from_gray(24);
+
 /// Shows the picture.
 pub fn show(explorer: &mut Explorer, ui: &mut Ui) {
     let place = ui.available_rect_before_wrap();
     let response = ui.allocate_rect(place, Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture"));
-    ui.painter().rect_filled(place, 0.0, Color32::from_gray(24));
     let scale = ui.ctx().pixels_per_point();
     let pixels = [place.width(), place.height()].map(|n| ((n * scale).round() as u32).max(1));
     explorer.resize(pixels);
     if explorer.document.is_none() && explorer.pictures[0].is_none() {
+        ui.painter().rect_filled(place, 0.0, SURROUNDINGS);
         welcome(explorer, place, ui);
         return;
     }
-    let Some(rect) = picture(explorer, place, ui) else { return };
+    let Some(rect) = picture(explorer, place, ui) else {
+        ui.painter().rect_filled(place, 0.0, SURROUNDINGS);
+        return;
+    };
     heat(explorer, rect, ui);
     let ball = light_ball(explorer, place, ui);
     if !ball {
@@ -45,6 +51,15 @@ fn fitted(place: Rect, [width, height]: [u32; 2]) -> Rect {
 fn picture(explorer: &mut Explorer, place: Rect, ui: &mut Ui) -> Option<Rect> {
     let shown = explorer.pictures[0].as_ref()?;
     let rect = fitted(place, shown.picture.settings.image.size);
+    // Not below the picture: processors that draw windows have enough to do.
+    let [above, below] = [(place.min, rect.right_top()), (rect.left_bottom(), place.max)];
+    let [before, behind] = [(place.min, rect.left_bottom()), (rect.right_top(), place.max)];
+    for (from, to) in [above, below, before, behind] {
+        let bar = Rect::from_min_max(from, to);
+        if bar.is_positive() {
+            ui.painter().rect_filled(bar, 0.0, SURROUNDINGS);
+        }
+    }
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     ui.painter().image(shown.texture.id(), rect, whole, Color32::WHITE);
     if let Some(beside) = &explorer.pictures[1]

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use deepshadow::gpu::GpuBackend;
 use deepshadow::settings::MapKind;
-use deepshadow::wgpu::DeviceType;
+use deepshadow::wgpu::{AdapterInfo, DeviceType};
 use deepshadow::{Backend, CpuBackend, Error, Result, Scene, Settings, Silent};
 use eframe::egui_wgpu::RenderState;
 
@@ -46,6 +46,12 @@ impl FromStr for Device {
     }
 }
 
+/// Whether an adapter is more than a processor.
+pub fn is_hardware(adapter: &AdapterInfo) -> bool {
+    let kind = adapter.device_type;
+    matches!(kind, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu)
+}
+
 /// What there is.
 #[derive(Clone, Copy)]
 pub struct Devices {
@@ -65,13 +71,7 @@ impl Devices {
         let gpu = screen.zip(info.as_ref()).and_then(|(screen, info)| {
             GpuBackend::on_device(info, &screen.device, &screen.queue).ok()
         });
-        let is_hardware = info.is_some_and(|info| {
-            let kind = info.device_type;
-            matches!(
-                kind,
-                DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu
-            )
-        });
+        let is_hardware = info.as_ref().is_some_and(is_hardware);
         // Ending the process closes a device faster than the driver does.
         let gpu = gpu.map(|gpu| &*Box::leak(Box::new(gpu)));
         Self { gpu, is_hardware, failed }

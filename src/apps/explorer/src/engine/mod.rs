@@ -13,7 +13,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use deepshadow::image::{Image, Tone};
 use deepshadow::scene::automatic::{Choice, Densities, Surroundings};
@@ -22,7 +22,7 @@ use deepshadow::{Scene, Settings, wgpu};
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 
-pub use devices::{Device, Devices};
+pub use devices::{Device, Devices, is_hardware};
 pub use pace::{Motion, Times};
 pub use progress::Doing;
 use progress::Shared;
@@ -179,6 +179,26 @@ impl Engine {
     /// What has happened since the last call.
     pub fn events(&self) -> Vec<Event> {
         self.events.try_iter().collect()
+    }
+
+    /// What happens until there is a picture of the wish with this number, or until too much time
+    /// has passed.
+    pub fn wait_for(&self, serial: u64, most: Duration) -> Vec<Event> {
+        let until = Instant::now() + most;
+        let mut events = Vec::new();
+        while let Ok(event) =
+            self.events.recv_timeout(until.saturating_duration_since(Instant::now()))
+        {
+            let is_last = match &event {
+                Event::Picture(picture) => picture.serial >= serial,
+                _ => true,
+            };
+            events.push(event);
+            if is_last {
+                break;
+            }
+        }
+        events
     }
 
     /// What is being done.

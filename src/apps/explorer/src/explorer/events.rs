@@ -30,7 +30,19 @@ impl Texture {
 impl Explorer {
     /// Takes what the engine has made.
     pub(super) fn receive(&mut self) {
-        for event in self.engine.events() {
+        let events = self.engine.events();
+        self.hear(events);
+        self.hear_of_truth();
+        while let Ok((dialog, path)) = self.dialogs.1.try_recv() {
+            if let Some(path) = path {
+                self.chosen(dialog, path);
+            }
+        }
+    }
+
+    /// Takes what the engine tells.
+    pub(super) fn hear(&mut self, events: Vec<Event>) {
+        for event in events {
             match event {
                 Event::Picture(picture) => self.take(*picture),
                 Event::Loaded { notes, grids } => {
@@ -50,6 +62,10 @@ impl Explorer {
                 }
             }
         }
+    }
+
+    /// Takes what is told of the truth.
+    fn hear_of_truth(&mut self) {
         for answer in self.truth.answers() {
             let texture = |image: &egui::ColorImage, name: &str| {
                 let options = egui::TextureOptions::NEAREST;
@@ -70,11 +86,6 @@ impl Explorer {
                     self.looking.pending = false;
                     self.looking.refusal = Some(why);
                 }
-            }
-        }
-        while let Ok((dialog, path)) = self.dialogs.1.try_recv() {
-            if let Some(path) = path {
-                self.chosen(dialog, path);
             }
         }
     }

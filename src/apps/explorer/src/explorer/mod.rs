@@ -23,7 +23,7 @@ use crate::document::Document;
 use crate::engine::truth::Truth;
 pub use events::Texture;
 
-use crate::engine::{Device, Engine, Motion, Picture};
+use crate::engine::{Device, Engine, Motion, Picture, is_hardware};
 use crate::output::Output;
 use crate::panels::{self, Looking, OfDensities, TransferEditor};
 
@@ -114,6 +114,8 @@ pub struct Explorer {
     pub opened: HashMap<String, bool>,
     /// The window's device.
     screen: Option<RenderState>,
+    /// Whether processors draw the window itself.
+    is_software: bool,
     engine: Engine,
     truth: Truth,
     motion: Motion,
@@ -164,6 +166,7 @@ impl Explorer {
             toggled: Vec::new(),
             opened: HashMap::new(),
             screen: screen.cloned(),
+            is_software: screen.is_some_and(|screen| !is_hardware(&screen.adapter.get_info())),
             engine,
             truth,
             motion: Motion::Rest,

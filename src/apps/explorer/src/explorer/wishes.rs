@@ -54,7 +54,15 @@ impl Explorer {
         });
         let (motion, budget, device) = (self.motion, self.budget, self.device);
         let size = size.map(|n| n.clamp(1, LARGEST));
-        self.engine.wish(Wish { file: now, surroundings, beside, size, motion, budget, device });
+        let before = self.engine.last_wish();
+        let wish = Wish { file: now, surroundings, beside, size, motion, budget, device };
+        let serial = self.engine.wish(wish);
+        // A window that processors draw takes all of them for longer than a moving picture does. It
+        // is faster to have the picture first.
+        if self.is_software && motion != Motion::Rest && serial != before {
+            let events = self.engine.wait_for(serial, 2 * budget);
+            self.hear(events);
+        }
         self.ask_for_truth();
     }
 

@@ -56,8 +56,10 @@ pub struct Measured {
     pub answers: Vec<Answer>,
     /// Seconds that each `wait` took.
     pub waits: Vec<f64>,
-    /// Seconds of the window's own frames, without the pictures.
+    /// Seconds that the window's contents took in each frame, without the pictures.
     pub frames: Vec<f64>,
+    /// Seconds from the beginning of each frame to that of the next.
+    pub intervals: Vec<f64>,
     /// What drew the last picture.
     pub device: String,
 }
@@ -83,6 +85,8 @@ pub struct Script {
     /// When the current line began, and how often it was looked at.
     since: Instant,
     looks: u64,
+    /// When the last frame began.
+    framed: Instant,
     drag: Option<Drag>,
     /// What was measured.
     pub measured: Measured,
@@ -128,7 +132,8 @@ impl Script {
     fn of(lines: Vec<Line>) -> Self {
         let now = Instant::now();
         let measured = Measured::default();
-        Self { lines, next: 0, begun: now, since: now, looks: 0, drag: None, measured }
+        let (begun, since, framed) = (now, now, now);
+        Self { lines, next: 0, begun, since, looks: 0, framed, drag: None, measured }
     }
 
     /// The same script with a screenshot of everything at rest in the end.
@@ -141,6 +146,8 @@ impl Script {
     /// # Errors
     /// If a line cannot be done, or takes longer than ten minutes.
     pub fn step(&mut self, explorer: &mut Explorer) -> Result<Step> {
+        self.measured.intervals.push(self.framed.elapsed().as_secs_f64());
+        self.framed = Instant::now();
         if let (None, Some(shown)) = (self.measured.first_picture, &explorer.pictures[0]) {
             self.measured.first_picture = Some(self.begun.elapsed().as_secs_f64());
             self.measured.device.clone_from(&shown.picture.device);
