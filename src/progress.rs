@@ -8,9 +8,9 @@ pub trait Progress: Sync {
     /// Called when `parts` more of them are done.
     fn advance(&self, parts: u64);
     /// Whether the result is not wanted any more. Maps and pictures on the processor then end
-    /// within some milliseconds with [`ErrorKind::Cancelled`](crate::ErrorKind::Cancelled); work
-    /// that has been handed to a device is finished. Asked often: it must be quick, and once it has
-    /// said yes, it must not say no again.
+    /// within some milliseconds with the error `ErrorKind::Cancelled`; work that has been handed to a
+    /// device is finished. Asked often: it must be quick, and once it has said yes, it must not say
+    /// no again.
     fn cancelled(&self) -> bool {
         false
     }

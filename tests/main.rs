@@ -11,6 +11,7 @@ mod casters;
 mod certify;
 mod choices;
 mod cli;
+mod clipping;
 mod colour;
 mod colour_program;
 mod compare;

@@ -35,6 +35,10 @@ pub(super) struct SourceArguments {
     /// Values to map to 0..1, clamped, for scans.
     #[arg(long, value_name = "LO,HI", value_parser = numbers::<f32, 2>, allow_hyphen_values = true, help_heading = "Volume")]
     pub window: Option<Numbers<f32, 2>>,
+    /// The part of the volume to keep, in shares (0..1) of its extent along the axes of its voxels:
+    /// lowest and highest corner.
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = numbers::<f64, 6>, allow_hyphen_values = true, help_heading = "Volume")]
+    pub clip: Option<Numbers<f64, 6>>,
     /// Index axis that points up: x, y, z, -x, -y, -z.
     #[arg(long, value_name = "AXIS", value_parser = valid::<Axis>, allow_hyphen_values = true, help_heading = "Volume")]
     pub up: Option<String>,
@@ -169,6 +173,7 @@ impl SourceArguments {
         for volume in file.volume.iter_mut() {
             overlay! {
                 volume.window => self.window.map(|w| w.0),
+                volume.clip => self.clip.map(|Numbers([a, b, c, d, e, f])| [[a, b, c], [d, e, f]]),
                 volume.up => self.up.clone(),
                 volume.density_scale => self.density_scale,
                 volume.transfer => self.transfer.as_deref().map(transfer_table),

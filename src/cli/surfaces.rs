@@ -57,8 +57,9 @@ pub(super) fn check(source: &SourceArguments, file: &SceneFile) -> Result<()> {
     if !file.volume.is_empty() || file.is_bare() {
         return Ok(());
     }
-    let of_volumes: [(&str, bool); 5] = [
+    let of_volumes: [(&str, bool); 6] = [
         ("window", source.window.is_some()),
+        ("clip", source.clip.is_some()),
         ("density-scale", source.density_scale.is_some()),
         ("transfer", source.transfer.is_some()),
         ("transfer-range", source.transfer_range.is_some()),

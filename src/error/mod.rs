@@ -77,8 +77,7 @@ pub enum ErrorKind {
         /// The message of the driver or of wgpu.
         why: String,
     },
-    /// The caller did not want the result any more
-    /// ([`Progress::cancelled`](crate::progress::Progress::cancelled)).
+    /// The caller did not want the result any more (`Progress::cancelled`).
     #[error("cancelled")]
     Cancelled,
 }

@@ -110,7 +110,8 @@ pub(super) fn load_ingredients_like(
     let glow = table.emission.as_ref().and_then(|emission| emission.grid.clone());
     let emission_field = match glow {
         Some(_) if like.is_some_and(|like| like.emission_field.is_some()) => {
-            like.and_then(|like| like.emission_field.clone())
+            let known = like.and_then(|like| like.emission_field.clone());
+            known.map(|field| clipped(field, table)).transpose()?
         }
         Some(grid) => {
             let table = VolumeTable { grid: Some(grid), window: None, ..table.clone() };
@@ -155,7 +156,7 @@ fn loaded(
     let mut load = |levels: Levels| {
         facts.notes.clear();
         match like.and_then(|like| like.volume.as_levels(levels)) {
-            Some(same) => Ok(same),
+            Some(same) => clipped(same, table),
             None => load_noted(table, levels, facts).map(Arc::new),
         }
     };
@@ -220,6 +221,12 @@ fn loaded(
         }
         _ => Ok(Loaded::stored(load(Levels::AsStored)?, None)),
     }
+}
+
+/// A volume with the part that `table` keeps.
+fn clipped(volume: Arc<Volume>, table: &VolumeTable) -> Result<Arc<Volume>> {
+    let kept = volume.clipped(table.clip.unwrap_or([[0.0; 3], [1.0; 3]]))?;
+    Ok(if kept.domain() == volume.domain() { volume } else { Arc::new(kept) })
 }
 
 /// The function that `table` specifies, after reading its file.

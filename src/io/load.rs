@@ -89,7 +89,11 @@ pub(super) fn load_noted(table: &VolumeTable, levels: Levels, facts: &mut Facts)
         }
         None => Ok(volume),
     };
-    moved(volume?, table)
+    let volume = moved(volume?, table)?;
+    match table.clip {
+        Some(clip) => volume.clipped(clip),
+        None => Ok(volume),
+    }
 }
 
 /// The index axis of a preset that points up.

@@ -125,10 +125,11 @@ impl OfTable {
         *table == self.table && (automatic == self.automatic || has_none)
     }
 
-    /// Whether a table differs in nothing but the transfer function, so that the volume need not be
-    /// read again.
+    /// Whether a table differs in nothing but the transfer function and what is clipped, so that the
+    /// volume need not be read again.
     fn is_like(&self, table: &VolumeTable) -> bool {
-        VolumeTable { transfer: self.table.transfer.clone(), ..table.clone() } == self.table
+        let (clip, transfer) = (self.table.clip, self.table.transfer.clone());
+        VolumeTable { clip, transfer, ..table.clone() } == self.table
     }
 }
 

@@ -93,6 +93,9 @@ tables! {
         phase_g: f64,
         /// World box (lowest and highest corner) that the voxels of a dense volume fill.
         bounds: [[f64; 3]; 2],
+        /// The part that is kept, in shares (0..1) of the volume's extent along the x, y and z of
+        /// its voxels: lowest and highest corner.
+        clip: [[f64; 3]; 2],
         /// Voxel counts of a raw file along x, y, z.
         dims: [usize; 3],
         /// The key `type`: number type of a raw file, such as `u8`.

@@ -1,6 +1,6 @@
 //! Volumes derived from others: with every value replaced, or with the gradient's length.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use ndarray::Array3;
@@ -13,7 +13,7 @@ impl Volume {
     /// 0.
     #[must_use]
     pub fn mapped(&self, replace: impl Fn(f32) -> f32 + Sync) -> Self {
-        let mut voxels = self.voxels.clone();
+        let mut voxels = Voxels::clone(&self.voxels);
         voxels.replace(|v| {
             let replaced = replace(v);
             if replaced.is_finite() { replaced.max(0.0) } else { 0.0 }
@@ -28,7 +28,7 @@ impl Volume {
         // The inverse transpose turns changes per voxel into changes per world length.
         let to_world = self.world_from_index.inverse().transpose();
         let dims = self.dims();
-        let value = |[x, y, z]: [usize; 3]| match &self.voxels {
+        let value = |[x, y, z]: [usize; 3]| match &*self.voxels {
             Voxels::Dense(values) => f64::from(values[[z, y, x]]),
             Voxels::Sparse(voxels) => f64::from(voxels.get([x, y, z])),
         };
@@ -43,7 +43,7 @@ impl Volume {
             let gradient = DVec3::new(change(0), change(1), change(2));
             to_world.transform_vector3(gradient).length() as f32
         };
-        let mut lengths = match &self.voxels {
+        let mut lengths = match &*self.voxels {
             Voxels::Dense(values) => {
                 let mut lengths = Array3::zeros(values.dim());
                 if let Some(all) = lengths.as_slice_mut() {
@@ -68,6 +68,7 @@ impl Volume {
         let largest = voxels.largest();
         let name = self.name.clone();
         let (bricks, typical) = (OnceLock::new(), OnceLock::new());
+        let voxels = Arc::new(voxels);
         Self { name, voxels, largest, replaced: 0, levels: None, bricks, typical, ..*self }
     }
 }

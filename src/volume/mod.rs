@@ -19,7 +19,7 @@ mod statistics;
 mod voxels;
 
 use std::borrow::Cow;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DMat4, DVec3};
 use ndarray::Array3;
@@ -46,12 +46,15 @@ pub const MAX_DIM: usize = 1 << 20;
 pub struct Volume {
     /// Its name in the source: a preset's name, a file's stem, or a grid's name.
     pub name: String,
-    /// Densities in the source's own unit; finite and at least 0.
-    voxels: Voxels,
+    /// Densities in the source's own unit; finite and at least 0. Volumes that differ in their place
+    /// alone share them.
+    voxels: Arc<Voxels>,
     /// Transform from voxel index (x, y, z) to world position, for column vectors.
     world_from_index: DMat4,
     /// The part of index space that holds medium.
     domain: Aabb,
+    /// The same before anything was clipped.
+    whole: Aabb,
     /// How many stored values were negative, NaN or infinite and became 0.
     replaced: usize,
     /// The largest density.
@@ -136,9 +139,10 @@ impl Volume {
         let (bricks, typical) = (OnceLock::new(), OnceLock::new());
         Ok(Self {
             name,
-            voxels,
+            voxels: Arc::new(voxels),
             world_from_index,
             domain,
+            whole: domain,
             replaced,
             largest,
             moved,
@@ -161,8 +165,8 @@ impl Volume {
     /// memory where much of it is empty, and is a little slower to sample.
     #[must_use]
     pub fn sparse(mut self) -> Self {
-        if let Voxels::Dense(_) = &self.voxels {
-            self.voxels = Voxels::Sparse(self.voxels.to_sparse().into_owned());
+        if let Voxels::Dense(_) = &*self.voxels {
+            self.voxels = Arc::new(Voxels::Sparse(self.voxels.to_sparse().into_owned()));
         }
         self
     }
@@ -174,7 +178,26 @@ impl Volume {
     pub fn with_domain(mut self, domain: Aabb) -> Self {
         self.domain.min = self.domain.min.max(domain.min);
         self.domain.max = self.domain.max.min(domain.max);
+        self.whole = self.domain;
         self
+    }
+
+    /// The same volume, of which a part alone holds medium: from `low` to `high`, in shares of its
+    /// domain along the axes of the index space, in place of what was clipped before. The whole is
+    /// 0 to 1.
+    ///
+    /// # Errors
+    /// If a share is not in 0..1, or if they do not rise along an axis.
+    pub fn clipped(&self, [low, high]: [[f64; 3]; 2]) -> Result<Self> {
+        let (low, high) = (DVec3::from(low), DVec3::from(high));
+        let within = |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::ONE).all();
+        if !(within(low) && within(high) && low.cmplt(high).all()) {
+            let why = format!("{low}, {high} are not corners of a box within 0..1");
+            return Err(Error::value("volume.clip", why));
+        }
+        let at = |share: DVec3| self.whole.min + share * self.whole.size();
+        let domain = Aabb { min: at(low), max: at(high) };
+        Ok(Self { domain, ..self.clone() })
     }
 
     /// The same volume with the densities low..high of `window` mapped to 0..1, as by
@@ -192,7 +215,7 @@ impl Volume {
     /// # Errors
     /// If the values of `levels` do not rise or are not finite.
     pub fn levelled(mut self, levels: Levels) -> Result<Self> {
-        self.moved = levels.apply(&mut self.voxels)?;
+        self.moved = levels.apply(Arc::make_mut(&mut self.voxels))?;
         self.levels = None;
         self.largest = self.voxels.largest();
         (self.bricks, self.typical) = (OnceLock::new(), OnceLock::new());

@@ -158,7 +158,7 @@ impl OffScreen {
         });
         let waited = device.poll(wgpu::PollType::wait_indefinitely());
         waited.map_err(|error| failed(error.to_string()))?;
-        let mapped = receiver.recv_timeout(Duration::from_secs(60));
+        let mapped = receiver.recv_timeout(Duration::from_mins(1));
         mapped.map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
         let bytes = buffer.get_mapped_range(..).map_err(|error| failed(error.to_string()))?;
         let swapped = matches!(

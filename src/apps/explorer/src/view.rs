@@ -6,6 +6,7 @@ use eframe::egui::{
 
 use crate::explorer::Explorer;
 use crate::hands;
+use crate::panels::Look;
 
 /// Radius of the ball on which the light is dragged.
 const BALL: f32 = 34.0;
@@ -31,6 +32,7 @@ pub fn show(explorer: &mut Explorer, ui: &mut Ui) {
         return;
     };
     heat(explorer, rect, ui);
+    clip_boxes(explorer, rect, ui);
     let ball = light_ball(explorer, place, ui);
     if !ball {
         hold(explorer, &response, rect, ui);
@@ -84,13 +86,41 @@ fn picture(explorer: &mut Explorer, place: Rect, ui: &mut Ui) -> Option<Rect> {
 
 /// The difference to the truth, over the picture.
 fn heat(explorer: &Explorer, rect: Rect, ui: &Ui) {
-    if !explorer.looking.heat {
+    if explorer.looking.look != Some(Look::Difference) {
         return;
     }
     let at_rest = explorer.pictures[0].as_ref().is_some_and(|shown| shown.picture.whole);
     if let (Some((_, texture)), true) = (&explorer.looking.difference, at_rest) {
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
         ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+    }
+}
+
+/// The edges of what is kept of volumes, where something is clipped.
+fn clip_boxes(explorer: &Explorer, rect: Rect, ui: &Ui) {
+    let (Some(document), Some(scene)) = (&explorer.document, explorer.scene()) else { return };
+    if document.file.volume.iter().all(|table| table.clip.is_none()) {
+        return;
+    }
+    let seen = scene.camera.picture_from_world(f64::from(rect.width() / rect.height()));
+    let painter = ui.painter().with_clip_rect(rect);
+    let line = Stroke::new(1.0, Color32::from_rgb(255, 200, 60).gamma_multiply(0.6));
+    let clipped = document.file.volume.iter().zip(scene.media.bodies());
+    for (_, body) in clipped.filter(|(table, _)| table.clip.is_some()) {
+        let corners = body.volume.world_corners().map(|corner| {
+            let place = seen * corner.extend(1.0);
+            // Behind the camera there is no place.
+            (place.w > 1e-9).then(|| {
+                let [x, y] = [place.x, place.y].map(|c| (c / place.w) as f32);
+                rect.min + vec2(x * rect.width(), y * rect.height())
+            })
+        });
+        // Corners whose numbers differ in one bit share an edge.
+        for (from, bit) in (0..8).flat_map(|from| [1, 2, 4].map(|bit| (from, bit))) {
+            if let (0, Some(from), Some(to)) = (from & bit, corners[from], corners[from | bit]) {
+                painter.line_segment([from, to], line);
+            }
+        }
     }
 }
 
@@ -106,7 +136,7 @@ fn hold(explorer: &mut Explorer, response: &Response, rect: Rect, ui: &Ui) {
     let drag = response.drag_delta() / rect.height().max(1.0);
     let moved = [drag.x, drag.y].map(f64::from);
     let hovered = response.hovered();
-    if explorer.looking.curves
+    if explorer.looking.look == Some(Look::Curves)
         && hovered
         && let Some(pointer) = response.hover_pos()
         && rect.contains(pointer)

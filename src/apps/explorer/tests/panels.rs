@@ -7,6 +7,7 @@ use deepshadow::{Backend, CpuBackend, Silent};
 use super::support::Window;
 
 type Key = fn(&SceneFile) -> Option<f64>;
+type Name = fn(&SceneFile) -> Option<String>;
 
 /// The picture that the library makes of the scene file that the explorer would save, and that of
 /// the explorer, are the same bit for bit.
@@ -61,7 +62,7 @@ fn sliders_set_their_keys() {
 #[test]
 fn names_are_chosen() {
     let mut window = Window::tall("box");
-    let choices: [(&str, &str, fn(&SceneFile) -> Option<String>); 5] = [
+    let choices: [(&str, &str, Name); 5] = [
         ("filter", "pcf5", |file| file.shadow.filter.clone()),
         ("slices", "planes", |file| file.shadow.slices.clone()),
         ("tone curve", "agx", |file| file.image.tonemap.clone()),
@@ -202,4 +203,128 @@ fn transfer_functions_and_emission_are_set() {
     assert!((emission.radiance.unwrap() - 2.0).abs() < 0.05);
     window.choose("transfer function", "none");
     assert_eq!(window.file().volume[0].transfer, None);
+}
+
+/// A mesh and a strand above it, in files.
+fn surfaces(folder: &std::path::Path) -> String {
+    let mesh = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 2 3\nf 1 3 4\n";
+    std::fs::write(folder.join("plane.obj"), mesh).unwrap();
+    // A TressFX file: version, strands, points of each, and points of four numbers.
+    let mut hair = Vec::new();
+    let head = [4.0_f32.to_bits(), 2, 4, 160, 0, 0, 0, 0];
+    hair.extend(head.into_iter().flat_map(u32::to_le_bytes));
+    hair.resize(160, 0);
+    for strand in 0..2 {
+        for point in 0..4 {
+            let at = [0.3 * strand as f32, 0.3 + 0.2 * point as f32, 0.1 * point as f32, 1.0];
+            hair.extend(at.into_iter().flat_map(f32::to_le_bytes));
+        }
+    }
+    std::fs::write(folder.join("two.tfx"), hair).unwrap();
+    let scene = "[mesh]\npath = 'plane.obj'\n[hair]\npath = 'two.tfx'\nthickness = 0.1\n";
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, scene).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn surfaces_are_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::tall(&surfaces(folder.path()));
+    let keys: [(&str, f64, Key); 5] = [
+        ("mesh opacity", 0.5, |file| file.mesh[0].opacity),
+        ("hair opacity", 0.25, |file| file.hair[0].opacity),
+        ("hair thickness", 0.2, |file| file.hair[0].thickness),
+        ("hair highlight", 0.8, |file| file.hair[0].specular),
+        ("hair shininess", 100.0, |file| file.hair[0].shininess),
+    ];
+    for (label, value, key) in keys {
+        window.slide(label, value);
+        let found = key(&window.file()).unwrap();
+        assert!((found - value).abs() <= 0.02 * value, "{label}: {found}");
+        assert_drawn(&mut window, label);
+    }
+    window.slide("bias", 0.05);
+    assert!((window.file().shadow.bias.unwrap() - 0.05).abs() < 1e-3);
+    window.tick("coverage of strands");
+    assert_eq!(window.file().shadow.coverage, Some(false));
+    window.tick("hair casts shadows");
+    window.tick("mesh receives shadows");
+    assert_drawn(&mut window, "switches");
+    let file = window.file();
+    assert_eq!((file.hair[0].casts, file.mesh[0].receives), (Some(false), Some(false)));
+}
+
+#[test]
+fn a_box_is_clipped() {
+    let mut window = Window::tall("bucky");
+    window.tick("clip box");
+    window.slide("clip x to", 0.5);
+    window.slide("clip z from", 0.25);
+    assert_eq!(window.file().volume[0].clip, Some([[0.0, 0.0, 0.25], [0.5, 1.0, 1.0]]));
+    assert_drawn(&mut window, "clip");
+    let scene = window.explorer().scene().unwrap();
+    let volume = &scene.media.bodies()[0].volume;
+    assert!(volume.domain().size().x < 0.51 * volume.dims()[0] as f64);
+    window.tick("clip box");
+    assert_eq!(window.file().volume[0].clip, None);
+    assert_drawn(&mut window, "whole");
+}
+
+#[test]
+fn numbers_are_typed_and_colours_picked() {
+    let mut window = Window::tall("box");
+    for (axis, value) in [("x", 0.5), ("y", -0.25), ("z", 0.75)] {
+        window.type_number(&format!("light direction {axis}"), value);
+    }
+    assert_drawn(&mut window, "light direction");
+    assert_eq!(window.file().light[0].direction, Some([0.5, -0.25, 0.75]));
+    window.type_number("window to", 0.5);
+    assert_drawn(&mut window, "window");
+    assert_eq!(window.file().volume[0].window.unwrap()[1], 0.5);
+    window.choose("map", "threshold");
+    window.wait();
+    window.type_number("threshold 2", 0.4);
+    assert_drawn(&mut window, "thresholds");
+    assert_eq!(window.file().shadow.thresholds, Some([0.1, 0.4, 0.9]));
+    window.type_number("picture width", 64.0);
+    window.type_number("picture height", 48.0);
+    assert_drawn(&mut window, "size");
+    assert_eq!(window.explorer().settings().unwrap().image.size, [64, 48]);
+    window.pick_colour("albedo");
+    assert_drawn(&mut window, "albedo");
+    assert!(window.file().volume[0].albedo.is_some_and(|albedo| albedo != [1.0; 3]));
+    window.choose("projection", "orthographic");
+    window.wait();
+    window.slide("view height", 4.0);
+    assert_drawn(&mut window, "view height");
+    assert!((window.file().camera.height.unwrap() - 4.0).abs() < 0.1);
+}
+
+#[test]
+fn another_setting_stands_beside() {
+    let mut window = Window::tall("box");
+    window.press("compare with these settings");
+    window.until(|explorer| explorer.pictures[1].as_ref().is_some_and(|p| p.picture.whole));
+    window.choose("map", "peeling");
+    window.wait();
+    let [own, beside] =
+        [0, 1].map(|side| window.harness.state().pictures[side].as_ref().unwrap().picture.clone());
+    assert_eq!(beside.settings.map.kind, None);
+    assert!(own.settings.map.kind.is_some());
+    assert!(own.image != beside.image);
+    window.slide("wiper", 0.25);
+    assert!((window.explorer().wiper - 0.25).abs() < 0.01);
+    // Both are seen from the same place.
+    window.press("look from the light");
+    window.wait();
+    window.until(|explorer| explorer.pictures[1].as_ref().is_some_and(|p| p.picture.whole));
+    let cameras = [0, 1]
+        .map(|side| window.harness.state().pictures[side].as_ref().unwrap().picture.scene.camera);
+    assert_eq!(cameras[0], cameras[1]);
+    let scene = window.explorer().scene().unwrap();
+    let [forward, ..] = cameras[0].axes();
+    assert!(forward.distance(scene.lights[0].direction_at(scene.camera.target)) < 1e-9);
+    window.press("end");
+    assert!(window.explorer().beside.is_none());
 }

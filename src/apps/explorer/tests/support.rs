@@ -14,7 +14,7 @@ pub struct Window {
 }
 
 /// How long anything may take on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_mins(2);
 
 impl Window {
     /// A window of a size in points, high enough for all panels, with all of them open and `input`
@@ -109,7 +109,26 @@ impl Window {
         self.steps(3);
     }
 
-    /// Types a number into the field that says `hover` of itself.
+    /// Sets a number that can be typed.
+    pub fn type_number(&mut self, label: &str, value: f64) {
+        let node = self.harness.get_by_role_and_label(Role::SpinButton, label);
+        node.set_value_accesskit(value);
+        self.steps(2);
+    }
+
+    /// Picks another colour from where the button of a colour leads.
+    pub fn pick_colour(&mut self, label: &str) {
+        self.harness.get_by_role_and_label(Role::ColorWell, label).click();
+        self.steps(4);
+        let numbers = self.harness.get_all_by_role(Role::SpinButton);
+        let first = numbers.last().expect("a colour has numbers");
+        first.set_value_accesskit(64.0);
+        self.steps(3);
+        self.harness.key_press(egui::Key::Escape);
+        self.steps(2);
+    }
+
+    /// What has gone wrong, as it was said.
     pub fn errors(&self) -> Vec<String> {
         let messages = self.harness.state().messages.iter();
         messages.filter(|message| message.is_error).map(|message| message.text.clone()).collect()

@@ -47,7 +47,9 @@ impl Explorer {
                 Event::Picture(picture) => self.take(*picture),
                 Event::Loaded { notes, grids } => {
                     self.grids = grids;
-                    notes.iter().for_each(|note| self.say(note));
+                    for note in &notes {
+                        self.say(note);
+                    }
                 }
                 Event::FellBack(why) => {
                     self.complain(&format!("{why}; the processor draws from now on"));
@@ -108,7 +110,7 @@ impl Explorer {
                 let options = egui::TextureOptions::LINEAR;
                 Texture::Own(self.context.load_texture("picture", pixels.clone(), options))
             }
-            (Face::Texture(view), known) => match self.on_device(view, known) {
+            (Face::Texture(view), known) => match self.on_device(view, known.as_ref()) {
                 Some(texture) => texture,
                 None => return,
             },
@@ -128,15 +130,15 @@ impl Explorer {
     pub(super) fn on_device(
         &self,
         view: &wgpu::TextureView,
-        known: Option<Texture>,
+        known: Option<&Texture>,
     ) -> Option<Texture> {
         let screen = self.screen.as_ref()?;
         let (device, filter) = (&screen.device, wgpu::FilterMode::Linear);
         let mut renderer = screen.renderer.write();
         let id = match known {
             Some(Texture::Device(id)) => {
-                renderer.update_egui_texture_from_wgpu_texture(device, view, filter, id);
-                id
+                renderer.update_egui_texture_from_wgpu_texture(device, view, filter, *id);
+                *id
             }
             _ => renderer.register_native_texture(device, view, filter),
         };

@@ -68,7 +68,8 @@ pub enum Dialog {
 /// What a dialog has found.
 type Found = (Dialog, Option<PathBuf>);
 
-/// The window.
+/// The window. Its switches have nothing to do with each other.
+#[allow(clippy::struct_excessive_bools)]
 pub struct Explorer {
     /// What is open.
     pub document: Option<Document>,
@@ -296,8 +297,7 @@ impl Explorer {
     pub fn looks_into_something(&self) -> bool {
         let beside = self.beside.is_some()
             && !self.pictures[1].as_ref().is_some_and(|shown| shown.picture.whole);
-        let looks = self.looking.heat || self.looking.curves;
-        beside || (looks && self.looking.pending)
+        beside || (self.looking.look.is_some() && self.looking.pending)
     }
 
     /// Counts the hand's last change as over.

@@ -6,7 +6,7 @@ use deepshadow::glam::DVec3;
 use deepshadow::scene::Projection;
 
 use super::{Explorer, MESSAGE};
-use crate::engine::{Motion, Wish};
+use crate::engine::{Motion, Wish, of_map};
 
 /// How long after a change a picture counts as one at rest.
 const REST: Duration = Duration::from_millis(150);
@@ -24,16 +24,13 @@ impl Explorer {
             Ok(now) => now,
             Err(error) => return self.complain(&error.to_string()),
         };
-        if let Some(last) = &self.last {
-            if *last != now {
-                let light = crate::engine::of_map(last) != crate::engine::of_map(&now);
-                let motion = if light { Motion::Light } else { Motion::Camera };
-                // A light that was moved is not at rest because the camera moves too.
-                if self.motion != Motion::Light || light {
-                    self.motion = motion;
-                }
-                self.moved = Some(Instant::now());
+        if let Some(last) = self.last.as_ref().filter(|last| **last != now) {
+            let light = of_map(last) != of_map(&now);
+            // A light that was moved is not at rest because the camera moves too.
+            if self.motion != Motion::Light || light {
+                self.motion = if light { Motion::Light } else { Motion::Camera };
             }
+            self.moved = Some(Instant::now());
         }
         self.last = Some(now.clone());
         match self.moved {

@@ -18,12 +18,15 @@ pub fn command(document: &Document, size: Option<[u32; 2]>) -> Option<String> {
     }
     // One volume and one light are what options speak of.
     if let ([table], [own]) = (&now.volume[..], &mut said.volume[..]) {
-        set(&table.density_scale, &mut own.density_scale, |x| say("density-scale", real(*x)));
-        set(&table.phase_g, &mut own.phase_g, |x| say("phase", real(*x)));
-        set(&table.albedo, &mut own.albedo, |x| say("albedo", list(x)));
-        set(&table.grid, &mut own.grid, |x| say("grid", x.clone()));
-        set(&table.window, &mut own.window, |x| say("window", list(&x.map(f64::from))));
-        set(&table.up, &mut own.up, |x| say("up", x.clone()));
+        set(table.density_scale.as_ref(), &mut own.density_scale, |x| {
+            say("density-scale", real(*x));
+        });
+        set(table.phase_g.as_ref(), &mut own.phase_g, |x| say("phase", real(*x)));
+        set(table.albedo.as_ref(), &mut own.albedo, |x| say("albedo", list(x)));
+        set(table.grid.as_ref(), &mut own.grid, |x| say("grid", x.clone()));
+        set(table.clip.as_ref(), &mut own.clip, |x| say("clip", list(x.as_flattened())));
+        set(table.window.as_ref(), &mut own.window, |x| say("window", list(&x.map(f64::from))));
+        set(table.up.as_ref(), &mut own.up, |x| say("up", x.clone()));
         transfer(table.transfer.as_ref(), &mut own.transfer, &mut say);
     }
     let light = now.light.first();
@@ -31,7 +34,7 @@ pub fn command(document: &Document, size: Option<[u32; 2]>) -> Option<String> {
         let is_parallel = light.kind.as_deref().is_none_or(|kind| kind == "directional");
         let own = said.light.one_mut();
         if is_parallel && light.direction.is_some() {
-            set(&light.direction, &mut own.direction, |x| say("light", list(x)));
+            set(light.direction.as_ref(), &mut own.direction, |x| say("light", list(x)));
             own.kind.clone_from(&light.kind);
         }
         if let Some(irradiance) = light.irradiance.filter(|_| light.irradiance != own.irradiance) {
@@ -48,10 +51,10 @@ pub fn command(document: &Document, size: Option<[u32; 2]>) -> Option<String> {
     let [width, height] = size.unwrap_or([512, 512]);
     say("size", format!("{width}x{height}"));
     (own.width, own.height) = (image.width, image.height);
-    set(&image.samples, &mut own.samples, |x| say("samples", x.to_string()));
-    set(&image.tolerance, &mut own.tolerance, |x| say("picture-tolerance", real(*x)));
-    set(&image.tonemap, &mut own.tonemap, |x| say("tonemap", x.clone()));
-    set(&image.exposure, &mut own.exposure, |x| match x {
+    set(image.samples.as_ref(), &mut own.samples, |x| say("samples", x.to_string()));
+    set(image.tolerance.as_ref(), &mut own.tolerance, |x| say("picture-tolerance", real(*x)));
+    set(image.tonemap.as_ref(), &mut own.tonemap, |x| say("tonemap", x.clone()));
+    set(image.exposure.as_ref(), &mut own.exposure, |x| match x {
         ExposureValue::Factor(x) => say("exposure", real(*x)),
         ExposureValue::Text(text) => say("exposure", text.clone()),
     });
@@ -60,8 +63,8 @@ pub fn command(document: &Document, size: Option<[u32; 2]>) -> Option<String> {
         say("ground", "none".to_owned());
         said.ground.enabled = Some(false);
     }
-    set(&ground.height, &mut said.ground.height, |x| say("ground", real(*x)));
-    set(&now.background.radiance, &mut said.background.radiance, |x| {
+    set(ground.height.as_ref(), &mut said.ground.height, |x| say("ground", real(*x)));
+    set(now.background.radiance.as_ref(), &mut said.background.radiance, |x| {
         say("background", list(x));
     });
     if *now != said {
@@ -72,8 +75,8 @@ pub fn command(document: &Document, size: Option<[u32; 2]>) -> Option<String> {
 }
 
 /// Says a key if it differs and was not left out.
-fn set<T: Clone + PartialEq>(now: &Option<T>, own: &mut Option<T>, say: impl FnOnce(&T)) {
-    if let Some(value) = now.as_ref().filter(|_| now != own) {
+fn set<T: Clone + PartialEq>(now: Option<&T>, own: &mut Option<T>, say: impl FnOnce(&T)) {
+    if let Some(value) = now.filter(|_| now != own.as_ref()) {
         say(value);
         *own = Some(value.clone());
     }
@@ -109,29 +112,31 @@ fn camera(now: &SceneFile, said: &mut SceneFile, say: &mut impl FnMut(&str, Stri
         (own.azimuth_degrees, own.elevation_degrees, own.distance) = (None, None, None);
         (own.zoom, own.fit, own.keyframes) = (None, None, None);
     }
-    set(&table.position, &mut own.position, |x| say("camera", list(x)));
-    set(&table.target, &mut own.target, |x| say("target", list(x)));
-    set(&table.up, &mut own.up, |x| say("up-vector", list(x)));
-    set(&table.fov_y_degrees, &mut own.fov_y_degrees, |x| say("fov", real(*x)));
+    set(table.position.as_ref(), &mut own.position, |x| say("camera", list(x)));
+    set(table.target.as_ref(), &mut own.target, |x| say("target", list(x)));
+    set(table.up.as_ref(), &mut own.up, |x| say("up-vector", list(x)));
+    set(table.fov_y_degrees.as_ref(), &mut own.fov_y_degrees, |x| say("fov", real(*x)));
 }
 
 fn shadow(now: &SceneFile, said: &mut SceneFile, say: &mut impl FnMut(&str, String)) {
     let (table, own) = (&now.shadow, &mut said.shadow);
-    set(&table.map, &mut own.map, |x| say("map", x.clone()));
-    set(&table.size, &mut own.size, |x| say("map-size", x.to_string()));
-    set(&table.filter, &mut own.filter, |x| say("filter", x.clone()));
-    set(&table.quality, &mut own.quality, |x| say("quality", real(*x)));
-    set(&table.steps, &mut own.steps, |x| say("steps", x.to_string()));
-    set(&table.view_steps, &mut own.view_steps, |x| say("view-steps", x.to_string()));
-    set(&table.lookup, &mut own.lookup, |x| say("lookup", x.clone()));
-    set(&table.crossing, &mut own.crossing, |x| say("crossing", x.clone()));
-    set(&table.thresholds, &mut own.thresholds, |x| say("thresholds", list(x)));
-    set(&table.slices, &mut own.slices, |x| say("slices", x.clone()));
-    set(&table.tolerance, &mut own.tolerance, |x| say("tolerance", real(*x)));
-    set(&table.truncation, &mut own.truncation, |x| say("truncation", real(*x)));
-    set(&table.shading, &mut own.shading, |x| say("shading", x.clone()));
-    set(&table.light_samples, &mut own.light_samples, |x| say("light-samples", x.to_string()));
-    set(&table.octaves, &mut own.octaves, |x| say("octaves", x.to_string()));
+    set(table.map.as_ref(), &mut own.map, |x| say("map", x.clone()));
+    set(table.size.as_ref(), &mut own.size, |x| say("map-size", x.to_string()));
+    set(table.filter.as_ref(), &mut own.filter, |x| say("filter", x.clone()));
+    set(table.quality.as_ref(), &mut own.quality, |x| say("quality", real(*x)));
+    set(table.steps.as_ref(), &mut own.steps, |x| say("steps", x.to_string()));
+    set(table.view_steps.as_ref(), &mut own.view_steps, |x| say("view-steps", x.to_string()));
+    set(table.lookup.as_ref(), &mut own.lookup, |x| say("lookup", x.clone()));
+    set(table.crossing.as_ref(), &mut own.crossing, |x| say("crossing", x.clone()));
+    set(table.thresholds.as_ref(), &mut own.thresholds, |x| say("thresholds", list(x)));
+    set(table.slices.as_ref(), &mut own.slices, |x| say("slices", x.clone()));
+    set(table.tolerance.as_ref(), &mut own.tolerance, |x| say("tolerance", real(*x)));
+    set(table.truncation.as_ref(), &mut own.truncation, |x| say("truncation", real(*x)));
+    set(table.shading.as_ref(), &mut own.shading, |x| say("shading", x.clone()));
+    set(table.light_samples.as_ref(), &mut own.light_samples, |x| {
+        say("light-samples", x.to_string());
+    });
+    set(table.octaves.as_ref(), &mut own.octaves, |x| say("octaves", x.to_string()));
 }
 
 /// A number that is read as the same one.

@@ -47,6 +47,11 @@ impl Scale {
     }
 }
 
+/// Gives a control that has no text of its own a name for those who cannot see where it stands.
+pub fn named(ui: &Ui, control: &egui::Response, name: &str) {
+    ui.ctx().accesskit_node_builder(control.id, |node| node.set_label(name));
+}
+
 /// A number.
 pub fn number(ui: &mut Ui, label: &str, key: &mut Option<f64>, now: f64, scale: &Scale) {
     ui.horizontal(|ui| {
@@ -116,6 +121,7 @@ pub fn colour(ui: &mut Ui, label: &str, key: &mut Option<[f64; 3]>, now: [f64; 3
         let value = key.unwrap_or(now);
         let mut shown = value.map(|c| c as f32);
         let button = ui.color_edit_button_rgb(&mut shown);
+        named(ui, &button, label);
         if button.changed() {
             *key = Some(shown.map(f64::from));
         }
@@ -131,7 +137,9 @@ pub fn strength(ui: &mut Ui, label: &str, key: &mut Option<[f64; 3]>, now: [f64;
     let mut bright = largest / unit;
     let mut hue = value.map(|c| if largest > 0.0 { (c / largest) as f32 } else { 1.0 });
     ui.horizontal(|ui| {
-        let coloured = ui.color_edit_button_rgb(&mut hue).changed();
+        let button = ui.color_edit_button_rgb(&mut hue);
+        named(ui, &button, &format!("{label} colour"));
+        let coloured = button.changed();
         let slider =
             Slider::new(&mut bright, 0.0..=8.0).clamping(egui::SliderClamping::Never).text(label);
         if (ui.add(slider).changed() || coloured) && bright.is_finite() {
@@ -150,6 +158,7 @@ pub fn vector(ui: &mut Ui, label: &str, key: &mut Option<[f64; 3]>, now: [f64; 3
         for (at, axis) in value.iter_mut().zip(["x", "y", "z"]) {
             let drag = egui::DragValue::new(at).speed(speed).max_decimals(3).prefix(axis);
             let drag = ui.add(drag).on_hover_text(format!("{label} {axis}"));
+            named(ui, &drag, &format!("{label} {axis}"));
             changed |= drag.changed();
         }
         if changed && value.iter().all(|c| c.is_finite()) {
@@ -174,7 +183,9 @@ pub fn range(
         let mut changed = false;
         for (end, name) in value.iter_mut().zip(["from ", "to "]) {
             let drag = egui::DragValue::new(end).speed(speed).max_decimals(4).prefix(name);
-            changed |= ui.add(drag).on_hover_text(format!("{label} {name}")).changed();
+            let drag = ui.add(drag);
+            named(ui, &drag, &format!("{label} {}", name.trim()));
+            changed |= drag.changed();
         }
         if changed && value[0] < value[1] && value.iter().all(|c| c.is_finite()) {
             *key = Some(value);

@@ -8,13 +8,20 @@ use crate::document::Document;
 use crate::engine::truth::{Channel, Curves, Difference, Drawn, Question};
 use crate::explorer::Explorer;
 
+/// What is shown of the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// The difference of the picture.
+    Difference,
+    /// Curves of maps under the pointer.
+    Curves,
+}
+
 /// What is looked into.
 #[derive(Default)]
 pub struct Looking {
-    /// Whether the difference to the exact picture is shown.
-    pub heat: bool,
-    /// Whether curves under the pointer are shown.
-    pub curves: bool,
+    /// What is shown of the truth.
+    pub look: Option<Look>,
     /// Whether all kinds are shown, or the one that is drawn alone.
     pub all: bool,
     /// What the picture of the map shows.
@@ -38,21 +45,13 @@ pub(super) fn show(explorer: &mut Explorer, document: &Document, ui: &mut Ui) {
     beside(explorer, document, ui);
     let mut looking = std::mem::take(&mut explorer.looking);
     let hover = "the picture against one through exact transmittances, as a share of the brightest";
-    if ui.checkbox(&mut looking.heat, "difference to the truth").on_hover_text(hover).changed()
-        && looking.heat
-    {
-        looking.curves = false;
-    }
-    if looking.heat {
+    look(&mut looking, Look::Difference, "difference to the truth", hover, ui);
+    if looking.look == Some(Look::Difference) {
         heat(&looking, ui);
     }
     let hover = "transmittance along the light ray to what is under the pointer";
-    if ui.checkbox(&mut looking.curves, "map and curves").on_hover_text(hover).changed()
-        && looking.curves
-    {
-        looking.heat = false;
-    }
-    if looking.curves {
+    look(&mut looking, Look::Curves, "map and curves", hover, ui);
+    if looking.look == Some(Look::Curves) {
         ui.checkbox(&mut looking.all, "all kinds of map");
         channel(&mut looking, ui);
         curves(&looking, ui);
@@ -63,6 +62,14 @@ pub(super) fn show(explorer: &mut Explorer, document: &Document, ui: &mut Ui) {
     explorer.looking = looking;
     if ui.button("look from the light").clicked() {
         explorer.look_from_light = true;
+    }
+}
+
+/// Shows something of the truth, or nothing any more.
+fn look(looking: &mut Looking, what: Look, label: &str, hover: &str, ui: &mut Ui) {
+    let mut is = looking.look == Some(what);
+    if ui.checkbox(&mut is, label).on_hover_text(hover).changed() {
+        looking.look = is.then_some(what);
     }
 }
 
@@ -216,11 +223,11 @@ impl Looking {
     pub fn question(&mut self, picture: &crate::engine::Picture, light: usize) -> Option<Question> {
         let kind = picture.settings.map.kind.unwrap_or_default();
         let whole = picture.image.clone().filter(|_| picture.whole);
-        let (question, name) = if let (true, Some(image)) = (self.heat, whole) {
+        let (question, name) = if let (Some(Look::Difference), Some(image)) = (self.look, whole) {
             let (scene, settings) = (picture.scene.clone(), picture.settings.clone());
             let question = Question::Difference { scene, settings, image };
             (question, "difference".to_owned())
-        } else if self.curves && picture.whole {
+        } else if self.look == Some(Look::Curves) && picture.whole {
             let mut kinds = vec![kind];
             if self.all {
                 let surfaces = !picture.scene.surfaces.is_empty();

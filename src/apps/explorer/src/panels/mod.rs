@@ -12,7 +12,7 @@ mod volume;
 use eframe::egui::{self, Ui};
 
 use crate::explorer::Explorer;
-pub use looking::Looking;
+pub use looking::{Look, Looking};
 pub use transfer::{Known, OfDensities, TransferEditor, exported};
 
 /// Draws all panels, one below the other.
@@ -25,28 +25,28 @@ pub fn show(explorer: &mut Explorer, ui: &mut Ui) {
         };
         if !document.file.volume.is_empty() {
             section(explorer, ui, ("Volume", true), |explorer, ui| {
-                volume::show(explorer, &mut document, ui)
+                volume::show(explorer, &mut document, ui);
             });
         }
         if document.file.has_surfaces() {
             section(explorer, ui, ("Surfaces", true), |explorer, ui| {
-                surfaces::show(explorer, &mut document, ui)
+                surfaces::show(explorer, &mut document, ui);
             });
         }
         section(explorer, ui, ("Light", true), |explorer, ui| {
-            light::show(explorer, &mut document, ui)
+            light::show(explorer, &mut document, ui);
         });
         section(explorer, ui, ("Shadow", true), |explorer, ui| {
-            shadow::show(explorer, &mut document, ui)
+            shadow::show(explorer, &mut document, ui);
         });
         section(explorer, ui, ("Picture", false), |explorer, ui| {
-            picture::show(explorer, &mut document, ui)
+            picture::show(explorer, &mut document, ui);
         });
         section(explorer, ui, ("Looking into it", false), |explorer, ui| {
-            looking::show(explorer, &document, ui)
+            looking::show(explorer, &document, ui);
         });
         section(explorer, ui, ("Out", false), |explorer, ui| {
-            crate::output::show(explorer, &mut document, ui)
+            crate::output::show(explorer, &mut document, ui);
         });
         explorer.document = Some(document);
     });

@@ -4,7 +4,7 @@ use deepshadow::image::ToneMap;
 use deepshadow::scene::file::ExposureValue;
 use eframe::egui::{self, Ui};
 
-use super::controls::{Scale, choice, count, number, strength, switch};
+use super::controls::{Scale, choice, count, named, number, strength, switch};
 use crate::document::Document;
 use crate::engine::Device;
 use crate::explorer::Explorer;
@@ -107,10 +107,13 @@ fn size(document: &mut Document, settings: &deepshadow::Settings, ui: &mut Ui) {
         if ui.checkbox(&mut own, "own size").changed() {
             (image.width, image.height) = (own.then_some(width), own.then_some(height));
         }
-        for (side, now) in [(&mut image.width, width), (&mut image.height, height)] {
+        let sides = [(&mut image.width, width, "width"), (&mut image.height, height, "height")];
+        for (side, now, name) in sides {
             let mut value = side.unwrap_or(now);
             let drag = egui::DragValue::new(&mut value).range(16..=8192);
-            if ui.add_enabled(own, drag).changed() {
+            let drag = ui.add_enabled(own, drag);
+            named(ui, &drag, &format!("picture {name}"));
+            if drag.changed() {
                 *side = Some(value);
             }
         }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use deepshadow::settings::{Coding, Crossing, Filter, Lookup, MapKind, Shading, Slices};
 use eframe::egui::{self, Ui};
 
-use super::controls::{Scale, choice, count, number, switch};
+use super::controls::{Scale, choice, count, named, number, switch};
 use crate::document::Document;
 use crate::explorer::Explorer;
 
@@ -26,7 +26,6 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
     match now {
         MapKind::Threshold => threshold(document, &settings, ui),
         MapKind::Fragments | MapKind::Visibility => lists(document, &settings, ui),
-        MapKind::Grid(_) | MapKind::Coded(_) => {}
         _ => {}
     }
     let table = &mut document.file.shadow;
@@ -98,7 +97,8 @@ fn threshold(document: &mut Document, settings: &deepshadow::Settings, ui: &mut 
         let mut changed = false;
         for (index, level) in levels.iter_mut().enumerate() {
             let drag = egui::DragValue::new(level).speed(0.005).range(0.001..=0.999);
-            let drag = ui.add(drag).on_hover_text(format!("threshold {}", index + 1));
+            let drag = ui.add(drag);
+            named(ui, &drag, &format!("threshold {}", index + 1));
             changed |= drag.changed();
         }
         ui.label("thresholds");

@@ -142,7 +142,7 @@ pub fn exported(table: &TransferTable) -> String {
     let mut text = "[volume.transfer]\npoints = [\n".to_owned();
     for point in table.points.iter().flatten() {
         let numbers = point.map(|number| format!("{number:?}")).join(", ");
-        text += &format!("  [{numbers}],\n");
+        text.extend(["  [", &numbers, "],\n"]);
     }
     text + "]\n"
 }

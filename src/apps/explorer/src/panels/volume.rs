@@ -66,10 +66,32 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
     colour(ui, "albedo", &mut table.albedo, medium.albedo.to_array());
     let phase = Scale::linear(-0.95..=0.95);
     number(ui, "phase (g)", &mut table.phase_g, medium.phase_g, &phase);
+    clip_box(&mut table.clip, ui);
     let octaves = explorer.settings().map_or(0, |settings| settings.view.octaves);
     count(ui, "octaves", &mut document.file.shadow.octaves, octaves, 0..=16);
     transfer::show(explorer, document, index, &body, ui);
     emission(document, index, &body, ui);
+}
+
+/// The part of the volume that is kept.
+fn clip_box(key: &mut Option<[[f64; 3]; 2]>, ui: &mut Ui) {
+    /// Thinnest part, as a share.
+    const THIN: f64 = 0.005;
+    let mut is = key.is_some();
+    let hover = "keeps a box of the volume, along the axes of its voxels";
+    if ui.checkbox(&mut is, "clip box").on_hover_text(hover).changed() {
+        *key = is.then_some([[0.0; 3], [1.0; 3]]);
+    }
+    let Some([low, high]) = key else { return };
+    ui.indent("clip", |ui| {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let (least, most) = (low[axis], high[axis]);
+            let from = egui::Slider::new(&mut low[axis], 0.0..=most - THIN);
+            ui.add(from.text(format!("clip {name} from")));
+            let to = egui::Slider::new(&mut high[axis], least + THIN..=1.0);
+            ui.add(to.text(format!("clip {name} to")));
+        }
+    });
 }
 
 /// The frame of a sequence.

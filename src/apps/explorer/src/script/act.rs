@@ -8,6 +8,7 @@ use deepshadow::{Error, Result};
 use super::line::Line;
 use crate::explorer::Explorer;
 use crate::hands;
+use crate::panels::Look;
 
 /// Does what takes no time.
 pub(super) fn act(explorer: &mut Explorer, line: Line) -> Result<()> {
@@ -40,9 +41,9 @@ pub(super) fn act(explorer: &mut Explorer, line: Line) -> Result<()> {
             explorer.pictures[1] = None;
         }
         Line::Wiper(share) => explorer.wiper = share,
-        Line::Heat(on) => (explorer.looking.heat, explorer.looking.curves) = (on, false),
+        Line::Heat(on) => explorer.looking.look = on.then_some(Look::Difference),
         Line::Curves(at) => {
-            (explorer.looking.curves, explorer.looking.heat) = (true, false);
+            explorer.looking.look = Some(Look::Curves);
             explorer.looking.at = Some(at);
         }
         Line::AllKinds(on) => explorer.looking.all = on,

@@ -100,7 +100,7 @@ struct Drag {
 }
 
 /// How long anything may take.
-const PATIENCE: Duration = Duration::from_secs(600);
+const PATIENCE: Duration = Duration::from_mins(10);
 
 impl Script {
     /// Parses the text of the script `path`. Files in it are relative to the current folder.

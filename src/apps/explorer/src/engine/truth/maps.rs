@@ -42,10 +42,7 @@ impl Maps {
         let beams = of.scene.beams()?;
         let beams: Vec<&Beam> = beams.iter().filter(|beam| beam.index == of.light).collect();
         let Some(&first) = beams.first() else { return Ok(()) };
-        let seen = match of.at {
-            Some(at) => Some(seen_point(of, first, at)),
-            None => None,
-        };
+        let seen = of.at.map(|at| seen_point(of, first, at));
         // The view that answers for the point, if the light has several.
         let owner =
             seen.and_then(|seen| beams.iter().find(|beam| beam.view.answers_for(seen)).copied());

@@ -193,17 +193,18 @@ impl Wanted {
     }
 }
 
+/// Five of inferno's colours, sRGB.
+const STOPS: [[f32; 3]; 5] = [
+    [0.0, 0.0, 4.0],
+    [87.0, 16.0, 110.0],
+    [188.0, 55.0, 84.0],
+    [249.0, 142.0, 9.0],
+    [252.0, 255.0, 164.0],
+];
+
 /// A colour for 0..1, dark for small ones (matplotlib's inferno, by the library's preset).
 pub fn colour(x: f64) -> egui::Color32 {
     let at = x.clamp(0.0, 1.0) as f32;
-    // Four of inferno's colours, sRGB.
-    const STOPS: [[f32; 3]; 5] = [
-        [0.0, 0.0, 4.0],
-        [87.0, 16.0, 110.0],
-        [188.0, 55.0, 84.0],
-        [249.0, 142.0, 9.0],
-        [252.0, 255.0, 164.0],
-    ];
     let place = at * 4.0;
     let index = (place as usize).min(3);
     let t = place - index as f32;
