@@ -128,3 +128,54 @@ fn pictures_that_stay_are_those_that_are_read() {
         assert_eq!(pixels, read.render(&scene, &settings, &Silent).unwrap().pixels);
     }
 }
+
+/// A picture on a device that is given up leaves its maps, and only if they are whole.
+#[test]
+fn a_cancelled_picture_keeps_its_maps() {
+    use std::sync::Mutex;
+
+    use deepshadow::ErrorKind;
+    use deepshadow::progress::Progress;
+
+    /// Gives up when the map is made.
+    #[derive(Default)]
+    struct UpToTheMap(Mutex<(Vec<String>, bool)>);
+    impl Progress for UpToTheMap {
+        fn begin(&self, what: &str, _total: u64) {
+            self.0.lock().unwrap().0.push(what.to_owned());
+        }
+        fn advance(&self, _parts: u64) {
+            self.0.lock().unwrap().1 = true;
+        }
+        fn cancelled(&self) -> bool {
+            self.0.lock().unwrap().1
+        }
+    }
+    /// Remembers what was done.
+    #[derive(Default)]
+    struct Works(Mutex<Vec<String>>);
+    impl Progress for Works {
+        fn begin(&self, what: &str, _total: u64) {
+            self.0.lock().unwrap().push(what.to_owned());
+        }
+        fn advance(&self, _parts: u64) {}
+    }
+    let Some(gpu) = backend() else { return };
+    let scene = Scene::automatic(Preset::Bucky.volume(Axis::Y).unwrap()).unwrap();
+    let settings = Settings::default().with(|settings| {
+        (settings.image.size, settings.map.size) = ([96, 64], 96);
+    });
+    let expected = gpu.render(&scene, &settings, &Silent).unwrap();
+    let mut stage = gpu.stage();
+    // Lists may be longer than expected: then they are made again, until they are known.
+    let made = (0..3).map(|_| {
+        let progress = UpToTheMap::default();
+        let error = stage.render(&scene, &settings, &progress).unwrap_err();
+        assert!(matches!(error.kind(), ErrorKind::Cancelled), "{error}");
+        progress.0.into_inner().unwrap().0
+    });
+    assert_eq!(made.collect::<Vec<_>>()[0], ["shadow map"]);
+    let works = Works::default();
+    assert_eq!(stage.render(&scene, &settings, &works).unwrap(), expected);
+    assert_eq!(works.0.into_inner().unwrap(), ["picture"]);
+}

@@ -71,7 +71,8 @@ fn khronos_neutral(color: vec3<f32>) -> vec3<f32> {
 // the tone curve.
 fn shown(color: vec3<f32>, exposure: f32, curve: u32) -> vec3<f32> {
     let exposed = color * exposure;
-    let whole = clamp(exposed, vec3<f32>(), vec3<f32>(1e30));
+    // NaN counts as 0.
+    let whole = select(vec3<f32>(), min(exposed, vec3<f32>(1e30)), exposed > vec3<f32>());
     switch curve {
         case ACES: { return aces(whole); }
         case AGX: { return agx(whole); }
@@ -81,7 +82,7 @@ fn shown(color: vec3<f32>, exposure: f32, curve: u32) -> vec3<f32> {
 }
 
 fn srgb_from_linear(linear: vec3<f32>) -> vec3<f32> {
-    let c = saturate(linear);
+    let c = select(vec3<f32>(), min(linear, vec3<f32>(1.0)), linear > vec3<f32>());
     let curved = 1.055 * pow(c, vec3<f32>(1.0 / 2.4)) - 0.055;
     return select(curved, c * 12.92, c <= vec3<f32>(0.0031308));
 }

@@ -35,15 +35,18 @@ pub(super) fn fill<T: Copy + Send + Sync, S>(
     cell: impl Fn(&mut S, [usize; 2]) -> T + Sync,
 ) {
     parallel::for_each(cells.chunks_mut((width * TILE).max(1)).enumerate(), |(j, band)| {
-        if progress.cancelled() {
-            return;
-        }
         let rows = band.len() / width;
         let tiles: Vec<Vec<T>> = parallel::map(columns(width), |columns| {
+            if progress.cancelled() {
+                return Vec::new();
+            }
             let mut scratch = scratch();
             let places = (0..rows).flat_map(|y| columns.clone().map(move |x| [x, j * TILE + y]));
             places.map(|place| cell(&mut scratch, place)).collect()
         });
+        if progress.cancelled() {
+            return;
+        }
         for (i, tile) in tiles.into_iter().enumerate() {
             let columns = tile.len() / rows;
             for (row, from) in band.chunks_exact_mut(width).zip(tile.chunks_exact(columns)) {
@@ -87,8 +90,10 @@ pub(super) fn runs<T: Copy + Default + Send>(
     progress.begin("shadow map", size as u64);
     let bands = parallel::map(0..size.div_ceil(TILE), |j| -> Result<Runs<T>> {
         let rows = j * TILE..((j + 1) * TILE).min(size);
-        finished(progress)?;
-        let tiles = parallel::map(columns(size), |columns| lists(columns, rows.clone()));
+        let tiles = parallel::map(columns(size), |columns| {
+            finished(progress)?;
+            lists(columns, rows.clone())
+        });
         let tiles = tiles.into_iter().collect::<Result<Vec<_>>>()?;
         let mut band = Runs::default();
         for y in 0..rows.len() {

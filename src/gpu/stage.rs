@@ -305,8 +305,8 @@ impl<'a> GpuStage<'a> {
 
 impl GpuStage<'_> {
     /// The picture of `scene` in linear radiance, as [`Stage::render`] makes it, on the device: what
-    /// is read back is no more than a few counters, where a map was made. It is valid until the next
-    /// picture. Radiances that do not fit f32 are not noticed.
+    /// is read back is no more than a few counters, where a map was made. The next picture may be
+    /// made in the same texture. Radiances that do not fit f32 are not noticed.
     ///
     /// # Errors
     /// As [`Stage::render`].
@@ -346,22 +346,45 @@ impl GpuStage<'_> {
                 let read = read(&self.backend.renderer, &picture, &counters)?;
                 Ok((picture, read))
             });
-            // Nothing is kept that may be truncated or was never made.
-            let (picture, (read, counts)) = made.inspect_err(|_| self.lit.clear())?;
-            let mut whole = true;
-            for (lists, count) in self.counted.iter().zip(counts) {
-                if count > lists.room {
-                    let room = &mut self.room[usize::from(lists.fitted)];
-                    *room = count.max(*room);
-                    whole = false;
+            let (picture, (read, counts)) = match made {
+                Ok(made) => made,
+                Err(error) => {
+                    // Nothing is kept that may be truncated or was never made.
+                    let cancelled = matches!(error.kind(), ErrorKind::Cancelled);
+                    if !(cancelled && self.counters().is_ok_and(|counts| self.are_whole(counts))) {
+                        self.lit.clear();
+                    }
+                    return Err(error);
                 }
-            }
-            if whole {
+            };
+            if self.are_whole(counts) {
                 return Ok((picture, read));
             }
             // Repeat everything with room for the longest list.
             self.lit.clear();
         }
+    }
+
+    /// The lengths of the longest lists of the maps that were made for this picture.
+    fn counters(&self) -> Result<Vec<u32>> {
+        let gpu = &self.backend.renderer;
+        let read = |lists: &Counted| gpu.read_buffer::<u32>(&lists.counters, 4);
+        let counts: Result<Vec<_>> = self.counted.iter().map(read).collect();
+        Ok(counts?.concat())
+    }
+
+    /// Whether no list was truncated, given the lengths of the longest ones; else there will be room
+    /// for them.
+    fn are_whole(&mut self, counts: Vec<u32>) -> bool {
+        let mut whole = true;
+        for (lists, count) in self.counted.iter().zip(counts) {
+            if count > lists.room {
+                let room = &mut self.room[usize::from(lists.fitted)];
+                *room = count.max(*room);
+                whole = false;
+            }
+        }
+        whole
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use deepshadow::io::{Described, at_frame, is_numbered, is_scene_file};
 use deepshadow::scene::automatic::Surroundings;
@@ -9,9 +10,14 @@ use deepshadow::scene::file::{CameraTable, LightTable};
 use deepshadow::scene::{Camera, Light, LightKind, NumberedName, Projection, Scene, SceneFile};
 use deepshadow::{Error, Result};
 
+/// How many documents were opened.
+static OPENED: AtomicU64 = AtomicU64::new(0);
+
 /// A scene that is open.
 #[derive(Clone, Debug)]
 pub struct Document {
+    /// Its number: another one each time that something is opened.
+    pub id: u64,
     /// The name of its input, as it was given.
     pub input: String,
     /// The scene. Keys that are left out are chosen when it is completed.
@@ -46,7 +52,8 @@ impl Document {
         described.stand_up(&of)?;
         let Described { file, surroundings, notes } = described;
         let input = input.to_owned();
-        Ok(Self { input, opened: file.clone(), file, surroundings, notes, frames, frame })
+        let id = OPENED.fetch_add(1, Ordering::Relaxed);
+        Ok(Self { id, input, opened: file.clone(), file, surroundings, notes, frames, frame })
     }
 
     /// The scene file at the frame that is shown.

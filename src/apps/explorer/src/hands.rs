@@ -10,7 +10,7 @@ use deepshadow::scene::{Camera, Light, LightKind, Projection};
 const DEGREES: f64 = 180.0;
 /// How near to straight up or down a camera is turned, in degrees.
 const HIGHEST: f64 = 89.5;
-/// Nearest and farthest that a camera zooms, as a share of what it began with.
+/// The nearest that a camera comes to what it looks at, in world lengths.
 const LEAST_DISTANCE: f64 = 1e-9;
 
 /// Turns a camera around what it looks at, about its own up.

@@ -195,7 +195,14 @@ impl Window {
                 context.request_screenshot(move |seen| _ = sender.send(seen));
                 self.screenshot = Some((path, receiver));
             }
-            Ok(Step::End) => self.end(None, context),
+            Ok(Step::End) => {
+                let errors = self.explorer.messages.iter();
+                let error = errors
+                    .filter(|message| message.is_error)
+                    .map(|message| Error::value("script", message.text.clone()));
+                let error = error.last();
+                self.end(error, context);
+            }
             Err(error) => self.end(Some(error), context),
         }
     }

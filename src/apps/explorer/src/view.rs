@@ -89,10 +89,10 @@ fn heat(explorer: &Explorer, rect: Rect, ui: &Ui) {
     if explorer.looking.look != Some(Look::Difference) {
         return;
     }
-    let at_rest = explorer.pictures[0].as_ref().is_some_and(|shown| shown.picture.whole);
-    if let (Some((_, texture)), true) = (&explorer.looking.difference, at_rest) {
-        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-        ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+    let at_rest = explorer.is_drawn();
+    if let (Some((difference, texture)), true) = (&explorer.looking.difference, at_rest) {
+        let part = Rect::from_min_max(pos2(0.0, 0.0), difference.part.into());
+        ui.painter().image(texture.id(), rect, part, Color32::WHITE);
     }
 }
 

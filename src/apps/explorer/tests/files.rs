@@ -112,5 +112,65 @@ fn a_sequence_is_played() {
     assert!(window.file().volume[0].density_scale.is_some());
     let document = window.explorer().document.clone().unwrap();
     let command = command(&document, Some([64, 64])).unwrap();
-    assert!(command.contains(&format!("--frames {frame}-{frame}")), "{command}");
+    assert!(command.contains(&format!("smoke.{frame:04}.npy")), "{command}");
+}
+
+/// Nothing that comes late takes the place of what was opened after it, and nothing that cannot be
+/// loaded stays.
+#[test]
+fn the_latest_that_was_opened_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = volume(folder.path(), "first.npy");
+    let second = volume(folder.path(), "second.npy");
+    let bad = folder.path().join("bad.toml");
+    fs::write(&bad, format!("[volume]\npath = '{first}.none'\n")).unwrap();
+    let bad = bad.to_str().unwrap().to_owned();
+    let mut window = Window::open(&first, [700.0, 500.0]);
+    for order in [[&bad, &second], [&second, &bad], [&second, &first]] {
+        for input in order {
+            window.explorer().open(input);
+            window.steps(2);
+        }
+        window.wait();
+        let explorer = window.explorer();
+        let found = explorer.document.as_ref().unwrap().input.clone();
+        if *order[1] == bad {
+            // What was opened before it may not have been drawn yet.
+            assert!(found == first || found == second, "{order:?}: {found}");
+        } else {
+            assert_eq!(found, *order[1], "{order:?}");
+        }
+        assert!(explorer.shown().unwrap().picture.whole);
+        explorer.messages.clear();
+        window.explorer().open(&first);
+        window.wait();
+    }
+    // A file that has changed is read again.
+    let before = window.explorer().shown().unwrap().picture.image.clone().unwrap();
+    let values = (0..12 * 10 * 8).map(|i| ((i * 3) % 7) as f32 / 7.0);
+    fs::write(&first, encode_array(&[8, 10, 12], values).unwrap()).unwrap();
+    window.explorer().open(&first);
+    window.wait();
+    assert!(window.explorer().shown().unwrap().picture.image.clone().unwrap() != before);
+}
+
+/// What is given up stays given up until something changes.
+#[test]
+fn work_is_given_up() {
+    let mut window = Window::open("clouds", [900.0, 700.0]);
+    window.slide("density scale", 60.0);
+    window.until(|explorer| !explorer.shown().unwrap().picture.whole);
+    window.explorer().cancel();
+    window.wait();
+    window.steps(20);
+    assert!(!window.explorer().shown().unwrap().picture.whole && !window.explorer().is_drawn());
+    window.slide("density scale", 61.0);
+    window.wait();
+    assert!(window.explorer().is_drawn());
+    // What nobody has seen yet is not opened at all.
+    window.explorer().open("bucky");
+    window.steps(1);
+    window.explorer().cancel();
+    window.wait();
+    assert_eq!(window.explorer().document.as_ref().unwrap().input, "clouds");
 }

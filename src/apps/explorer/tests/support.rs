@@ -24,6 +24,8 @@ impl Window {
         let explorer = Explorer::new(&context, None).unwrap();
         let mut harness = Harness::builder()
             .with_size(egui::Vec2::from(size))
+            // Windows take fonts of the system, which tests do not depend on.
+            .allow_missing_glyphs()
             .build_ui_state(|ui, explorer: &mut Explorer| explorer.show(ui), explorer);
         harness.state_mut().open(input);
         let mut window = Self { harness };
@@ -118,11 +120,17 @@ impl Window {
 
     /// Picks another colour from where the button of a colour leads.
     pub fn pick_colour(&mut self, label: &str) {
+        let fields = |harness: &Harness<'static, Explorer>| {
+            let all = harness.get_all_by_role(Role::SpinButton);
+            all.map(|node| node.rect()).collect::<Vec<_>>()
+        };
+        let before = fields(&self.harness);
         self.harness.get_by_role_and_label(Role::ColorWell, label).click();
         self.steps(4);
-        let numbers = self.harness.get_all_by_role(Role::SpinButton);
-        let first = numbers.last().expect("a colour has numbers");
-        first.set_value_accesskit(64.0);
+        let all: Vec<_> = self.harness.get_all_by_role(Role::SpinButton).collect();
+        let first = all.iter().find(|node| !before.contains(&node.rect()));
+        first.expect("a colour has numbers").set_value_accesskit(64.0);
+        drop(all);
         self.steps(3);
         self.harness.key_press(egui::Key::Escape);
         self.steps(2);

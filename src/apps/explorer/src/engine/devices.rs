@@ -132,7 +132,6 @@ impl Features {
             any(|medium| medium.modulation.is_some()),
             any(|medium| medium.tint != deepshadow::glam::DVec3::ONE),
             scene.surfaces.is_empty(),
-            settings.image.samples > 1,
             settings.view.octaves > 0,
         ];
         let map = &settings.map;
@@ -146,9 +145,13 @@ impl Features {
 /// # Errors
 /// As a picture.
 pub fn warm_up(gpu: &GpuBackend, scene: &Scene, settings: &Settings) -> Result<()> {
-    let small = settings.with(|settings| {
-        settings.image.size = [16, 8];
-        settings.map.size = settings.map.size.min(16);
-    });
-    gpu.render(scene, &small, &Silent).map(drop)
+    // Moving pictures have one ray a pixel.
+    for samples in [settings.image.samples, 1] {
+        let small = settings.with(|settings| {
+            (settings.image.size, settings.image.samples) = ([16, 8], samples);
+            settings.map.size = settings.map.size.min(16);
+        });
+        gpu.render(scene, &small, &Silent)?;
+    }
+    Ok(())
 }

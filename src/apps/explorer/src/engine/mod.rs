@@ -29,9 +29,13 @@ use progress::Shared;
 pub use side::of_map;
 use worker::Worker;
 
+use crate::panels::OfDensities;
+
 /// What is to be drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wish {
+    /// The number of the document. What was loaded for another one is not taken for this.
+    pub document: u64,
     /// The scene.
     pub file: SceneFile,
     /// What surrounds it where that is left out.
@@ -48,6 +52,14 @@ pub struct Wish {
     pub device: Device,
 }
 
+impl Wish {
+    /// Whether it wants the same at rest.
+    pub fn is_of_same_scene(&self, other: &Self) -> bool {
+        let (motion, budget) = (self.motion, self.budget);
+        *self == Self { motion, budget, ..other.clone() }
+    }
+}
+
 /// A picture.
 #[derive(Clone, Debug)]
 pub struct Picture {
@@ -55,6 +67,8 @@ pub struct Picture {
     pub side: usize,
     /// The number of the wish ([`Engine::wish`]).
     pub serial: u64,
+    /// The number of its document.
+    pub document: u64,
     /// What a screen shows.
     pub face: Face,
     /// Linear radiance; a picture that was drawn while something moved may have stayed on a device.
@@ -77,7 +91,7 @@ pub struct Picture {
     pub times: Times,
     /// What drew it.
     pub device: String,
-    /// Whether its map was drawn with fewer texels or steps, as something moved.
+    /// Texels along each edge of its maps.
     pub map_size: u32,
 }
 
@@ -99,6 +113,8 @@ pub struct OfVolume {
     pub function: Option<Arc<TransferFunction>>,
     /// The map between densities and what it holds.
     pub densities: Densities,
+    /// Its histogram, as soon as it is known.
+    pub histogram: Option<Arc<OfDensities>>,
 }
 
 /// Something that has happened.
@@ -108,6 +124,8 @@ pub enum Event {
     Picture(Box<Picture>),
     /// Something was loaded.
     Loaded {
+        /// The number of its document.
+        document: u64,
         /// What there is to say of it, one line each.
         notes: Vec<String>,
         /// The names of the grids in each volume's file.
@@ -174,6 +192,16 @@ impl Engine {
     pub fn cancel(&mut self) {
         self.last = None;
         self.shared.give_up();
+    }
+
+    /// The next wish counts as a new one, whatever it is.
+    pub fn ask_again(&mut self) {
+        self.last = None;
+    }
+
+    /// Whether something is being loaded.
+    pub fn is_loading(&self) -> bool {
+        self.doing().is_some_and(|doing| doing.share.is_none())
     }
 
     /// What has happened since the last call.

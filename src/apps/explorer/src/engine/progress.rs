@@ -12,6 +12,7 @@ use deepshadow::scene::automatic::Loaded;
 
 use super::Wish;
 use super::devices::Features;
+use crate::panels::Known;
 
 /// A piece of work, for people.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +35,8 @@ pub struct Arrival {
     pub loaded: Result<(Loaded, Vec<String>)>,
     /// The names of the grids in each volume's file.
     pub grids: Vec<Vec<String>>,
+    /// The histograms of the volumes.
+    pub histograms: Vec<Known>,
 }
 
 /// The way between threads.
@@ -43,6 +46,8 @@ pub struct Shared {
     arrived: Condvar,
     /// The number of the latest wish.
     pub serial: AtomicU64,
+    /// The number of the latest wish that was given up.
+    abandoned: AtomicU64,
     /// What is being done.
     pub doing: Mutex<Option<Doing>>,
 }
@@ -52,6 +57,7 @@ struct Inbox {
     wish: Option<(u64, Wish)>,
     arrivals: Vec<Arrival>,
     compiled: Vec<Features>,
+    given_up: bool,
     /// Whether the thread is at work, or something is being loaded.
     busy: bool,
     quit: bool,
@@ -65,6 +71,8 @@ pub enum Call {
     Arrival(Box<Arrival>),
     /// Drivers have compiled something.
     Compiled(Features),
+    /// Whatever was wished for is not wanted any more.
+    GivenUp,
     /// The end.
     Quit,
 }
@@ -88,8 +96,9 @@ impl Shared {
     /// Makes all work that is being done unwanted.
     pub fn give_up(&self) {
         self.with(|inbox| {
-            self.serial.fetch_add(1, Ordering::Relaxed);
-            inbox.wish = None;
+            let serial = self.serial.fetch_add(1, Ordering::Relaxed);
+            self.abandoned.store(serial, Ordering::Relaxed);
+            (inbox.wish, inbox.given_up) = (None, true);
         });
     }
 
@@ -111,7 +120,9 @@ impl Shared {
 
     /// Whether nothing is left to be done.
     pub fn is_idle(&self) -> bool {
-        self.with(|inbox| inbox.wish.is_none() && inbox.arrivals.is_empty() && !inbox.busy)
+        self.with(|inbox| {
+            inbox.wish.is_none() && inbox.arrivals.is_empty() && !inbox.given_up && !inbox.busy
+        })
     }
 
     /// Says what is being done.
@@ -127,6 +138,9 @@ impl Shared {
                 return Call::Quit;
             }
             inbox.busy = true;
+            if std::mem::take(&mut inbox.given_up) {
+                return Call::GivenUp;
+            }
             if let Some(features) = inbox.compiled.pop() {
                 return Call::Compiled(features);
             }
@@ -146,7 +160,7 @@ impl Shared {
 pub struct Watch<'a> {
     shared: &'a Shared,
     serial: u64,
-    /// Whether it ends when another wish comes.
+    /// Whether it ends when another wish comes; it always does when its own is given up.
     gives_up: bool,
     state: Mutex<State>,
 }
@@ -216,6 +230,8 @@ impl Progress for Watch<'_> {
     }
 
     fn cancelled(&self) -> bool {
-        self.gives_up && self.shared.serial.load(Ordering::Relaxed) != self.serial
+        let newer = self.shared.serial.load(Ordering::Relaxed) != self.serial;
+        let abandoned = self.shared.abandoned.load(Ordering::Relaxed) >= self.serial;
+        abandoned || (self.gives_up && newer)
     }
 }

@@ -8,8 +8,8 @@ use deepshadow::backend::Stage;
 use deepshadow::gpu::GpuStage;
 use deepshadow::image::{Exposure, Image, Tone, ToneMap};
 use deepshadow::io::SceneLoader;
-use deepshadow::scene::SceneFile;
 use deepshadow::scene::automatic::{Choice, Loaded, Surroundings, complete};
+use deepshadow::scene::{Media, SceneFile};
 use deepshadow::{Result, Scene, Settings};
 use eframe::egui;
 
@@ -18,9 +18,12 @@ use super::devices::Devices;
 use super::pace::{Motion, Pace, Times};
 use super::progress::Watch;
 use super::texture::Textures;
+use crate::panels::{Known, known};
 
 /// A scene that is drawn again and again.
 pub struct Side {
+    /// The number of the document.
+    pub document: Option<u64>,
     pub loader: SceneLoader,
     pub cpu: Box<dyn Stage>,
     pub gpu: Option<GpuStage<'static>>,
@@ -30,28 +33,54 @@ pub struct Side {
     /// The scene file for which the last map was made, with the map's size and quality.
     pub map_of: Option<(SceneFile, u32, f64)>,
     /// The last whole picture and what it is of.
-    pub whole: Option<(Key, Arc<Image>)>,
+    pub whole: Option<Whole>,
     /// The file for which any picture was drawn last.
     pub drawn: Option<Key>,
     /// How the last whole picture was shown.
     pub tone: Tone,
-    last_media: Option<deepshadow::scene::Media>,
+    last_media: Option<Media>,
+    /// The histograms of volumes.
+    pub histograms: Vec<Known>,
+}
+
+impl Side {
+    /// Takes what was loaded for a document. Of another one nothing is kept.
+    pub fn take(&mut self, document: u64, loader: SceneLoader, histograms: Vec<Known>) {
+        if self.document != Some(document) {
+            (self.map_of, self.whole, self.drawn) = (None, None, None);
+            self.document = Some(document);
+        }
+        (self.loader, self.histograms) = (loader, histograms);
+    }
+}
+
+/// A whole picture.
+#[derive(Clone)]
+pub struct Whole {
+    pub key: Key,
+    pub image: Arc<Image>,
+    /// What drew it.
+    pub device: String,
+    /// Texels along the edge of its maps.
+    pub map_size: u32,
 }
 
 /// What pixels of a picture depend on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
     file: SceneFile,
+    surroundings: Surroundings,
     size: [u32; 2],
     device: super::Device,
 }
 
 impl Key {
     /// Of a scene file; how radiance is shown is no part of it.
-    pub fn of(file: &SceneFile, size: [u32; 2], device: super::Device) -> Self {
+    pub fn of(file: &SceneFile, wish: &super::Wish) -> Self {
         let mut file = file.clone();
         (file.image.exposure, file.image.tonemap) = (None, None);
-        Self { file, size, device }
+        let super::Wish { surroundings, size, device, .. } = *wish;
+        Self { file, surroundings, size, device }
     }
 }
 
@@ -67,6 +96,8 @@ pub struct Completed {
 impl Side {
     pub fn new() -> Self {
         Self {
+            document: None,
+            histograms: Vec::new(),
             loader: SceneLoader::default(),
             cpu: Devices::cpu().stage(),
             gpu: None,
@@ -94,6 +125,7 @@ impl Side {
             window: own.window,
             function: own.function.clone().map(Arc::new),
             densities: own.densities,
+            histogram: known(&self.histograms, &own.volume),
         });
         let volumes = volumes.collect();
         let mut sized = file.clone();

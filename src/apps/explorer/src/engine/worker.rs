@@ -1,23 +1,25 @@
 //! The thread that draws.
 
 use std::sync::Arc;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use deepshadow::backend::Stage;
 use deepshadow::gpu::{GpuBackend, GpuImage};
 use deepshadow::image::{Image, Tone};
-use deepshadow::io::Format;
 use deepshadow::io::vdb::VdbFile;
+use deepshadow::io::{Format, SceneLoader};
 use deepshadow::scene::SceneFile;
-use deepshadow::scene::automatic::Surroundings;
+use deepshadow::scene::automatic::{Ingredients, Surroundings};
 use deepshadow::scene::file::VolumeTable;
 use deepshadow::{Backend, ErrorKind, Result, Scene, Settings};
 
 use super::devices::{Devices, Features, warm_up};
 use super::pace::Motion;
 use super::progress::{Arrival, Call, Doing, Shared, Watch};
-use super::side::{Completed, Key, Side, of_map, on_screen, times_of};
+use super::side::{Completed, Key, Side, Whole, of_map, on_screen, times_of};
 use super::{Device, Event, Face, Picture, Wish};
+use crate::panels::{Known, OfDensities};
 
 /// Draws wishes until it is told to quit.
 pub struct Worker {
@@ -29,19 +31,18 @@ pub struct Worker {
     wish: Option<(u64, Wish)>,
     /// What drivers have compiled shaders for, and what they are compiling.
     compiled: Vec<Features>,
-    compiling: Option<Features>,
+    compiling: Option<(Features, JoinHandle<()>)>,
     /// What drew the last picture of each side.
     drew: [String; 2],
-    /// The wish and the side for which something is being loaded.
-    loading: Option<(u64, usize, Box<Wish>)>,
+    loading: Option<Loading>,
 }
 
-/// Why a wish was not fulfilled yet.
-enum Pending {
-    /// Something is being loaded.
-    Loading,
-    /// Everything was drawn.
-    Nothing,
+/// Something that is being loaded.
+struct Loading {
+    /// The number of the wish.
+    serial: u64,
+    side: usize,
+    wish: Box<Wish>,
 }
 
 impl Worker {
@@ -70,13 +71,24 @@ impl Worker {
     pub fn run(mut self) {
         loop {
             match self.shared.next(self.loading.is_some()) {
-                Call::Quit => return,
+                Call::Quit => {
+                    if let Some((_, compiling)) = self.compiling.take() {
+                        // Drivers do not bear that a process ends while they work.
+                        let _ = compiling.join();
+                    }
+                    return;
+                }
+                // What is being loaded is not waited for; nobody takes it when it comes.
+                Call::GivenUp => (self.wish, self.loading) = (None, None),
                 Call::Wish(serial, wish) => {
                     self.wish = Some((serial, *wish));
                     self.serve();
                 }
                 Call::Arrival(arrival) => self.arrived(*arrival),
-                Call::Compiled(features) => self.compiled.push(features),
+                Call::Compiled(features) => {
+                    self.compiled.push(features);
+                    self.compiling = None;
+                }
             }
             if self.loading.is_none() {
                 self.shared.say(None);
@@ -88,7 +100,7 @@ impl Worker {
     fn serve(&mut self) {
         let Some((serial, wish)) = self.wish.clone() else { return };
         match self.fulfil(serial, &wish) {
-            Ok(Pending::Nothing | Pending::Loading) => {}
+            Ok(()) => {}
             Err(error) if matches!(error.kind(), ErrorKind::Cancelled) => {}
             Err(error) => {
                 (self.tell)(Event::Failed { serial, why: error.to_string(), loading: false });
@@ -98,46 +110,59 @@ impl Worker {
 
     /// Takes what was loaded.
     fn arrived(&mut self, arrival: Arrival) {
-        let Some((_, _, wish)) = self.loading.take() else { return };
-        let Arrival { serial, side, loader, loaded, grids } = arrival;
+        let Arrival { serial, side, loader, loaded, grids, histograms } = arrival;
+        let is_own = |loading: &mut Loading| (loading.serial, loading.side) == (serial, side);
+        let Some(Loading { wish, .. }) = self.loading.take_if(is_own) else { return };
         match loaded {
             Ok((_, notes)) => {
-                self.sides[side].loader = loader;
-                if side == 0 {
-                    (self.tell)(Event::Loaded { notes, grids });
+                let latest = self.wish.as_ref().map(|(_, latest)| latest);
+                // Somebody who went back does not want it any more.
+                let same = latest.is_some_and(|latest| latest.document == wish.document);
+                if same || !latest.is_some_and(|latest| self.holds(side, latest)) {
+                    self.sides[side].take(wish.document, loader, histograms);
+                    if side == 0 {
+                        (self.tell)(Event::Loaded { document: wish.document, notes, grids });
+                    }
                 }
                 // What was wished for meanwhile may need something else: this is shown until then.
-                let wanted = self.wish.as_ref().is_some_and(|(now, _)| *now != serial);
-                let scan = wish.surroundings == Surroundings::Studio;
-                let newer = self.wish.as_ref().map(|(_, wish)| &wish.file);
-                let held = newer.is_some_and(|file| self.sides[0].loader.holds(file, scan));
-                if wanted && !held && side == 0 {
+                let held = self.wish.as_ref().is_some_and(|(_, latest)| self.holds(0, latest));
+                if same && !held && side == 0 {
                     let hurried = Wish { motion: Motion::Light, ..*wish };
                     let _ = self.fulfil(serial, &hurried);
                 }
             }
             Err(error) => {
                 (self.tell)(Event::Failed { serial, why: error.to_string(), loading: true });
-                if self.wish.as_ref().is_some_and(|(now, _)| *now == serial) {
-                    self.wish = None;
-                }
+                self.wish.take_if(|(latest, _)| *latest == serial);
             }
         }
         self.serve();
     }
 
+    /// Whether everything is loaded that one side of a wish needs.
+    fn holds(&self, side: usize, wish: &Wish) -> bool {
+        let file = if side == 0 { Some(&wish.file) } else { wish.beside.as_ref() };
+        let scan = wish.surroundings == Surroundings::Studio;
+        let own = &self.sides[side];
+        own.document == Some(wish.document) && file.is_none_or(|file| own.loader.holds(file, scan))
+    }
+
     /// Draws `wish`, or loads what it needs.
-    fn fulfil(&mut self, serial: u64, wish: &Wish) -> Result<Pending> {
+    fn fulfil(&mut self, serial: u64, wish: &Wish) -> Result<()> {
         let scan = wish.surroundings == Surroundings::Studio;
         let files = [Some(&wish.file), wish.beside.as_ref()];
         for (side, file) in files.into_iter().enumerate() {
-            let Some(file) = file else { continue };
-            if side == 1 && !self.sides[1].loader.holds(file, scan) {
-                self.sides[1].loader = self.sides[0].loader.clone();
+            if file.is_none() {
+                continue;
             }
-            if !self.sides[side].loader.holds(file, scan) {
+            if side == 1 && !self.holds(1, wish) {
+                // Most of what is compared is the same.
+                let (loader, known) = (self.sides[0].loader.clone(), Vec::new());
+                self.sides[1].take(wish.document, loader, known);
+            }
+            if !self.holds(side, wish) {
                 self.load(serial, side, wish);
-                return Ok(Pending::Loading);
+                return Ok(());
             }
         }
         let mut all = Vec::new();
@@ -156,7 +181,7 @@ impl Worker {
                 self.draw_side(serial, wish, &of)?;
             }
         }
-        Ok(Pending::Nothing)
+        Ok(())
     }
 
     /// Begins to load what one side of `wish` needs, unless something is being loaded already.
@@ -171,13 +196,19 @@ impl Worker {
         let name = names.last().and_then(|path| Some(path.file_name()?.display().to_string()));
         let what = format!("loading {}", name.unwrap_or_else(|| "the scene".to_owned()));
         self.shared.say(Some(Doing { what, share: None }));
-        self.loading = Some((serial, side, Box::new(wish.clone())));
+        self.loading = Some(Loading { serial, side, wish: Box::new(wish.clone()) });
         let scan = wish.surroundings == Surroundings::Studio;
-        let (mut loader, shared) = (self.sides[side].loader.clone(), self.shared.clone());
+        // The files of another document may have changed since they were read for it.
+        let own = &self.sides[side];
+        let same = own.document == Some(wish.document);
+        let mut loader = if same { own.loader.clone() } else { SceneLoader::default() };
+        let (mut histograms, shared) = (own.histograms.clone(), self.shared.clone());
         let work = move || {
             let loaded = loader.load(&file, scan);
             let grids = file.volume.iter().map(grid_names).collect();
-            shared.arrive(Arrival { serial, side, loader, loaded, grids });
+            let volumes = loaded.as_ref().map_or(&[][..], |(loaded, _)| &loaded.volumes[..]);
+            histograms = volumes.iter().map(|own| histogram(own, &histograms)).collect();
+            shared.arrive(Arrival { serial, side, loader, loaded, grids, histograms });
         };
         let thread = std::thread::Builder::new().name("loading".to_owned());
         if let Err(error) = thread.spawn(work) {
@@ -189,18 +220,16 @@ impl Worker {
 
     /// Draws one side, unless it is drawn already.
     fn draw_side(&mut self, serial: u64, wish: &Wish, of: &Drawn<'_>) -> Result<()> {
-        let key = Key::of(of.file, wish.size, wish.device);
+        let key = Key::of(of.file, wish);
         let side = &self.sides[of.side];
-        let known = side.whole.as_ref().filter(|(known, _)| *known == key);
-        let known = known.map(|(_, image)| image.clone());
-        if let Some(image) = known {
+        let known = side.whole.as_ref().filter(|known| known.key == key).cloned();
+        if let Some(Whole { image, device, map_size, .. }) = known {
             // Its pixels are known, and only shown in another way.
-            if of.hurried {
-                return Ok(());
+            if !of.hurried {
+                self.sides[of.side].tone = side.tone_of(of.file, &image, true)?;
+                let by = (device, map_size);
+                self.show_image((serial, wish), of, image, by, super::Times::default());
             }
-            let tone = side.tone_of(of.file, &image, true)?;
-            self.sides[of.side].tone = tone;
-            self.show_image(serial, of, image, super::Times::default());
             return Ok(());
         }
         let moving = wish.motion != Motion::Rest;
@@ -218,16 +247,26 @@ impl Worker {
                 let begun = Instant::now();
                 let view = side.textures.show(gpu, &image, tone)?;
                 let shown = (Face::Texture(view), begun.elapsed());
-                self.show(serial, of, (None, image.size()), tone, shown, times);
+                let by = self.by(of);
+                self.show((serial, wish), of, (None, image.size()), tone, (shown, by), times);
                 return Ok(());
             }
         };
         side.tone = side.tone_of(of.file, &image, !of.hurried)?;
+        let (device, map_size) = self.by(of);
         if !of.hurried {
-            side.whole = Some((key, image.clone()));
+            let (image, device) = (image.clone(), device.clone());
+            self.sides[of.side].whole = Some(Whole { key, image, device, map_size });
         }
-        self.show_image(serial, of, image, times);
+        self.show_image((serial, wish), of, image, (device, map_size), times);
         Ok(())
+    }
+
+    /// What drew the last picture of a side, and how large its maps were.
+    fn by(&self, of: &Drawn<'_>) -> (String, u32) {
+        let map_of = self.sides[of.side].map_of.as_ref();
+        let map_size = map_of.map_or(of.completed.settings.map.size, |(_, size, _)| *size);
+        (self.drew[of.side].clone(), map_size)
     }
 
     /// Draws one side.
@@ -235,12 +274,13 @@ impl Worker {
         let Completed { scene, settings, .. } = of.completed;
         let motion = if wish.motion == Motion::Rest { Motion::Light } else { wish.motion };
         let hurried = self.sides[of.side].hurried(of.file, settings, motion);
+        let wanted = settings;
         let settings = if of.hurried { &hurried } else { &**settings };
         let shared = self.shared.clone();
         let watch = Watch::new(&shared, serial, !of.hurried);
         let mut gpu = self.devices.gpu(wish.device, scene, settings);
         if let Some(device) = gpu
-            && !self.is_compiled(device, wish.device, (scene, settings))
+            && !self.is_compiled(device, wish.device, (scene, wanted))
         {
             gpu = None;
         }
@@ -277,6 +317,10 @@ impl Worker {
         let times = super::Times { scene: of.seconds, ..times_of(&watch) };
         if of.hurried {
             side.pace.learn(&times, wish.budget);
+            if wish.motion == Motion::Camera && times.map > wish.budget.as_secs_f64() {
+                // It was too large to be kept: the next one is as large as there is time for.
+                side.map_of = None;
+            }
         }
         Ok((made, times))
     }
@@ -300,47 +344,54 @@ impl Worker {
             self.compiled.push(features);
             return true;
         }
-        if self.compiling.as_ref() == Some(&features) {
+        if self.compiling.is_some() {
             return false;
         }
-        self.compiling = Some(features.clone());
         let (scene, settings, shared) = (scene.clone(), settings.clone(), self.shared.clone());
+        let own = features.clone();
         let work = move || {
             let _ = warm_up(device, &scene, &settings);
-            shared.compiled(features);
+            shared.compiled(own);
         };
         // Without a thread the processor goes on.
-        let _ = std::thread::Builder::new().name("compiling".to_owned()).spawn(work);
+        let thread = std::thread::Builder::new().name("compiling".to_owned()).spawn(work);
+        self.compiling = thread.ok().map(|thread| (features, thread));
         false
     }
 
     /// Tells of a picture whose pixels are known.
-    fn show_image(&mut self, serial: u64, of: &Drawn<'_>, image: Arc<Image>, times: super::Times) {
+    fn show_image(
+        &mut self,
+        wish: (u64, &Wish),
+        of: &Drawn<'_>,
+        image: Arc<Image>,
+        by: (String, u32),
+        times: super::Times,
+    ) {
         let tone = self.sides[of.side].tone;
         let (shown, spent) = on_screen(&image, tone);
         let size = [image.width, image.height];
-        self.show(serial, of, (Some(image), size), tone, (Face::Pixels(shown), spent), times);
+        let shown = ((Face::Pixels(shown), spent), by);
+        self.show(wish, of, (Some(image), size), tone, shown, times);
     }
 
     /// Tells of a picture.
     fn show(
         &mut self,
-        serial: u64,
+        (serial, wish): (u64, &Wish),
         of: &Drawn<'_>,
         (image, size): (Option<Arc<Image>>, [u32; 2]),
         tone: Tone,
-        (face, spent): (Face, Duration),
+        ((face, spent), (device, map_size)): ((Face, Duration), (String, u32)),
         mut times: super::Times,
     ) {
         times.tone = spent.as_secs_f64();
         times.total = times.scene + times.map + times.view + times.tone;
         let Completed { scene, settings, choices, volumes } = of.completed.clone();
-        let device = self.drew[of.side].clone();
-        let map_of = self.sides[of.side].map_of.as_ref();
-        let map_size = map_of.map_or(settings.map.size, |(_, size, _)| *size);
         (self.tell)(Event::Picture(Box::new(Picture {
             side: of.side,
             serial,
+            document: wish.document,
             face,
             image,
             size,
@@ -363,6 +414,12 @@ enum Made {
     Read(Image),
     /// It is on the device.
     Stays(&'static GpuBackend, GpuImage),
+}
+
+/// The histogram of a volume, which may be `known`.
+fn histogram(own: &Ingredients, known: &[Known]) -> Known {
+    let made = || Arc::new(OfDensities::of(&own.volume, &own.densities));
+    (own.volume.clone(), crate::panels::known(known, &own.volume).unwrap_or_else(made))
 }
 
 /// The names of the grids in a volume's file, if it is OpenVDB.

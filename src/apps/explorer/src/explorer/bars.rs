@@ -58,7 +58,7 @@ impl Explorer {
 
     pub(super) fn status(&mut self, ui: &mut Ui) {
         egui::Panel::bottom("status").exact_size(30.0).show(ui, |ui| {
-            ui.horizontal_centered(|ui| match self.engine.doing() {
+            ui.horizontal_centered(|ui| match self.doing() {
                 Some(doing) => {
                     let bar = match doing.share {
                         Some(share) => egui::ProgressBar::new(share),
@@ -66,10 +66,7 @@ impl Explorer {
                     };
                     ui.add(bar.desired_width(180.0).text(doing.what));
                     if ui.button("cancel").on_hover_text("Esc").clicked() {
-                        self.engine.cancel();
-                        if self.pictures[0].is_none() {
-                            self.document = None;
-                        }
+                        self.cancel();
                     }
                     ui.ctx().request_repaint_after(Duration::from_millis(60));
                 }
@@ -110,12 +107,17 @@ impl Explorer {
 
     /// What the status line says when nothing is being done.
     pub(super) fn at_rest(&self, ui: &mut Ui) {
-        let Some(shown) = &self.pictures[0] else {
+        let Some(shown) = self.shown() else {
             ui.weak("Open a file, drop one here, or take an example.");
             return;
         };
         let Picture { times, device, whole, size: [width, height], .. } = &shown.picture;
-        let state = if *whole { "as render draws it" } else { "moving" };
+        let state = match (self.is_drawn(), *whole) {
+            (true, _) => "as render draws it",
+            (false, false) if self.is_at_rest() => "given up until something changes",
+            (false, true) => "not drawn yet",
+            (false, false) => "moving",
+        };
         let rate = self.rate.map_or(String::new(), |rate| format!(", {rate:.0} pictures a second"));
         let time = times.total * 1e3;
         ui.weak(format!("{state}: {width} x {height} in {time:.0} ms{rate}, {device}"));

@@ -30,6 +30,17 @@ impl Texture {
 impl Explorer {
     /// Takes what the engine has made.
     pub(super) fn receive(&mut self) {
+        while let Ok((input, document)) = self.opened_documents.1.try_recv() {
+            // Another one may have been opened, or this one given up, meanwhile.
+            if self.opening.as_ref() != Some(&input) {
+                continue;
+            }
+            self.opening = None;
+            match document {
+                Ok(document) => self.take_document(*document),
+                Err(error) => self.complain(&error.to_string()),
+            }
+        }
         let events = self.engine.events();
         self.hear(events);
         self.hear_of_truth();
@@ -45,7 +56,8 @@ impl Explorer {
         for event in events {
             match event {
                 Event::Picture(picture) => self.take(*picture),
-                Event::Loaded { notes, grids } => {
+                Event::Loaded { document, .. } if Some(document) != self.id => {}
+                Event::Loaded { notes, grids, .. } => {
                     self.grids = grids;
                     for note in &notes {
                         self.say(note);
@@ -54,12 +66,17 @@ impl Explorer {
                 Event::FellBack(why) => {
                     self.complain(&format!("{why}; the processor draws from now on"));
                 }
-                Event::Failed { why, loading, .. } => {
+                Event::Failed { serial, why, loading } => {
                     self.complain(&why);
+                    // What was changed since then is still being tried.
+                    if serial != self.engine.last_wish() {
+                        continue;
+                    }
+                    self.failed = Some(serial);
                     // What cannot be loaded must not stay: nothing could be drawn any more.
-                    if loading || self.pictures[0].is_none() {
-                        self.document = self.good.clone();
-                        self.last = None;
+                    if loading || self.shown().is_none() {
+                        let good = self.good.clone();
+                        self.show_document(good);
                     }
                 }
             }
@@ -96,7 +113,14 @@ impl Explorer {
     pub(super) fn take(&mut self, picture: Picture) {
         let side = picture.side;
         if side == 0 {
-            self.good.clone_from(&self.document);
+            while self.asked.front().is_some_and(|(serial, _)| *serial < picture.serial) {
+                self.asked.pop_front();
+            }
+            if let Some((serial, document)) = self.asked.front()
+                && *serial == picture.serial
+            {
+                self.good = Some(document.clone());
+            }
             self.arrived.push(Instant::now());
         }
         let known = self.pictures[side].take().map(|shown| shown.texture);

@@ -34,7 +34,7 @@ impl Explorer {
         }
         if pressed(Key::Escape) {
             self.help = false;
-            self.engine.cancel();
+            self.cancel();
         }
         if pressed(Key::F11) {
             let full = ui.input(|input| input.viewport().fullscreen.unwrap_or(false));
@@ -47,9 +47,12 @@ impl Explorer {
             self.document = Some(document);
         }
         if pressed(Key::C) {
-            let now = self.document.as_ref().and_then(|document| document.now().ok());
-            self.beside = if self.beside.is_some() { None } else { now };
-            self.pictures[1] = None;
+            if self.beside.is_some() {
+                self.end_comparison();
+            } else if let Some(document) = self.document.take() {
+                self.compare(&document);
+                self.document = Some(document);
+            }
         }
     }
 

@@ -6,24 +6,24 @@ mod events;
 mod input;
 mod wishes;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use deepshadow::glam::DVec3;
 use deepshadow::math::Aabb;
 use deepshadow::scene::{SceneFile, TransferFunction};
-use deepshadow::volume::Volume;
 use deepshadow::{Scene, Settings};
 use eframe::egui::{self, Ui};
 use eframe::egui_wgpu::RenderState;
 
-use crate::document::Document;
-use crate::engine::truth::Truth;
 pub use events::Texture;
 
-use crate::engine::{Device, Engine, Motion, Picture, is_hardware};
+use crate::document::Document;
+use crate::engine::truth::Truth;
+use crate::engine::{Device, Doing, Engine, Motion, Picture, Wish, is_hardware};
 use crate::output::Output;
 use crate::panels::{self, Looking, OfDensities, TransferEditor};
 
@@ -31,6 +31,7 @@ use crate::panels::{self, Looking, OfDensities, TransferEditor};
 const MESSAGE: Duration = Duration::from_secs(12);
 /// Size of the picture before the window has said its own.
 const FIRST_SIZE: [u32; 2] = [640, 360];
+
 /// A picture in the window.
 pub struct Shown {
     /// The picture.
@@ -64,6 +65,9 @@ pub enum Dialog {
     /// The numbered pictures of a turntable or of a light that goes round.
     Frames,
 }
+
+/// A document that was opened, or why it was not, with the name of its input.
+type Opened = (String, deepshadow::Result<Box<Document>>);
 
 /// What a dialog has found.
 type Found = (Dialog, Option<PathBuf>);
@@ -123,17 +127,27 @@ pub struct Explorer {
     moved: Option<Instant>,
     /// The scene file, and the frame, of the last look at the document.
     last: Option<SceneFile>,
+    /// The number of the document, which panels take out while they change it.
+    id: Option<u64>,
     /// The document as it was last drawn, to go back to if it cannot be drawn.
     good: Option<Document>,
+    /// Documents that pictures were asked for, with the numbers of the wishes.
+    asked: VecDeque<(u64, Document)>,
+    /// The latest wish, and one that was given up.
+    wished: Option<Wish>,
+    cancelled: Option<Wish>,
+    /// The number of a wish that cannot be fulfilled.
+    failed: Option<u64>,
+    /// The name of what is being opened.
+    opening: Option<String>,
+    opened_documents: (Sender<Opened>, Receiver<Opened>),
     /// The names of the grids in each volume's file.
     pub grids: Vec<Vec<String>>,
-    histograms: HashMap<usize, panels::Known>,
     scales: HashMap<&'static str, f64>,
-    dialogs: (std::sync::mpsc::Sender<Found>, std::sync::mpsc::Receiver<Found>),
+    dialogs: (Sender<Found>, Receiver<Found>),
     context: egui::Context,
     arrived: Vec<Instant>,
     played: Instant,
-    size_since: Instant,
 }
 
 impl Explorer {
@@ -173,44 +187,109 @@ impl Explorer {
             motion: Motion::Rest,
             moved: None,
             last: None,
+            id: None,
             good: None,
+            asked: VecDeque::new(),
+            wished: None,
+            cancelled: None,
+            failed: None,
+            opening: None,
+            opened_documents: channel(),
             grids: Vec::new(),
-            histograms: HashMap::new(),
             scales: HashMap::new(),
-            dialogs: std::sync::mpsc::channel(),
+            dialogs: channel(),
             context: context.clone(),
             arrived: Vec::new(),
             played: Instant::now(),
-            size_since: Instant::now(),
         })
     }
 
-    /// Opens a preset, a scene file, or a file of a volume, of hair or of a mesh. If it cannot be
-    /// opened, what was open before stays.
+    /// Opens a preset, a scene file, or a file of a volume, of hair or of a mesh: on a thread of its
+    /// own, because disks may be slow. If it cannot be opened, what was open before stays.
     pub fn open(&mut self, input: &str) {
-        match Document::open(input) {
-            Ok(document) => {
-                self.messages.retain(|message| !message.is_error);
-                for note in &document.notes {
-                    self.say(note);
-                }
-                self.document = Some(document);
-                (self.beside, self.pictures[1]) = (None, None);
-                (self.light, self.volume, self.playing) = (0, 0, false);
-                (self.transfer, self.histograms) = (TransferEditor::default(), HashMap::new());
-                self.looking.at = None;
-                self.scales.clear();
-                self.last = None;
-                let title = self.document.as_ref().map(Document::title).unwrap_or_default();
-                let title = format!("{title} - deepshadow");
-                self.context.send_viewport_cmd(egui::ViewportCommand::Title(title));
-            }
-            Err(error) => self.complain(&error.to_string()),
+        let (sender, context) = (self.opened_documents.0.clone(), self.context.clone());
+        let input = input.to_owned();
+        self.opening = Some(input.clone());
+        self.end_round();
+        let work = move || {
+            let document = Document::open(&input).map(Box::new);
+            let _ = sender.send((input, document));
+            context.request_repaint();
+        };
+        if std::thread::Builder::new().name("opening".to_owned()).spawn(work).is_err() {
+            self.opening = None;
+            self.complain("the system starts no thread to open a file");
         }
+    }
+
+    /// Takes a document that was opened.
+    fn take_document(&mut self, document: Document) {
+        self.messages.retain(|message| !message.is_error);
+        for note in &document.notes {
+            self.say(note);
+        }
+        self.end_comparison();
+        (self.light, self.volume, self.playing) = (0, 0, false);
+        self.transfer = TransferEditor::default();
+        self.looking.at = None;
+        self.scales.clear();
+        self.show_document(Some(document));
+    }
+
+    /// Shows another document, or the same at another time.
+    fn show_document(&mut self, document: Option<Document>) {
+        self.last = None;
+        self.cancelled = None;
+        self.engine.ask_again();
+        self.id = document.as_ref().map(|document| document.id);
+        let title = document.as_ref().map(Document::title);
+        let title = title.map_or_else(|| "deepshadow".to_owned(), |name| name + " - deepshadow");
+        self.context.send_viewport_cmd(egui::ViewportCommand::Title(title));
+        self.document = document;
+    }
+
+    /// Gives up what is being opened, loaded or drawn.
+    pub fn cancel(&mut self) {
+        self.opening = None;
+        self.engine.cancel();
+        if self.shown().is_none() {
+            // There is nothing to be seen of it.
+            let good = self.good.clone();
+            self.show_document(good);
+        } else {
+            self.cancelled.clone_from(&self.wished);
+            self.settle();
+        }
+    }
+
+    /// Draws what was given up.
+    pub fn draw_again(&mut self) {
+        if self.cancelled.take().is_some() {
+            self.engine.ask_again();
+        }
+    }
+
+    /// Ends the comparison with other settings.
+    pub fn end_comparison(&mut self) {
+        self.beside = None;
+        let other = self.pictures[1].take().map(|shown| shown.texture);
+        self.forget(other);
+    }
+
+    /// Compares with the settings of now.
+    pub fn compare(&mut self, document: &Document) {
+        self.end_comparison();
+        self.beside = document.now().ok();
+    }
+
+    /// The latest picture of the document.
+    pub fn shown(&self) -> Option<&Shown> {
+        self.pictures[0].as_ref().filter(|shown| Some(shown.picture.document) == self.id)
     }
 
     /// Tells people something.
     pub fn say(&mut self, text: &str) {
+        self.messages.retain(|message| message.text != text);
         let message = Message { text: text.to_owned(), is_error: false, since: Instant::now() };
         self.messages.push(message);
     }
@@ -224,12 +303,12 @@ impl Explorer {
 
     /// The scene of the latest picture.
     pub fn scene(&self) -> Option<Arc<Scene>> {
-        self.pictures[0].as_ref().map(|shown| shown.picture.scene.clone())
+        self.shown().map(|shown| shown.picture.scene.clone())
     }
 
     /// The settings of the latest picture, as they are at rest.
     pub fn settings(&self) -> Option<Arc<Settings>> {
-        self.pictures[0].as_ref().map(|shown| shown.picture.settings.clone())
+        self.shown().map(|shown| shown.picture.settings.clone())
     }
 
     /// The box around everything.
@@ -249,20 +328,12 @@ impl Explorer {
 
     /// The transfer function of a volume, over densities.
     pub fn function(&self, index: usize) -> Option<Arc<TransferFunction>> {
-        self.pictures[0].as_ref()?.picture.volumes.get(index)?.function.clone()
+        self.shown()?.picture.volumes.get(index)?.function.clone()
     }
 
-    /// The histogram of a volume; made once for each.
-    pub fn histogram(&mut self, index: usize, volume: &Arc<Volume>) -> Option<Arc<OfDensities>> {
-        if let Some((known, histogram)) = self.histograms.get(&index)
-            && Arc::ptr_eq(known, volume)
-        {
-            return Some(histogram.clone());
-        }
-        let densities = self.pictures[0].as_ref()?.picture.volumes.get(index)?.densities;
-        let made = Arc::new(OfDensities::of(volume, &densities));
-        self.histograms.insert(index, (volume.clone(), made.clone()));
-        Some(made)
+    /// The histogram of a volume, as soon as it is known.
+    pub fn histogram(&self, index: usize) -> Option<Arc<OfDensities>> {
+        self.shown()?.picture.volumes.get(index)?.histogram.clone()
     }
 
     /// The first value that was seen under a name, so that a slider's ends do not move with it.
@@ -281,11 +352,31 @@ impl Explorer {
         }
     }
 
-    /// Whether everything is drawn as `render` draws it.
+    /// Whether everything is drawn as `render` draws it, or cannot be drawn.
     pub fn is_at_rest(&self) -> bool {
-        let whole = self.pictures[0].as_ref().is_some_and(|shown| shown.picture.whole);
-        let nothing = self.document.is_none();
-        self.engine.is_idle() && self.motion == Motion::Rest && (whole || nothing)
+        let still = self.opening.is_none() && self.engine.is_idle();
+        let latest = self.engine.last_wish();
+        let drawn =
+            self.shown().is_some_and(|shown| shown.picture.whole && shown.picture.serial == latest);
+        let nothing = self.document.is_none() && self.id.is_none();
+        let given_up = self.cancelled.is_some() || self.failed == Some(latest);
+        still && self.motion == Motion::Rest && (drawn || nothing || given_up)
+    }
+
+    /// Whether the picture is that of the document.
+    pub fn is_drawn(&self) -> bool {
+        self.is_at_rest() && self.cancelled.is_none() && self.failed != Some(self.last_wish())
+    }
+
+    /// What is being done.
+    pub fn doing(&self) -> Option<Doing> {
+        let opening = self.opening.as_ref().map(|name| format!("opening {name}"));
+        opening.map(|what| Doing { what, share: None }).or_else(|| self.engine.doing())
+    }
+
+    /// Whether something is being opened.
+    pub fn is_opening(&self) -> bool {
+        self.opening.is_some()
     }
 
     /// The number of the latest wish.
@@ -334,7 +425,7 @@ impl Explorer {
     }
 
     /// The place where dialogs leave what they have found.
-    pub fn found(&self) -> std::sync::mpsc::Sender<Found> {
+    pub fn found(&self) -> Sender<Found> {
         self.dialogs.0.clone()
     }
 
@@ -347,7 +438,6 @@ impl Explorer {
     pub fn resize(&mut self, size: [u32; 2]) {
         if size != self.size {
             self.size = size;
-            self.size_since = Instant::now();
             self.moved = Some(Instant::now());
             if self.motion == Motion::Rest {
                 self.motion = Motion::Camera;

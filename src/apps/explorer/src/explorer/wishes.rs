@@ -6,12 +6,16 @@ use deepshadow::glam::DVec3;
 use deepshadow::scene::Projection;
 
 use super::{Explorer, MESSAGE};
-use crate::engine::{Motion, Wish, of_map};
+use crate::engine::{Device, Motion, Wish, of_map};
 
 /// How long after a change a picture counts as one at rest.
 const REST: Duration = Duration::from_millis(150);
 /// Pictures a second of a sequence that is played.
 const PLAYED: f64 = 12.0;
+/// The longest time that a window that processors draw waits for a picture.
+const LONGEST: Duration = Duration::from_millis(70);
+/// Documents that are kept to go back to.
+const MOST_ASKED: usize = 64;
 /// The largest picture that is drawn for a window.
 const LARGEST: u32 = 8192;
 
@@ -19,7 +23,7 @@ impl Explorer {
     /// Notices changes, and asks for what they need.
     pub(super) fn ask_for_pictures(&mut self) {
         let Some(document) = &self.document else { return };
-        let surroundings = document.surroundings;
+        let (surroundings, id) = (document.surroundings, document.id);
         let now = match document.now() {
             Ok(now) => now,
             Err(error) => return self.complain(&error.to_string()),
@@ -51,19 +55,37 @@ impl Explorer {
         });
         let (motion, budget, device) = (self.motion, self.budget, self.device);
         let size = size.map(|n| n.clamp(1, LARGEST));
+        let wish =
+            Wish { document: id, file: now, surroundings, beside, size, motion, budget, device };
+        if self.cancelled.as_ref().is_some_and(|cancelled| cancelled.is_of_same_scene(&wish)) {
+            return;
+        }
+        self.cancelled = None;
+        self.wished = Some(wish.clone());
         let before = self.engine.last_wish();
-        let wish = Wish { file: now, surroundings, beside, size, motion, budget, device };
         let serial = self.engine.wish(wish);
+        if serial != before {
+            self.asked.extend(self.document.clone().map(|document| (serial, document)));
+            // Pictures of those before will hardly come any more.
+            while self.asked.len() > MOST_ASKED {
+                self.asked.pop_front();
+            }
+        }
         // A window that processors draw takes all of them for longer than a moving picture does. It
         // is faster to have the picture first.
-        if self.is_software && motion != Motion::Rest && serial != before {
-            let events = self.engine.wait_for(serial, 2 * budget);
+        let on_processors = self.is_software && device != Device::Gpu;
+        let waits = on_processors && motion != Motion::Rest && !self.engine.is_loading();
+        if waits && serial != before && self.shown().is_some() {
+            let events = self.engine.wait_for(serial, (2 * budget).min(LONGEST));
             self.hear(events);
         }
         self.ask_for_truth();
     }
 
     pub(super) fn ask_for_truth(&mut self) {
+        if self.shown().is_none() {
+            return;
+        }
         let Some(shown) = &self.pictures[0] else { return };
         if self.motion != Motion::Rest {
             self.truth.give_up();

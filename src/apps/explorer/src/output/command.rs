@@ -1,7 +1,7 @@
 //! The command that makes the same picture.
 
-use deepshadow::scene::file::{ExposureValue, TransferRange, TransferTable};
-use deepshadow::scene::{Light, SceneFile};
+use deepshadow::scene::file::{ExposureValue, GroundTable, TransferRange, TransferTable};
+use deepshadow::scene::{Light, NumberedName, SceneFile};
 
 use crate::document::Document;
 
@@ -10,23 +10,35 @@ use crate::document::Document;
 pub fn command(document: &Document, size: Option<[u32; 2]>) -> Option<String> {
     let (now, opened) = (&document.file, &document.opened);
     let mut said = opened.clone();
-    let mut words = vec!["deepshadow".to_owned(), "render".to_owned(), quoted(&document.input)];
-    let mut say =
-        |option: &str, value: String| words.push(format!("--{option} {}", quoted(&value)));
-    if document.frames.is_some() {
-        say("frames", format!("{0}-{0}", document.frame));
+    let input = match (&document.frames, NumberedName::of(document.input.as_ref())) {
+        (Some(_), Some(name)) => name.at(document.frame).display().to_string(),
+        (Some(_), None) => return None,
+        (None, _) => document.input.clone(),
+    };
+    let mut words = vec!["deepshadow".to_owned(), "render".to_owned(), quoted(&input)];
+    if is_keyed(now) || is_keyed(opened) {
+        // Options change more than a moment of a motion.
+        return None;
     }
+    let mut say = |option: &str, value: String| {
+        // A value that begins like an option must not be taken for one.
+        let between = if value.starts_with('-') { '=' } else { ' ' };
+        words.push(format!("--{option}{between}{}", quoted(&value)));
+    };
     // One volume and one light are what options speak of.
     if let ([table], [own]) = (&now.volume[..], &mut said.volume[..]) {
         set(table.density_scale.as_ref(), &mut own.density_scale, |x| {
             say("density-scale", real(*x));
         });
         set(table.phase_g.as_ref(), &mut own.phase_g, |x| say("phase", real(*x)));
-        set(table.albedo.as_ref(), &mut own.albedo, |x| say("albedo", list(x)));
         set(table.grid.as_ref(), &mut own.grid, |x| say("grid", x.clone()));
         set(table.clip.as_ref(), &mut own.clip, |x| say("clip", list(x.as_flattened())));
         set(table.window.as_ref(), &mut own.window, |x| say("window", list(&x.map(f64::from))));
-        set(table.up.as_ref(), &mut own.up, |x| say("up", x.clone()));
+        // These change surfaces too.
+        if !now.has_surfaces() {
+            set(table.albedo.as_ref(), &mut own.albedo, |x| say("albedo", list(x)));
+            set(table.up.as_ref(), &mut own.up, |x| say("up", x.clone()));
+        }
         transfer(table.transfer.as_ref(), &mut own.transfer, &mut say);
     }
     let light = now.light.first();
@@ -58,12 +70,7 @@ pub fn command(document: &Document, size: Option<[u32; 2]>) -> Option<String> {
         ExposureValue::Factor(x) => say("exposure", real(*x)),
         ExposureValue::Text(text) => say("exposure", text.clone()),
     });
-    let ground = &now.ground;
-    if ground.enabled != said.ground.enabled && ground.enabled == Some(false) {
-        say("ground", "none".to_owned());
-        said.ground.enabled = Some(false);
-    }
-    set(ground.height.as_ref(), &mut said.ground.height, |x| say("ground", real(*x)));
+    ground(&now.ground, &mut said.ground, &mut say);
     set(now.background.radiance.as_ref(), &mut said.background.radiance, |x| {
         say("background", list(x));
     });
@@ -105,12 +112,33 @@ fn transfer(
     *own = Some(table.clone());
 }
 
+/// One option switches the ground on and off, and says where it is.
+fn ground(now: &GroundTable, said: &mut GroundTable, say: &mut impl FnMut(&str, String)) {
+    if now.enabled == Some(false) && now.enabled != said.enabled {
+        say("ground", "none".to_owned());
+        said.enabled = now.enabled;
+    } else if now.enabled != Some(false)
+        && let Some(height) = now.height.filter(|_| now.height != said.height)
+    {
+        say("ground", real(height));
+        // It is there then, as it is if nobody says so.
+        *said = GroundTable { enabled: now.enabled, height: now.height, ..said.clone() };
+    }
+}
+
+/// Whether something of a scene moves by keyframes.
+fn is_keyed(file: &SceneFile) -> bool {
+    file.camera.keyframes.is_some()
+        || file.light.iter().any(|table| table.keyframes.is_some())
+        || file.volume.iter().any(|table| table.keyframes.is_some())
+        || file.surfaces().any(|(_, table)| table.keyframes.is_some())
+}
+
 fn camera(now: &SceneFile, said: &mut SceneFile, say: &mut impl FnMut(&str, String)) {
     let (table, own) = (&now.camera, &mut said.camera);
     if table.position.is_some() && table.position != own.position {
         // They are left out where a position stands.
         (own.azimuth_degrees, own.elevation_degrees, own.distance) = (None, None, None);
-        (own.zoom, own.fit, own.keyframes) = (None, None, None);
     }
     set(table.position.as_ref(), &mut own.position, |x| say("camera", list(x)));
     set(table.target.as_ref(), &mut own.target, |x| say("target", list(x)));

@@ -19,13 +19,17 @@ use eframe::egui::{self, Ui};
 pub use command::command;
 
 use crate::document::Document;
+use crate::engine::Device;
 use crate::explorer::{Dialog, Explorer};
 use crate::hands;
 
+/// Files that are written at a time.
+const MOST_PENDING: usize = 2;
+
 /// What is being written.
 pub struct Output {
-    /// A picture that waits for rest.
-    waiting: Option<PathBuf>,
+    /// A picture and a scene that wait for rest.
+    waiting: [Option<PathBuf>; 2],
     /// A turntable or a light that goes round.
     round: Option<Round>,
     /// The number of pictures of a round.
@@ -38,8 +42,8 @@ pub struct Output {
     pending: usize,
 }
 
-/// What was written, or why it was not.
-type Line = std::result::Result<String, String>;
+/// What was written, or why it was not, and whether it was one of a round.
+type Line = (std::result::Result<String, String>, bool);
 
 /// Numbered pictures while the camera or the light goes round.
 struct Round {
@@ -59,7 +63,7 @@ struct Round {
 impl Default for Output {
     fn default() -> Self {
         Self {
-            waiting: None,
+            waiting: [None, None],
             round: None,
             count: 36,
             of_light: false,
@@ -83,7 +87,10 @@ pub fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui) {
     });
     let command = command(document, explorer.settings().map(|settings| settings.image.size));
     match command {
-        Some(command) => {
+        Some(mut command) => {
+            if explorer.device != Device::Auto {
+                command.extend([" --backend ", explorer.device.name()]);
+            }
             ui.horizontal(|ui| {
                 let hover = "the command that makes this picture";
                 if ui.button("copy command").on_hover_text(hover).clicked() {
@@ -127,20 +134,18 @@ pub fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui) {
 impl Explorer {
     /// Writes the picture as soon as nothing moves.
     pub fn save_picture(&mut self, path: PathBuf) {
-        self.output.waiting = Some(path);
+        self.output.waiting[0] = Some(path);
+        self.draw_again();
     }
 
-    /// Writes a scene file that repeats the picture.
+    /// Writes a scene file that repeats the picture, as soon as nothing moves.
     pub fn save_scene(&mut self, path: PathBuf) {
         if !is_scene_file(&path) {
             let path = path.display();
             return self.complain(&format!("'{path}' does not end in .toml, as scene files do"));
         }
-        match self.scene_text() {
-            Ok(Some(text)) => self.write(path, move || Ok(text.into_bytes())),
-            Ok(None) => self.complain("nothing was drawn yet"),
-            Err(error) => self.complain(&error.to_string()),
-        }
+        self.output.waiting[1] = Some(path);
+        self.draw_again();
     }
 
     /// The text of that scene file; `None` as long as nothing was drawn.
@@ -148,7 +153,7 @@ impl Explorer {
     /// # Errors
     /// If it cannot be written as text.
     pub fn scene_text(&self) -> Result<Option<String>> {
-        let (Some(document), Some(shown)) = (&self.document, &self.pictures[0]) else {
+        let (Some(document), Some(shown)) = (&self.document, self.shown()) else {
             return Ok(None);
         };
         let picture = &shown.picture;
@@ -166,6 +171,7 @@ impl Explorer {
         let inputs = self.document.as_ref().map(|document| document.file.clone());
         let scene = self.document.as_ref().map(|document| PathBuf::from(&document.input));
         let (sender, context) = (self.output.lines.0.clone(), self.context().clone());
+        let of_round = self.output.round.is_some();
         let work = move || {
             let written = make().and_then(|contents| {
                 let inputs = inputs_of(inputs.as_ref(), scene);
@@ -175,7 +181,7 @@ impl Explorer {
                 Ok(()) => Ok(format!("wrote {}", path.display())),
                 Err(error) => Err(error.to_string()),
             };
-            let _ = sender.send(line);
+            let _ = sender.send((line, of_round));
             context.request_repaint();
         };
         self.output.pending += 1;
@@ -206,42 +212,67 @@ impl Explorer {
 
     /// Whether something is still to be written.
     pub fn is_writing(&self) -> bool {
-        self.output.pending > 0 || self.output.waiting.is_some() || self.output.round.is_some()
+        let waits = self.output.waiting.iter().any(Option::is_some);
+        self.output.pending > 0 || waits || self.output.round.is_some()
     }
 }
 
 impl Explorer {
+    /// Ends a round of pictures, after which everything is as it was.
+    pub fn end_round(&mut self) {
+        if let Some(round) = self.output.round.take() {
+            self.document = Some(round.before);
+        }
+    }
+
     /// Goes on with what waits to be written.
     pub fn advance_output(&mut self) {
         while let Ok(line) = self.output.lines.1.try_recv() {
             self.output.pending = self.output.pending.saturating_sub(1);
             match line {
-                Ok(line) => self.say(&line),
-                Err(line) => {
+                (Ok(line), _) => self.say(&line),
+                (Err(line), of_round) => {
                     self.complain(&line);
-                    // The next pictures would fail too.
-                    if let Some(round) = self.output.round.take() {
-                        self.document = Some(round.before);
+                    if of_round {
+                        // The next pictures would fail too.
+                        self.end_round();
                     }
                 }
             }
         }
-        if !self.is_at_rest() || (self.output.waiting.is_none() && self.output.round.is_none()) {
+        let waits = self.output.waiting.iter().any(Option::is_some) || self.output.round.is_some();
+        if !waits || !self.is_at_rest() {
             return;
         }
-        let Some(shown) = &self.pictures[0] else { return };
+        if !self.is_drawn() || self.shown().is_none() {
+            self.output.waiting = [None, None];
+            self.end_round();
+            return self.complain("nothing was written: there is no whole picture");
+        }
+        // Disks may be slower than pictures are drawn.
+        if self.output.pending > MOST_PENDING {
+            return;
+        }
+        if let Some(path) = self.output.waiting[1].take() {
+            match self.scene_text() {
+                Ok(Some(text)) => self.write(path, move || Ok(text.into_bytes())),
+                Ok(None) => {}
+                Err(error) => self.complain(&error.to_string()),
+            }
+        }
+        let Some(shown) = self.shown() else { return };
         let picture = &shown.picture;
         let (tone, camera) = (picture.tone, picture.scene.camera);
         let Some(image) = picture.image.clone() else { return };
-        if let Some(path) = self.output.waiting.take() {
+        if let Some(path) = self.output.waiting[0].take() {
             self.write_picture(path, image.clone(), tone, camera);
         }
-        let Some(mut round) = self.output.round.take() else { return };
-        if round.turned {
-            let path = round.name.at(i64::from(round.next) + 1);
+        let next = self.output.round.as_ref().filter(|round| round.turned);
+        if let Some(path) = next.map(|round| round.name.at(i64::from(round.next) + 1)) {
             self.write_picture(path, image, tone, camera);
-            round.next += 1;
         }
+        let Some(mut round) = self.output.round.take() else { return };
+        round.next += u32::from(round.turned);
         if round.next >= round.count {
             self.document = Some(round.before);
             return;

@@ -26,6 +26,8 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
     let mut table = before.clone();
     place(&mut table, &light, explorer, ui);
     if table != before {
+        // What was set by hand does not move.
+        table.keyframes = None;
         match document.file.light.get_mut(index) {
             Some(own) => *own = table,
             None => *document.file.light.one_mut() = table,
@@ -81,7 +83,8 @@ fn place(table: &mut LightTable, light: &Light, explorer: &Explorer, ui: &mut Ui
 
 /// Adds, removes and selects lights.
 fn lights(explorer: &mut Explorer, document: &mut Document, now: &[Light], ui: &mut Ui) {
-    let count = now.len();
+    // More may have been added than were drawn.
+    let count = document.file.light.len().max(1);
     explorer.light = explorer.light.min(count.saturating_sub(1));
     ui.horizontal(|ui| {
         ui.label("light");
@@ -90,16 +93,17 @@ fn lights(explorer: &mut Explorer, document: &mut Document, now: &[Light], ui: &
         }
         if count < MOST && ui.button("add").on_hover_text("add a light").clicked() {
             document.light_tables(now);
-            // Beside the last one, a third of a turn on.
+            // A third of a turn on from the last one that was drawn.
             if let Some(mut light) = now.last().copied() {
                 let middle = explorer.middle();
                 hands::turn_light(&mut light, middle, [2.0 / 3.0, 0.0]);
                 let mut tables = document.file.light.to_vec();
-                let kind = tables.last().and_then(|table| table.kind.clone());
+                let kind = tables.get(now.len() - 1).and_then(|table| table.kind.clone());
                 tables.push(LightTable { kind, ..LightTable::default() });
                 document.file.light = tables.into();
-                document.place_light(count, &light);
-                explorer.light = count;
+                let index = document.file.light.len() - 1;
+                document.place_light(index, &light);
+                explorer.light = index;
             }
         }
         if count > 1 && ui.button("remove").on_hover_text("remove this light").clicked() {

@@ -74,7 +74,7 @@ fn look(looking: &mut Looking, what: Look, label: &str, hover: &str, ui: &mut Ui
 }
 
 fn times(explorer: &Explorer, ui: &mut Ui) {
-    let Some(shown) = &explorer.pictures[0] else { return };
+    let Some(shown) = explorer.shown() else { return };
     let times = shown.picture.times;
     let ms = |seconds: f64| format!("{:.1}", seconds * 1e3);
     egui::Grid::new("times").num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
@@ -105,11 +105,10 @@ fn beside(explorer: &mut Explorer, document: &Document, ui: &mut Ui) {
         let text = if is { "keep these on the left" } else { "compare with these settings" };
         let hover = "the settings of now stay on the left of the wiper";
         if ui.button(text).on_hover_text(hover).clicked() {
-            explorer.beside = document.now().ok();
+            explorer.compare(document);
         }
         if is && ui.button("end").on_hover_text("end the comparison").clicked() {
-            explorer.beside = None;
-            explorer.pictures[1] = None;
+            explorer.end_comparison();
         }
     });
     if explorer.beside.is_some() {
@@ -249,6 +248,10 @@ impl Looking {
             return None;
         }
         self.asked = asked;
+        if self.look == Some(Look::Difference) {
+            // It is of another picture.
+            self.difference = None;
+        }
         (self.refusal, self.pending) = (None, true);
         Some(question)
     }

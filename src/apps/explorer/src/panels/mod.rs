@@ -13,7 +13,7 @@ use eframe::egui::{self, Ui};
 
 use crate::explorer::Explorer;
 pub use looking::{Look, Looking};
-pub use transfer::{Known, OfDensities, TransferEditor, exported};
+pub use transfer::{Known, OfDensities, TransferEditor, exported, known};
 
 /// Draws all panels, one below the other.
 pub fn show(explorer: &mut Explorer, ui: &mut Ui) {

@@ -17,7 +17,7 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
     exposure(explorer, document, ui);
     let image = &mut document.file.image;
     let names = ToneMap::ALL.map(ToneMap::name);
-    let tone = explorer.pictures[0].as_ref().map_or("none", |shown| shown.picture.tone.map.name());
+    let tone = explorer.shown().map_or("none", |shown| shown.picture.tone.map.name());
     choice(ui, "tone curve", &mut image.tonemap, tone, &names);
     count(ui, "samples", &mut image.samples, settings.image.samples, 1..=64);
     let scale = Scale::linear(0.0..=0.02);
@@ -43,7 +43,7 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
 
 fn exposure(explorer: &Explorer, document: &mut Document, ui: &mut Ui) {
     let image = &mut document.file.image;
-    let now = explorer.pictures[0].as_ref().map_or(1.0, |shown| shown.picture.tone.exposure);
+    let now = explorer.shown().map_or(1.0, |shown| shown.picture.tone.exposure);
     ui.horizontal(|ui| {
         let mut auto = matches!(&image.exposure, Some(ExposureValue::Text(text)) if text == "auto");
         let mut stops = f64::from(now.max(1e-12)).log2();

@@ -7,12 +7,12 @@ use crate::document::Document;
 use crate::explorer::Explorer;
 
 pub(super) fn show(_explorer: &mut Explorer, document: &mut Document, ui: &mut Ui) {
-    let meshes = document.file.mesh.len();
-    let count = document.file.surfaces().count();
+    let (meshes, hair) = (document.file.mesh.len(), document.file.hair.len());
     for (index, table) in document.file.surfaces_mut().enumerate() {
         let is_hair = index >= meshes;
-        let what = if is_hair { "hair" } else { "mesh" };
-        let number_of = if count > 1 { format!(" {}", index + 1) } else { String::new() };
+        let (what, count) = if is_hair { ("hair", hair) } else { ("mesh", meshes) };
+        let own = if is_hair { index - meshes } else { index };
+        let number_of = if count > 1 { format!(" {}", own + 1) } else { String::new() };
         let label = |name: &str| format!("{what}{number_of} {name}");
         ui.push_id(index, |ui| {
             colour(ui, &label("colour"), &mut table.albedo, [0.5; 3]);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use deepshadow::io::Histogram;
 use deepshadow::scene::automatic::Densities;
 use deepshadow::scene::file::TransferTable;
-use deepshadow::scene::{Body, TransferFunction, transfer};
+use deepshadow::scene::{TransferFunction, transfer};
 use deepshadow::volume::Volume;
 use eframe::egui::{self, Color32, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 
@@ -67,15 +67,9 @@ pub fn points_of(function: &TransferFunction) -> Vec<[f64; 5]> {
     points.map(|p| [p.value, p.color.x, p.color.y, p.color.z, p.opacity]).collect()
 }
 
-pub(super) fn show(
-    explorer: &mut Explorer,
-    document: &mut Document,
-    index: usize,
-    body: &Body,
-    ui: &mut Ui,
-) {
+pub(super) fn show(explorer: &mut Explorer, document: &mut Document, index: usize, ui: &mut Ui) {
     let function = explorer.function(index);
-    let histogram = explorer.histogram(index, &body.volume);
+    let histogram = explorer.histogram(index);
     let Some(table) = document.file.volume.get_mut(index) else { return };
     presets(explorer, &mut table.transfer, ui);
     let Some(histogram) = histogram else { return };
@@ -356,3 +350,9 @@ fn selected(editor: &mut TransferEditor, points: &mut [[f64; 5]], ui: &mut Ui) -
 
 /// A histogram and the volume that it is of.
 pub type Known = (Arc<Volume>, Arc<OfDensities>);
+
+/// The histogram of a volume, if it is among those that are known.
+pub fn known(all: &[Known], volume: &Arc<Volume>) -> Option<Arc<OfDensities>> {
+    let own = all.iter().find(|(known, _)| Arc::ptr_eq(known, volume));
+    own.map(|(_, histogram)| histogram.clone())
+}

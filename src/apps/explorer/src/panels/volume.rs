@@ -22,7 +22,7 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
     explorer.volume = explorer.volume.min(several.saturating_sub(1));
     let index = explorer.volume;
     frames(document, explorer, ui);
-    let shown = explorer.pictures[0].as_ref().map(|shown| shown.picture.scene.clone());
+    let shown = explorer.scene();
     let body = shown.as_ref().and_then(|scene| scene.media.bodies().get(index).cloned());
     let Some(body) = body else {
         ui.weak("loading");
@@ -47,17 +47,16 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
             let _ = table.take_presets();
         }
     }
+    let before = (table.density_scale, table.albedo, table.phase_g);
     let medium = &body.medium;
     let usual = medium.density_scale.max(1e-9);
     let scale = Scale::logarithmic(usual / 50.0..=usual * 50.0).unit(" / length");
     let steady = explorer.steady("density scale", usual);
     let scale = Scale { range: steady / 50.0..=steady * 50.0, ..scale };
     number(ui, "density scale", &mut table.density_scale, medium.density_scale, &scale);
-    let held = explorer.histogram(index, &body.volume).map(|histogram| histogram.ends);
+    let held = explorer.histogram(index).map(|histogram| histogram.ends);
     if let Some([least, most]) = held {
-        let chosen = explorer.pictures[0]
-            .as_ref()
-            .and_then(|shown| shown.picture.volumes.get(index)?.window);
+        let chosen = explorer.shown().and_then(|shown| shown.picture.volumes.get(index)?.window);
         let now = chosen.map_or([least, most], |window| window.map(f64::from));
         let mut window = table.window.map(|window| window.map(f64::from));
         range(ui, "window", &mut window, now, [least, most]);
@@ -67,9 +66,15 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
     let phase = Scale::linear(-0.95..=0.95);
     number(ui, "phase (g)", &mut table.phase_g, medium.phase_g, &phase);
     clip_box(&mut table.clip, ui);
+    if (table.density_scale, table.albedo, table.phase_g) != before {
+        // What was set by hand does not move.
+        for one in table.keyframes.iter_mut().flatten() {
+            (one.density_scale, one.albedo, one.phase_g) = (None, None, None);
+        }
+    }
     let octaves = explorer.settings().map_or(0, |settings| settings.view.octaves);
     count(ui, "octaves", &mut document.file.shadow.octaves, octaves, 0..=16);
-    transfer::show(explorer, document, index, &body, ui);
+    transfer::show(explorer, document, index, ui);
     emission(document, index, &body, ui);
 }
 

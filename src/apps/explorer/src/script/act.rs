@@ -36,9 +36,12 @@ pub(super) fn act(explorer: &mut Explorer, line: Line) -> Result<()> {
         Line::Theme(theme) => explorer.context().set_theme(theme),
         Line::Section(name) => explorer.toggled.push(name),
         Line::Compare(on) => {
-            let now = explorer.document.as_ref().and_then(|document| document.now().ok());
-            explorer.beside = now.filter(|_| on);
-            explorer.pictures[1] = None;
+            explorer.end_comparison();
+            let document = explorer.document.take();
+            if let (Some(document), true) = (&document, on) {
+                explorer.compare(document);
+            }
+            explorer.document = document;
         }
         Line::Wiper(share) => explorer.wiper = share,
         Line::Heat(on) => explorer.looking.look = on.then_some(Look::Difference),

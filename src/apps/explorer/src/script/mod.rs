@@ -148,7 +148,7 @@ impl Script {
     pub fn step(&mut self, explorer: &mut Explorer) -> Result<Step> {
         self.measured.intervals.push(self.framed.elapsed().as_secs_f64());
         self.framed = Instant::now();
-        if let (None, Some(shown)) = (self.measured.first_picture, &explorer.pictures[0]) {
+        if let (None, Some(shown)) = (self.measured.first_picture, explorer.shown()) {
             self.measured.first_picture = Some(self.begun.elapsed().as_secs_f64());
             self.measured.device.clone_from(&shown.picture.device);
         }
@@ -156,7 +156,7 @@ impl Script {
             if explorer.is_writing() {
                 return self.look();
             }
-            if let Some(shown) = &explorer.pictures[0] {
+            if let Some(shown) = explorer.shown() {
                 self.measured.device.clone_from(&shown.picture.device);
             }
             return Ok(Step::End);
@@ -165,13 +165,13 @@ impl Script {
             let error = explorer.messages.iter().find(|message| message.is_error);
             error.map(|message| Error::value("script", message.text.clone()))
         };
+        if explorer.is_opening() {
+            return self.look();
+        }
         let step = match line {
             // Everything but these waits for a first picture if something is open.
             Line::Open(input) => {
                 explorer.open(&input);
-                if let Some(error) = failed(explorer) {
-                    return Err(error);
-                }
                 Step::Go
             }
             Line::Window(size) => Step::Window(size),
@@ -199,7 +199,7 @@ impl Script {
                 explorer.save_scene(path);
                 Step::Go
             }
-            other if explorer.document.is_some() && explorer.pictures[0].is_none() => {
+            other if explorer.document.is_some() && explorer.shown().is_none() => {
                 let _ = other;
                 return self.look();
             }
@@ -231,7 +231,7 @@ impl Script {
         by: [f64; 2],
         steps: u32,
     ) -> Result<Step> {
-        let answered = explorer.pictures[0].as_ref().filter(|shown| {
+        let answered = explorer.shown().filter(|shown| {
             self.drag.as_ref().is_some_and(|drag| shown.picture.serial > drag.serial)
         });
         if let (Some(shown), Some(drag)) = (answered, &self.drag) {

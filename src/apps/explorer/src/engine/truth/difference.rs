@@ -98,12 +98,13 @@ fn heat(
         // Where no finer pixel was compared yet, the nearest of a coarser lattice is shown.
         let finer = SPACINGS.iter().rev().filter(|&&coarse| coarse >= spacing);
         let near = finer.filter_map(|&coarse| {
-            let half = (coarse / 2) as f64;
-            let to = |c: u32| {
-                let steps = ((f64::from(c) - half) / coarse as f64).round().max(0.0);
-                (steps * coarse as f64 + half) as u32
+            let half = coarse / 2;
+            let to = |c: u32, n: usize| {
+                let most = n.checked_sub(half + 1)? / coarse;
+                let steps = (f64::from(c) - half as f64) / coarse as f64;
+                Some(((steps.round().max(0.0) as usize).min(most) * coarse + half) as u32)
             };
-            known.get(&at.map(to))
+            known.get(&[to(at[0], width)?, to(at[1], height)?])
         });
         let near = near.copied().next();
         colour(near.map_or(0.0, |off| off / scale))
@@ -111,5 +112,6 @@ fn heat(
     let pixels: Vec<egui::Color32> =
         (0..rows).flat_map(|row| (0..columns).map(move |column| pixel(column, row))).collect();
     let heat = egui::ColorImage::new([columns, rows], pixels);
-    Difference { heat, rms, largest, spacing, scale, share }
+    let part = [width as f32 / (columns * spacing) as f32, height as f32 / (rows * spacing) as f32];
+    Difference { heat, part, rms, largest, spacing, scale, share }
 }

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
+use deepshadow::backend::Cause;
 use deepshadow::glam::DVec3;
 use deepshadow::reference::{Extinction, TexelProfile};
 use deepshadow::scene::Beam;
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::{Map, Shadow};
-use deepshadow::{Backend, CpuBackend, Result, Scene, Settings};
+use deepshadow::{Backend, CpuBackend, Result};
 use eframe::egui;
 use rayon::prelude::*;
 
@@ -21,10 +22,10 @@ const MAP_PICTURE: usize = 256;
 /// The maps that were built for a light.
 #[derive(Default)]
 pub(super) struct Maps {
-    /// The scene, the settings and the light for which they were built.
-    of: Option<(Arc<Scene>, Arc<Settings>, usize)>,
+    /// What they depend on, besides their kind.
+    cause: Option<Cause>,
     built: Vec<(MapKind, Arc<Map>)>,
-    /// The light ray of the last question.
+    /// The light ray of the last question, (u, v) and the depth that is seen.
     ray: Option<[f64; 3]>,
 }
 
@@ -41,22 +42,30 @@ impl Maps {
     ) -> Result<()> {
         let beams = of.scene.beams()?;
         let beams: Vec<&Beam> = beams.iter().filter(|beam| beam.index == of.light).collect();
-        let Some(&first) = beams.first() else { return Ok(()) };
+        let Some(&first) = beams.first() else {
+            tell(Answer::None("this light has no map".to_owned()));
+            return Ok(());
+        };
         let seen = of.at.map(|at| seen_point(of, first, at));
+        if let Some(None) = seen {
+            tell(Answer::None("there is nothing at this place".to_owned()));
+            return Ok(());
+        }
+        let seen = seen.flatten();
         // The view that answers for the point, if the light has several.
         let owner =
             seen.and_then(|seen| beams.iter().find(|beam| beam.view.answers_for(seen)).copied());
         let beam = owner.unwrap_or(first);
+        let usual = of.settings.with(|settings| settings.map.kind = None);
+        let cause = Cause::of(beam, &usual);
+        if !self.cause.as_ref().is_some_and(|known| known.same(&cause)) {
+            self.built.clear();
+            self.ray = None;
+        }
+        self.cause = Some(cause);
         if let Some(place) = seen.and_then(|seen| beam.view.coordinates(seen)) {
             self.ray = Some([place.x.clamp(0.0, 1.0), place.y.clamp(0.0, 1.0), place.z]);
         }
-        let same = self.of.as_ref().is_some_and(|(scene, settings, light)| {
-            *light == of.light && same_maps((scene, settings), (&of.scene, &of.settings))
-        });
-        if !same {
-            self.built.clear();
-        }
-        self.of = Some((of.scene.clone(), of.settings.clone(), of.light));
         let [u, v, depth] = self.ray.unwrap_or([0.5, 0.5, 0.0]);
         for (index, kind) in of.kinds.iter().enumerate() {
             wanted.check()?;
@@ -111,18 +120,9 @@ impl Maps {
     }
 }
 
-/// Whether maps of one scene are those of the other.
-fn same_maps(a: (&Scene, &Settings), b: (&Scene, &Settings)) -> bool {
-    a.0.media.same(&b.0.media)
-        && a.0.surfaces.same(&b.0.surfaces)
-        && a.0.lights == b.0.lights
-        && (a.1.map.size, a.1.quality, a.1.map.steps) == (b.1.map.size, b.1.quality, b.1.map.steps)
-        && (&a.1.map.threshold, &a.1.map.fragments) == (&b.1.map.threshold, &b.1.map.fragments)
-}
-
 /// The point that is seen at a place in the picture: where half of what is taken is taken, or where
-/// the ground is.
-fn seen_point(of: &Curves, beam: &Beam, [x, y]: [f64; 2]) -> DVec3 {
+/// the ground is; `None` if nothing is there.
+fn seen_point(of: &Curves, beam: &Beam, [x, y]: [f64; 2]) -> Option<DVec3> {
     let [width, height] = of.settings.image.size.map(f64::from);
     let (origin, direction) = of.scene.camera.rays(width / height).ray(x, y);
     let exact = Extinction::of(beam.casters());
@@ -137,14 +137,17 @@ fn seen_point(of: &Curves, beam: &Beam, [x, y]: [f64; 2]) -> DVec3 {
     let through = |t: f64| exact.transmittance(origin, direction, [0.0, t]);
     let all = through(end);
     if all > 0.5 && end < 100.0 * size {
-        return origin + end * direction;
+        return Some(origin + end * direction);
+    }
+    if all > 1.0 - 1e-6 {
+        return None;
     }
     let (mut near, mut far) = (0.0, end);
     for _ in 0..48 {
         let middle = 0.5 * (near + far);
         if through(middle) > 0.5 * (1.0 + all) { near = middle } else { far = middle }
     }
-    origin + far * direction
+    Some(origin + far * direction)
 }
 
 /// A picture of a map.

@@ -77,6 +77,8 @@ pub enum Answer {
 pub struct Difference {
     /// A picture of the differences, at the pixels that were compared.
     pub heat: egui::ColorImage,
+    /// The share of its width and height that covers the picture; the rest is beyond its edge.
+    pub part: [f32; 2],
     /// Root of the mean square of the differences of radiance, as a share of the brightest (the
     /// 99.9th percentile).
     pub rms: f64,
@@ -202,7 +204,7 @@ const STOPS: [[f32; 3]; 5] = [
     [252.0, 255.0, 164.0],
 ];
 
-/// A colour for 0..1, dark for small ones (matplotlib's inferno, by the library's preset).
+/// A colour for 0..1, dark for small ones (matplotlib's inferno, linear between five of its colours).
 pub fn colour(x: f64) -> egui::Color32 {
     let at = x.clamp(0.0, 1.0) as f32;
     let place = at * 4.0;
