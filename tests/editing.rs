@@ -87,6 +87,15 @@ fn work_that_nobody_wants_ends() {
     }
 }
 
+/// Remembers what was done.
+struct Works(std::sync::Mutex<Vec<String>>);
+impl Progress for Works {
+    fn begin(&self, what: &str, _total: u64) {
+        self.0.lock().unwrap().push(what.to_owned());
+    }
+    fn advance(&self, _parts: u64) {}
+}
+
 /// A picture that is cancelled leaves its stage the map, and the next picture is the right one.
 #[test]
 fn a_cancelled_picture_keeps_the_map() {
@@ -97,13 +106,6 @@ fn a_cancelled_picture_keeps_the_map() {
     let progress = Impatient::after(12);
     let error = stage.render(&scene, &settings, &progress).unwrap_err();
     assert!(matches!(error.kind(), ErrorKind::Cancelled), "{error}");
-    struct Works(std::sync::Mutex<Vec<String>>);
-    impl Progress for Works {
-        fn begin(&self, what: &str, _total: u64) {
-            self.0.lock().unwrap().push(what.to_owned());
-        }
-        fn advance(&self, _parts: u64) {}
-    }
     let works = Works(std::sync::Mutex::default());
     assert_eq!(stage.render(&scene, &settings, &works).unwrap(), expected);
     assert_eq!(*works.0.lock().unwrap(), ["picture"]);

@@ -78,6 +78,7 @@ impl Volume {
     /// was made of the same values by other levels: this one, or a copy. `None` if the stored values
     /// are needed. (A transfer function that is being edited asks for other levels all the time, of
     /// which nearly all do the same.)
+    #[cfg_attr(not(feature = "io"), allow(dead_code))]
     pub(crate) fn as_levels(self: &Arc<Self>, levels: Levels) -> Option<Arc<Self>> {
         let known = self.levels?;
         if known == levels {

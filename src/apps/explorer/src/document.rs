@@ -51,6 +51,7 @@ impl Document {
         let of = at_frame(&described.file, frame)?;
         described.stand_up(&of)?;
         let Described { file, surroundings, notes } = described;
+        check_numbers(&file)?;
         let input = input.to_owned();
         let id = OPENED.fetch_add(1, Ordering::Relaxed);
         Ok(Self { id, input, opened: file.clone(), file, surroundings, notes, frames, frame })
@@ -154,6 +155,33 @@ pub fn place_light(table: &mut LightTable, light: Option<&Light>) {
             table.direction = Some(direction.to_array());
         }
         _ => {}
+    }
+}
+
+/// Checks that all numbers of a scene file are numbers: what is not equals nothing, not even itself, so
+/// it would count as changed all the time.
+///
+/// # Errors
+/// With the key of one that is not.
+pub fn check_numbers(file: &SceneFile) -> Result<()> {
+    let table = toml::Table::try_from(file);
+    let table = table.map_err(|error| Error::value("scene", error.to_string()))?;
+    match not_a_number(&toml::Value::Table(table)) {
+        Some(key) => Err(Error::value(key, "nan is not a number")),
+        None => Ok(()),
+    }
+}
+
+/// The key of a number that is none.
+fn not_a_number(value: &toml::Value) -> Option<String> {
+    match value {
+        toml::Value::Float(number) => number.is_nan().then(String::new),
+        toml::Value::Array(values) => values.iter().find_map(not_a_number),
+        toml::Value::Table(table) => table.iter().find_map(|(key, value)| {
+            let within = not_a_number(value)?;
+            Some(if within.is_empty() { key.clone() } else { format!("{key}.{within}") })
+        }),
+        _ => None,
     }
 }
 

@@ -71,6 +71,10 @@ fn run(arguments: &Arguments) -> Result<()> {
         None => None,
     };
     if let Some(path) = &arguments.screenshot {
+        if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+            let path = path.display();
+            return Err(Error::value("screenshot", format!("'{path}' does not end in .png")));
+        }
         let script = script.get_or_insert_with(Script::nothing);
         script.then_screenshot(path.clone());
     }
@@ -103,7 +107,9 @@ fn off_screen(arguments: &Arguments, mut script: Script) -> Result<()> {
     let mut host = OffScreen::new(arguments.size, arguments.scale)?;
     let mut explorer =
         Explorer::new(&host.context, Some(&host.screen)).map_err(|error| no_threads(&error))?;
-    open(arguments, &mut explorer)?;
+    if let Some(input) = &arguments.input {
+        explorer.open(input);
+    }
     loop {
         let step = script.step(&mut explorer)?;
         if let Step::Window(size) = step {
@@ -114,38 +120,23 @@ fn off_screen(arguments: &Arguments, mut script: Script) -> Result<()> {
         script.measured.frames.push(begun.elapsed().as_secs_f64());
         match step {
             Step::End => break,
-            Step::Screenshot(path) => save_screenshot(&host.seen(output)?, &path)?,
+            Step::Screenshot(path) => {
+                let inputs = explorer.inputs(script.inputs());
+                save_screenshot(&host.seen(output)?, &path, &inputs)?;
+            }
             Step::Go | Step::Window(_) => {}
         }
         // The engine's thread works meanwhile.
         std::thread::sleep(Duration::from_micros(200));
     }
-    write_times(arguments, &script)?;
-    let error = explorer.messages.iter().find(|message| message.is_error);
-    match error {
-        Some(message) => Err(Error::value("script", message.text.clone())),
-        None => Ok(()),
-    }
+    write_times(arguments, &script, &explorer.inputs(script.inputs()))
 }
 
-fn open(arguments: &Arguments, explorer: &mut Explorer) -> Result<()> {
-    let Some(input) = &arguments.input else { return Ok(()) };
-    explorer.open(input);
-    let error = explorer.messages.iter().find(|message| message.is_error);
-    match error {
-        // A window stays open; a script has nothing to work on.
-        Some(message) if arguments.script.is_some() || arguments.screenshot.is_some() => {
-            Err(Error::value("explorer", message.text.clone()))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn write_times(arguments: &Arguments, script: &Script) -> Result<()> {
+fn write_times(arguments: &Arguments, script: &Script, inputs: &Inputs) -> Result<()> {
     let Some(path) = &arguments.times else { return Ok(()) };
     let text = serde_json::to_string_pretty(&script.measured)
         .map_err(|error| Error::value("times", error.to_string()))?;
-    PendingFile::create(path, &Inputs::default())?.finish_with(text.as_bytes())
+    PendingFile::create(path, inputs)?.finish_with(text.as_bytes())
 }
 
 /// The window's contents, with the script that moves them.
@@ -163,13 +154,17 @@ struct Window {
 struct Outcome {
     error: Option<Error>,
     script: Option<Script>,
+    /// What must not be written to.
+    inputs: Option<Inputs>,
 }
 
 impl Window {
     fn end(&mut self, error: Option<Error>, context: &egui::Context) {
         let mut outcome = self.outcome.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         outcome.error = error;
-        outcome.script = self.script.take();
+        let script = self.script.take();
+        outcome.inputs = script.as_ref().map(|script| self.explorer.inputs(script.inputs()));
+        outcome.script = script;
         context.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 
@@ -177,7 +172,8 @@ impl Window {
         if let Some((path, receiver)) = &self.screenshot {
             context.request_repaint();
             let Ok(seen) = receiver.try_recv() else { return };
-            let saved = save_screenshot(&seen, path);
+            let inputs = self.explorer.inputs(self.script.iter().flat_map(Script::inputs));
+            let saved = save_screenshot(&seen, path, &inputs);
             self.screenshot = None;
             if let Err(error) = saved {
                 return self.end(Some(error), context);
@@ -195,14 +191,7 @@ impl Window {
                 context.request_screenshot(move |seen| _ = sender.send(seen));
                 self.screenshot = Some((path, receiver));
             }
-            Ok(Step::End) => {
-                let errors = self.explorer.messages.iter();
-                let error = errors
-                    .filter(|message| message.is_error)
-                    .map(|message| Error::value("script", message.text.clone()));
-                let error = error.last();
-                self.end(error, context);
-            }
+            Ok(Step::End) => self.end(None, context),
             Err(error) => self.end(Some(error), context),
         }
     }
@@ -248,8 +237,8 @@ fn window(arguments: &Arguments, script: Option<Script>) -> Result<()> {
     let ran = eframe::run_native("deepshadow-explorer", options, make);
     ran.map_err(|error| Error::value("window", error.to_string()))?;
     let mut outcome = outcome.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some(script) = &outcome.script {
-        write_times(arguments, script)?;
+    if let (Some(script), Some(inputs)) = (&outcome.script, &outcome.inputs) {
+        write_times(arguments, script, inputs)?;
     }
     outcome.error.take().map_or(Ok(()), Err)
 }

@@ -60,6 +60,8 @@ impl OffScreen {
         let made = RenderState::create(&configuration, &instance, None, RendererOptions::default());
         let screen = pollster::block_on(made).map_err(|error| Error::gpu(error.to_string()))?;
         let context = egui::Context::default();
+        // Nobody is there to watch things move.
+        context.all_styles_mut(|style| style.animation_time = 0.0);
         Ok(Self { screen, context, size, scale, frames: 0 })
     }
 
@@ -180,8 +182,8 @@ impl OffScreen {
 /// Writes what was seen of a window as a PNG.
 ///
 /// # Errors
-/// If the file cannot be written.
-pub fn save_screenshot(seen: &egui::ColorImage, path: &Path) -> Result<()> {
+/// If the file cannot be written, or if it is one of `inputs`.
+pub fn save_screenshot(seen: &egui::ColorImage, path: &Path, inputs: &Inputs) -> Result<()> {
     let linear = |byte: u8| linear_from_srgb(f64::from(byte) / 255.0) as f32;
     let pixels = seen.pixels.iter().map(|pixel| {
         let [r, g, b, _] = pixel.to_array();
@@ -189,7 +191,7 @@ pub fn save_screenshot(seen: &egui::ColorImage, path: &Path) -> Result<()> {
     });
     let [width, height] = seen.size.map(|n| n as u32);
     let image = Image { width, height, pixels: pixels.collect() };
-    let file = PendingFile::create(path, &Inputs::default())?;
+    let file = PendingFile::create(path, inputs)?;
     let options = PictureOptions::new(PictureFormat::Png)
         .with(|options| options.tone = deepshadow::image::Tone::new(1.0, ToneMap::None));
     file.finish_with(&options.encode(&image)?)

@@ -74,6 +74,9 @@ fn picture(explorer: &mut Explorer, place: Rect, ui: &mut Ui) -> Option<Rect> {
         ui.painter().image(beside.texture.id(), left, part, Color32::WHITE);
         let line = Stroke::new(1.5, Color32::WHITE);
         ui.painter().vline(x, rect.y_range(), line);
+        let above = pos2(x, rect.min.y + 8.0);
+        label(ui, above - vec2(12.0, 0.0), egui::Align2::RIGHT_TOP, "kept");
+        label(ui, above + vec2(12.0, 0.0), egui::Align2::LEFT_TOP, "now");
         let grip = Rect::from_center_size(pos2(x, rect.center().y), vec2(14.0, 48.0));
         let grip_response = ui.interact(grip, ui.scope_id().with("wiper"), Sense::drag());
         ui.painter().rect_filled(grip.shrink2(vec2(4.0, 8.0)), 3.0, Color32::WHITE);
@@ -93,7 +96,22 @@ fn heat(explorer: &Explorer, rect: Rect, ui: &Ui) {
     if let (Some((difference, texture)), true) = (&explorer.looking.difference, at_rest) {
         let part = Rect::from_min_max(pos2(0.0, 0.0), difference.part.into());
         ui.painter().image(texture.id(), rect, part, Color32::WHITE);
+        let text = format!(
+            "difference to the truth: RMS {:.5}, largest {:.4}; bright is {:.4} and more",
+            difference.rms, difference.largest, difference.scale
+        );
+        label(ui, rect.left_top() + vec2(8.0, 8.0), egui::Align2::LEFT_TOP, &text);
     }
+}
+
+/// A text over the picture.
+fn label(ui: &Ui, at: Pos2, align: egui::Align2, text: &str) {
+    let font = egui::FontId::proportional(13.0);
+    let painter = ui.painter();
+    let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
+    let place = align.anchor_size(at, galley.size());
+    painter.rect_filled(place.expand(4.0), 3.0, Color32::from_black_alpha(150));
+    painter.galley(place.min, galley, Color32::WHITE);
 }
 
 /// The edges of what is kept of volumes, where something is clipped.
@@ -299,7 +317,9 @@ fn welcome(explorer: &mut Explorer, place: Rect, ui: &mut Ui) {
 /// The list of keys.
 pub fn help(explorer: &mut Explorer, context: &egui::Context) {
     let mut open = explorer.help;
-    egui::Window::new("Keys and hands").open(&mut open).resizable(false).show(context, |ui| {
+    let window = egui::Window::new("Keys and hands").open(&mut open).resizable(false);
+    let window = window.anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO);
+    window.show(context, |ui| {
         egui::Grid::new("keys").num_columns(2).spacing([16.0, 4.0]).show(ui, |ui| {
             for (keys, what) in [
                 ("drag", "turn the camera"),

@@ -154,6 +154,37 @@ fn the_latest_that_was_opened_counts() {
     assert!(window.explorer().shown().unwrap().picture.image.clone().unwrap() != before);
 }
 
+/// What was exported can be imported again, also into scenes.
+#[test]
+fn transfer_functions_go_out_and_come_in() {
+    use deepshadow::scene::file::TransferTable;
+    use deepshadow_explorer::explorer::Dialog;
+
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::open(&volume(folder.path(), "a.npy"), [700.0, 900.0]);
+    let points = vec![[0.0, 1.0, 0.5, 0.25, 0.0], [0.7, 0.1, 0.2, 0.3, 0.9]];
+    let table = TransferTable { points: Some(points), ..TransferTable::default() };
+    window.explorer().document.as_mut().unwrap().file.volume[0].transfer = Some(table.clone());
+    window.wait();
+    let out = folder.path().join("function.toml");
+    window.explorer().chosen(Dialog::ExportTransfer, out.clone());
+    window.wait();
+    window.choose("transfer function", "none");
+    window.wait();
+    window.explorer().chosen(Dialog::ImportTransfer, out);
+    window.wait();
+    assert_eq!(window.file().volume[0].transfer, Some(table));
+    let list = folder.path().join("list.txt");
+    fs::write(&list, "0 0\n1 1\n").unwrap();
+    window.explorer().chosen(Dialog::ImportTransfer, list.clone());
+    window.wait();
+    assert_eq!(window.file().volume[0].transfer.as_ref().unwrap().file, Some(list));
+    assert_eq!(window.errors(), [""; 0]);
+    window.explorer().chosen(Dialog::ImportTransfer, folder.path().join("none.toml"));
+    window.steps(2);
+    assert_eq!(window.errors().len(), 1);
+}
+
 /// What is given up stays given up until something changes.
 #[test]
 fn work_is_given_up() {

@@ -174,7 +174,7 @@ fn the_picture_is_exposed_and_sized() {
     window.tick("own size");
     let size = window.explorer().settings().unwrap().image.size;
     assert_eq!([window.file().image.width, window.file().image.height], size.map(Some));
-    window.slide("time of a moving picture", 50.0);
+    window.slide("moving picture", 50.0);
     assert!((window.explorer().budget.as_secs_f64() - 0.05).abs() < 0.002);
     window.choose("device", "cpu");
     assert_eq!(window.explorer().device.name(), "cpu");

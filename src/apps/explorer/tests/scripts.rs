@@ -6,10 +6,10 @@ use std::path::Path;
 use deepshadow::scene::SceneFile;
 use deepshadow_explorer::Explorer;
 use deepshadow_explorer::offscreen::{OffScreen, save_screenshot};
-use deepshadow_explorer::script::{Script, Step, changed};
+use deepshadow_explorer::script::{Measured, Script, Step, changed};
 
 /// Runs a script; returns the explorer and what was measured.
-fn run(text: &str) -> Option<(Explorer, deepshadow_explorer::script::Measured)> {
+fn run(text: &str) -> Option<deepshadow::Result<(Explorer, Measured)>> {
     if std::env::var("DEEPSHADOW_TEST_GPU").is_ok_and(|value| value == "skip") {
         eprintln!("SKIPPED: DEEPSHADOW_TEST_GPU=skip, nothing is drawn off screen");
         return None;
@@ -18,11 +18,17 @@ fn run(text: &str) -> Option<(Explorer, deepshadow_explorer::script::Measured)> 
     let mut host = OffScreen::new([700.0, 500.0], 1.0).unwrap();
     let mut explorer = Explorer::new(&host.context, Some(&host.screen)).unwrap();
     loop {
-        let step = script.step(&mut explorer).unwrap();
+        let step = match script.step(&mut explorer) {
+            Ok(step) => step,
+            Err(error) => return Some(Err(error)),
+        };
         let output = host.frame(Vec::new(), |ui| explorer.show(ui));
         match step {
-            Step::End => return Some((explorer, script.measured)),
-            Step::Screenshot(path) => save_screenshot(&host.seen(output).unwrap(), &path).unwrap(),
+            Step::End => return Some(Ok((explorer, script.measured))),
+            Step::Screenshot(path) => {
+                let inputs = explorer.inputs(script.inputs());
+                save_screenshot(&host.seen(output).unwrap(), &path, &inputs).unwrap();
+            }
             Step::Window(size) => host.resize(size),
             Step::Go => {}
         }
@@ -45,7 +51,8 @@ fn a_script_does_what_hands_do() {
         name("scene.toml"),
         name("b.png"),
     );
-    let Some((explorer, measured)) = run(&text) else { return };
+    let Some(ran) = run(&text) else { return };
+    let (explorer, measured) = ran.unwrap();
     assert_eq!(measured.answers.len(), 6);
     assert!(measured.answers.iter().all(|answer| answer.seconds > 0.0));
     assert!(measured.first_picture.is_some() && measured.waits.len() == 5, "{measured:?}");
@@ -74,10 +81,40 @@ fn wrong_lines_are_named() {
         ("window 3 4", "needs a width and a height"),
         ("device fpga", "is not one of auto, gpu, cpu"),
         ("panels maybe", "needs on or off"),
+        ("section Bogus", "names none of Volume, Surfaces"),
+        ("screenshot a.jpg", "needs a file that ends in .png"),
     ] {
         let error = Script::parse(text, Path::new("s.txt")).err().unwrap().to_string();
         assert!(error.starts_with("s.txt: ") && error.contains(named), "{error}");
     }
+}
+
+/// Whatever a script asks for, it ends, with the line that was wrong.
+#[test]
+fn scripts_end_with_what_went_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("own.toml");
+    fs::write(&input, "[volume]\npreset = 'box'\n").unwrap();
+    let input = input.display();
+    for (text, named) in [
+        ("open box\nset shadow.size 0\nwait".to_owned(), "line 3: "),
+        ("open box\nwait\nset camera.fov_y_degrees 500\nwait\n".to_owned(), "fov_y_degrees"),
+        ("open box\nset volume.density_scale nan\nwait".to_owned(), "nan is not a number"),
+        ("open box\nset image.width 0\nset image.height 9\nwait".to_owned(), "image.width"),
+        (format!("open {input}.none\nwait"), "no such file"),
+        (format!("open {input}\nwait\npicture {input}\nwait"), "ends in none of"),
+        ("open box\nframe 3".to_owned(), "there is no frame 3"),
+    ] {
+        let Some(ran) = run(&text) else { return };
+        let error = ran.err().unwrap_or_else(|| panic!("{text} ended well")).to_string();
+        assert!(error.contains(named) && !error.contains('\n'), "{text}: {error}");
+        assert!(error.starts_with("script: line "), "{error}");
+    }
+    assert_eq!(fs::read_to_string(input.to_string()).unwrap(), "[volume]\npreset = 'box'\n");
+    // Those that follow each other count together.
+    let text = "open box\nwait\nset light.kind \"point\"\nset light.position [0, 2, 0]\nwait";
+    let Some(ran) = run(text) else { return };
+    assert!(ran.is_ok(), "{:?}", ran.err());
 }
 
 #[test]

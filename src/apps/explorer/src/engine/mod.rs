@@ -2,6 +2,7 @@
 //! is given up. The window only asks ([`Engine::wish`]) and looks what has come ([`Engine::events`]).
 
 mod devices;
+mod loading;
 mod pace;
 mod progress;
 mod side;

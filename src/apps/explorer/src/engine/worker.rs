@@ -7,42 +7,31 @@ use std::time::{Duration, Instant};
 use deepshadow::backend::Stage;
 use deepshadow::gpu::{GpuBackend, GpuImage};
 use deepshadow::image::{Image, Tone};
-use deepshadow::io::vdb::VdbFile;
-use deepshadow::io::{Format, SceneLoader};
 use deepshadow::scene::SceneFile;
-use deepshadow::scene::automatic::{Ingredients, Surroundings};
-use deepshadow::scene::file::VolumeTable;
+use deepshadow::scene::automatic::Surroundings;
 use deepshadow::{Backend, ErrorKind, Result, Scene, Settings};
 
 use super::devices::{Devices, Features, warm_up};
+use super::loading::Loading;
 use super::pace::Motion;
-use super::progress::{Arrival, Call, Doing, Shared, Watch};
+use super::progress::{Call, Doing, Shared, Watch};
 use super::side::{Completed, Key, Side, Whole, of_map, on_screen, times_of};
 use super::{Device, Event, Face, Picture, Wish};
-use crate::panels::{Known, OfDensities};
 
 /// Draws wishes until it is told to quit.
 pub struct Worker {
-    shared: Arc<Shared>,
+    pub(super) shared: Arc<Shared>,
     devices: Devices,
-    tell: Arc<dyn Fn(Event) + Send + Sync>,
-    sides: [Side; 2],
+    pub(super) tell: Arc<dyn Fn(Event) + Send + Sync>,
+    pub(super) sides: [Side; 2],
     /// The latest wish.
-    wish: Option<(u64, Wish)>,
+    pub(super) wish: Option<(u64, Wish)>,
     /// What drivers have compiled shaders for, and what they are compiling.
     compiled: Vec<Features>,
     compiling: Option<(Features, JoinHandle<()>)>,
     /// What drew the last picture of each side.
     drew: [String; 2],
-    loading: Option<Loading>,
-}
-
-/// Something that is being loaded.
-struct Loading {
-    /// The number of the wish.
-    serial: u64,
-    side: usize,
-    wish: Box<Wish>,
+    pub(super) loading: Option<Loading>,
 }
 
 impl Worker {
@@ -97,7 +86,7 @@ impl Worker {
     }
 
     /// Fulfils the latest wish as far as what is loaded allows.
-    fn serve(&mut self) {
+    pub(super) fn serve(&mut self) {
         let Some((serial, wish)) = self.wish.clone() else { return };
         match self.fulfil(serial, &wish) {
             Ok(()) => {}
@@ -108,47 +97,8 @@ impl Worker {
         }
     }
 
-    /// Takes what was loaded.
-    fn arrived(&mut self, arrival: Arrival) {
-        let Arrival { serial, side, loader, loaded, grids, histograms } = arrival;
-        let is_own = |loading: &mut Loading| (loading.serial, loading.side) == (serial, side);
-        let Some(Loading { wish, .. }) = self.loading.take_if(is_own) else { return };
-        match loaded {
-            Ok((_, notes)) => {
-                let latest = self.wish.as_ref().map(|(_, latest)| latest);
-                // Somebody who went back does not want it any more.
-                let same = latest.is_some_and(|latest| latest.document == wish.document);
-                if same || !latest.is_some_and(|latest| self.holds(side, latest)) {
-                    self.sides[side].take(wish.document, loader, histograms);
-                    if side == 0 {
-                        (self.tell)(Event::Loaded { document: wish.document, notes, grids });
-                    }
-                }
-                // What was wished for meanwhile may need something else: this is shown until then.
-                let held = self.wish.as_ref().is_some_and(|(_, latest)| self.holds(0, latest));
-                if same && !held && side == 0 {
-                    let hurried = Wish { motion: Motion::Light, ..*wish };
-                    let _ = self.fulfil(serial, &hurried);
-                }
-            }
-            Err(error) => {
-                (self.tell)(Event::Failed { serial, why: error.to_string(), loading: true });
-                self.wish.take_if(|(latest, _)| *latest == serial);
-            }
-        }
-        self.serve();
-    }
-
-    /// Whether everything is loaded that one side of a wish needs.
-    fn holds(&self, side: usize, wish: &Wish) -> bool {
-        let file = if side == 0 { Some(&wish.file) } else { wish.beside.as_ref() };
-        let scan = wish.surroundings == Surroundings::Studio;
-        let own = &self.sides[side];
-        own.document == Some(wish.document) && file.is_none_or(|file| own.loader.holds(file, scan))
-    }
-
     /// Draws `wish`, or loads what it needs.
-    fn fulfil(&mut self, serial: u64, wish: &Wish) -> Result<()> {
+    pub(super) fn fulfil(&mut self, serial: u64, wish: &Wish) -> Result<()> {
         let scan = wish.surroundings == Surroundings::Studio;
         let files = [Some(&wish.file), wish.beside.as_ref()];
         for (side, file) in files.into_iter().enumerate() {
@@ -182,40 +132,6 @@ impl Worker {
             }
         }
         Ok(())
-    }
-
-    /// Begins to load what one side of `wish` needs, unless something is being loaded already.
-    fn load(&mut self, serial: u64, side: usize, wish: &Wish) {
-        if self.loading.is_some() {
-            return;
-        }
-        let file = if side == 0 { Some(&wish.file) } else { wish.beside.as_ref() };
-        let Some(file) = file.cloned() else { return };
-        let names = file.volume.iter().filter_map(|table| table.path.clone());
-        let names = names.chain(file.surfaces().filter_map(|(_, table)| table.path.clone()));
-        let name = names.last().and_then(|path| Some(path.file_name()?.display().to_string()));
-        let what = format!("loading {}", name.unwrap_or_else(|| "the scene".to_owned()));
-        self.shared.say(Some(Doing { what, share: None }));
-        self.loading = Some(Loading { serial, side, wish: Box::new(wish.clone()) });
-        let scan = wish.surroundings == Surroundings::Studio;
-        // The files of another document may have changed since they were read for it.
-        let own = &self.sides[side];
-        let same = own.document == Some(wish.document);
-        let mut loader = if same { own.loader.clone() } else { SceneLoader::default() };
-        let (mut histograms, shared) = (own.histograms.clone(), self.shared.clone());
-        let work = move || {
-            let loaded = loader.load(&file, scan);
-            let grids = file.volume.iter().map(grid_names).collect();
-            let volumes = loaded.as_ref().map_or(&[][..], |(loaded, _)| &loaded.volumes[..]);
-            histograms = volumes.iter().map(|own| histogram(own, &histograms)).collect();
-            shared.arrive(Arrival { serial, side, loader, loaded, grids, histograms });
-        };
-        let thread = std::thread::Builder::new().name("loading".to_owned());
-        if let Err(error) = thread.spawn(work) {
-            self.loading = None;
-            let why = format!("the system starts no thread: {error}");
-            (self.tell)(Event::Failed { serial, why, loading: true });
-        }
     }
 
     /// Draws one side, unless it is drawn already.
@@ -414,21 +330,6 @@ enum Made {
     Read(Image),
     /// It is on the device.
     Stays(&'static GpuBackend, GpuImage),
-}
-
-/// The histogram of a volume, which may be `known`.
-fn histogram(own: &Ingredients, known: &[Known]) -> Known {
-    let made = || Arc::new(OfDensities::of(&own.volume, &own.densities));
-    (own.volume.clone(), crate::panels::known(known, &own.volume).unwrap_or_else(made))
-}
-
-/// The names of the grids in a volume's file, if it is OpenVDB.
-fn grid_names(table: &VolumeTable) -> Vec<String> {
-    let Some(path) = &table.path else { return Vec::new() };
-    let file = Format::of_file(path).ok().filter(|format| *format == Format::OpenVdb);
-    let file = file.and_then(|_| VdbFile::open(path).ok());
-    let grids = file.iter().flat_map(VdbFile::grids);
-    grids.map(|grid| grid.name.clone()).collect()
 }
 
 /// What is drawn of a wish.

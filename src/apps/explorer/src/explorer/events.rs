@@ -44,10 +44,8 @@ impl Explorer {
         let events = self.engine.events();
         self.hear(events);
         self.hear_of_truth();
-        while let Ok((dialog, path)) = self.dialogs.1.try_recv() {
-            if let Some(path) = path {
-                self.chosen(dialog, path);
-            }
+        while let Ok((dialog, found)) = self.dialogs.1.try_recv() {
+            self.hear_of_dialog(dialog, found);
         }
     }
 

@@ -2,12 +2,12 @@
 //! for them and shows what has come.
 
 mod bars;
+mod documents;
 mod events;
 mod input;
 mod wishes;
 
 use std::collections::{HashMap, VecDeque};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
@@ -24,11 +24,15 @@ pub use events::Texture;
 use crate::document::Document;
 use crate::engine::truth::Truth;
 use crate::engine::{Device, Doing, Engine, Motion, Picture, Wish, is_hardware};
-use crate::output::Output;
+use crate::output::{Found, Output};
 use crate::panels::{self, Looking, OfDensities, TransferEditor};
 
 /// How long a message is shown.
 const MESSAGE: Duration = Duration::from_secs(12);
+/// Width of the panels in points.
+const PANELS: f32 = 352.0;
+/// A window narrower than this begins without panels.
+const NARROW: f32 = 620.0;
 /// Size of the picture before the window has said its own.
 const FIRST_SIZE: [u32; 2] = [640, 360];
 
@@ -66,11 +70,11 @@ pub enum Dialog {
     Frames,
 }
 
+/// A dialog, and what it has found.
+type Answered = (Dialog, Found);
+
 /// A document that was opened, or why it was not, with the name of its input.
 type Opened = (String, deepshadow::Result<Box<Document>>);
-
-/// What a dialog has found.
-type Found = (Dialog, Option<PathBuf>);
 
 /// The window. Its switches have nothing to do with each other.
 #[allow(clippy::struct_excessive_bools)]
@@ -144,10 +148,14 @@ pub struct Explorer {
     /// The names of the grids in each volume's file.
     pub grids: Vec<Vec<String>>,
     scales: HashMap<&'static str, f64>,
-    dialogs: (Sender<Found>, Receiver<Found>),
+    dialogs: (Sender<Answered>, Receiver<Answered>),
+    /// What is asked for where the system has no dialogs, and what was typed so far.
+    pub typed: Option<(Dialog, String)>,
     context: egui::Context,
     arrived: Vec<Instant>,
     played: Instant,
+    /// How often the window was drawn.
+    frames: u64,
 }
 
 impl Explorer {
@@ -198,88 +206,12 @@ impl Explorer {
             grids: Vec::new(),
             scales: HashMap::new(),
             dialogs: channel(),
+            typed: None,
             context: context.clone(),
             arrived: Vec::new(),
             played: Instant::now(),
+            frames: 0,
         })
-    }
-
-    /// Opens a preset, a scene file, or a file of a volume, of hair or of a mesh: on a thread of its
-    /// own, because disks may be slow. If it cannot be opened, what was open before stays.
-    pub fn open(&mut self, input: &str) {
-        let (sender, context) = (self.opened_documents.0.clone(), self.context.clone());
-        let input = input.to_owned();
-        self.opening = Some(input.clone());
-        self.end_round();
-        let work = move || {
-            let document = Document::open(&input).map(Box::new);
-            let _ = sender.send((input, document));
-            context.request_repaint();
-        };
-        if std::thread::Builder::new().name("opening".to_owned()).spawn(work).is_err() {
-            self.opening = None;
-            self.complain("the system starts no thread to open a file");
-        }
-    }
-
-    /// Takes a document that was opened.
-    fn take_document(&mut self, document: Document) {
-        self.messages.retain(|message| !message.is_error);
-        for note in &document.notes {
-            self.say(note);
-        }
-        self.end_comparison();
-        (self.light, self.volume, self.playing) = (0, 0, false);
-        self.transfer = TransferEditor::default();
-        self.looking.at = None;
-        self.scales.clear();
-        self.show_document(Some(document));
-    }
-
-    /// Shows another document, or the same at another time.
-    fn show_document(&mut self, document: Option<Document>) {
-        self.last = None;
-        self.cancelled = None;
-        self.engine.ask_again();
-        self.id = document.as_ref().map(|document| document.id);
-        let title = document.as_ref().map(Document::title);
-        let title = title.map_or_else(|| "deepshadow".to_owned(), |name| name + " - deepshadow");
-        self.context.send_viewport_cmd(egui::ViewportCommand::Title(title));
-        self.document = document;
-    }
-
-    /// Gives up what is being opened, loaded or drawn.
-    pub fn cancel(&mut self) {
-        self.opening = None;
-        self.engine.cancel();
-        if self.shown().is_none() {
-            // There is nothing to be seen of it.
-            let good = self.good.clone();
-            self.show_document(good);
-        } else {
-            self.cancelled.clone_from(&self.wished);
-            self.settle();
-        }
-    }
-
-    /// Draws what was given up.
-    pub fn draw_again(&mut self) {
-        if self.cancelled.take().is_some() {
-            self.engine.ask_again();
-        }
-    }
-
-    /// Ends the comparison with other settings.
-    pub fn end_comparison(&mut self) {
-        self.beside = None;
-        let other = self.pictures[1].take().map(|shown| shown.texture);
-        self.forget(other);
-    }
-
-    /// Compares with the settings of now.
-    pub fn compare(&mut self, document: &Document) {
-        self.end_comparison();
-        self.beside = document.now().ok();
     }
 
     /// The latest picture of the document.
@@ -289,8 +221,10 @@ impl Explorer {
 
     /// Tells people something.
     pub fn say(&mut self, text: &str) {
+        // Keys are marked where programs look for them.
+        let text = text.replace('`', "");
         self.messages.retain(|message| message.text != text);
-        let message = Message { text: text.to_owned(), is_error: false, since: Instant::now() };
+        let message = Message { text, is_error: false, since: Instant::now() };
         self.messages.push(message);
     }
 
@@ -339,17 +273,6 @@ impl Explorer {
     /// The first value that was seen under a name, so that a slider's ends do not move with it.
     pub fn steady(&mut self, name: &'static str, now: f64) -> f64 {
         *self.scales.entry(name).or_insert(now)
-    }
-
-    /// Starts or stops a sequence.
-    pub fn play(&mut self, document: &mut Document) {
-        self.playing = !self.playing && document.frames.is_some();
-        self.played = Instant::now();
-        if self.playing
-            && let Some(scene) = self.scene()
-        {
-            document.fix(&scene);
-        }
     }
 
     /// Whether everything is drawn as `render` draws it, or cannot be drawn.
@@ -404,8 +327,13 @@ impl Explorer {
         self.dropped(ui);
         self.bar(ui);
         self.status(ui);
+        if self.frames == 0 && ui.available_width() < NARROW {
+            self.panels = false;
+        }
+        self.frames += 1;
         if self.panels {
-            egui::Panel::left("panels").resizable(true).default_size(330.0).show(ui, |ui| {
+            // Its width does not follow its contents: the picture would be drawn anew.
+            egui::Panel::left("panels").resizable(false).exact_size(PANELS).show(ui, |ui| {
                 panels::show(self, ui);
             });
         }
@@ -413,6 +341,7 @@ impl Explorer {
         egui::CentralPanel::no_frame().show(ui, |ui| crate::view::show(self, ui));
         self.messages(ui.ctx(), place);
         crate::view::help(self, ui.ctx());
+        self.show_typed(ui.ctx());
         self.advance();
         self.ask_for_pictures();
     }
@@ -425,7 +354,7 @@ impl Explorer {
     }
 
     /// The place where dialogs leave what they have found.
-    pub fn found(&self) -> Sender<Found> {
+    pub fn found(&self) -> Sender<Answered> {
         self.dialogs.0.clone()
     }
 

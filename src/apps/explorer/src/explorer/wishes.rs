@@ -46,7 +46,8 @@ impl Explorer {
         let span = self.arrived.len() as f64;
         self.rate = (self.motion != Motion::Rest && span > 1.0).then_some(span);
         let own = now.image.width.zip(now.image.height);
-        let size = own.map_or(self.size, |(width, height)| [width, height]);
+        let here = self.size.map(|n| n.clamp(1, LARGEST));
+        let size = own.map_or(here, |(width, height)| [width, height]);
         let beside = self.beside.clone().map(|mut beside| {
             // It is looked at from the same place, at the same size.
             beside.camera.clone_from(&now.camera);
@@ -54,7 +55,6 @@ impl Explorer {
             beside
         });
         let (motion, budget, device) = (self.motion, self.budget, self.device);
-        let size = size.map(|n| n.clamp(1, LARGEST));
         let wish =
             Wish { document: id, file: now, surroundings, beside, size, motion, budget, device };
         if self.cancelled.as_ref().is_some_and(|cancelled| cancelled.is_of_same_scene(&wish)) {

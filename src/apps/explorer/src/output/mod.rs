@@ -17,6 +17,7 @@ use deepshadow::{Error, Result};
 use eframe::egui::{self, Ui};
 
 pub use command::command;
+pub use dialogs::Found;
 
 use crate::document::Document;
 use crate::engine::Device;
@@ -302,6 +303,16 @@ impl Round {
                 document.place_light(index, &light);
             }
         }
+    }
+}
+
+impl Explorer {
+    /// All files that what is open was read from, and `more`, which must not be written to.
+    pub fn inputs(&self, more: impl IntoIterator<Item = PathBuf>) -> Inputs {
+        let scene = self.document.as_ref().map(|document| PathBuf::from(&document.input));
+        let mut inputs = inputs_of(self.document.as_ref().map(|document| &document.file), scene);
+        inputs.extend(more);
+        inputs
     }
 }
 

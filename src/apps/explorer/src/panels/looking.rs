@@ -126,9 +126,10 @@ fn heat(looking: &Looking, ui: &mut Ui) {
         difference.rms, difference.largest
     ));
     let done = if difference.share >= 1.0 {
-        format!("every {}nd pixel compared", difference.spacing)
+        format!("pixels {} apart were compared", difference.spacing)
     } else {
-        format!("{:.0} % done, every {}th pixel", difference.share * 100.0, difference.spacing)
+        let share = difference.share * 100.0;
+        format!("{share:.0} % done, pixels {} apart", difference.spacing)
     };
     ui.weak(format!("{done}; bright is {:.4} and more", difference.scale));
 }
@@ -163,7 +164,7 @@ fn curves(looking: &Looking, ui: &mut Ui) {
         ui.weak("point at something in the picture");
         return;
     };
-    let width = ui.available_width().min(256.0);
+    let width = ui.available_width().min(170.0);
     let image = egui::Image::new(texture).fit_to_exact_size(egui::vec2(width, width));
     let place = ui.add(image).rect;
     let at = place.min + egui::vec2(drawn.at[0] as f32, drawn.at[1] as f32) * place.width();

@@ -15,10 +15,16 @@ use crate::explorer::Explorer;
 pub use looking::{Look, Looking};
 pub use transfer::{Known, OfDensities, TransferEditor, exported, known};
 
+/// The titles of the sections.
+pub const SECTIONS: [&str; 7] =
+    ["Volume", "Surfaces", "Light", "Shadow", "Picture", "Looking into it", "Out"];
+
 /// Draws all panels, one below the other.
 pub fn show(explorer: &mut Explorer, ui: &mut Ui) {
     egui::ScrollArea::vertical().auto_shrink([false; 2]).show(ui, |ui| {
-        ui.spacing_mut().slider_width = 120.0;
+        ui.spacing_mut().slider_width = 110.0;
+        // Nothing lies below the bar.
+        ui.set_max_width(ui.available_width() - 10.0);
         let Some(mut document) = explorer.document.take() else {
             ui.label("Nothing is open.");
             return;

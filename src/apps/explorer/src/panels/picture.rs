@@ -138,7 +138,7 @@ fn device(explorer: &mut Explorer, ui: &mut Ui) {
     let slider = egui::Slider::new(&mut milliseconds, 4.0..=500.0)
         .logarithmic(true)
         .suffix(" ms")
-        .text("time of a moving picture");
+        .text("moving picture");
     if ui.add(slider).changed() {
         explorer.budget = std::time::Duration::from_secs_f64(milliseconds / 1e3);
     }

@@ -59,7 +59,7 @@ fn kind(document: &mut Document, now: MapKind, ui: &mut Ui) {
             },
         );
     });
-    ui.add(egui::Label::new(egui::RichText::new(now.description()).weak().small()).wrap());
+    ui.add(egui::Label::new(egui::RichText::new(now.description()).weak()).wrap());
     let (number, range) = match now {
         MapKind::Grid(n) => (n, 2..=256),
         MapKind::Coded(Coding::Slices(n) | Coding::FloatSlices(n) | Coding::Occupancy(n)) => {

@@ -38,8 +38,9 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
     }
     if table.preset.is_some() {
         let names = Preset::ALL.map(Preset::name);
-        let mut preset = table.preset.clone();
-        choice(ui, "preset", &mut preset, "clouds", &names);
+        // It is no choice of the program's.
+        let (mut preset, now) = (None, table.preset.clone().unwrap_or_default());
+        choice(ui, "preset", &mut preset, &now, &names);
         if preset.is_some() && preset != table.preset {
             table.preset = preset;
             (table.density_scale, table.up, table.transfer) = (None, None, None);

@@ -6,6 +6,7 @@ use deepshadow::scene::SceneFile;
 use deepshadow::{Error, Result};
 
 use super::line::Line;
+use crate::document::check_numbers;
 use crate::explorer::Explorer;
 use crate::hands;
 use crate::panels::Look;
@@ -103,5 +104,9 @@ pub fn changed(file: &SceneFile, key: &str, value: Option<&str>) -> Result<Scene
             at.insert(last.to_owned(), parsed);
         }
     }
-    table.try_into().map_err(|error: toml::de::Error| wrong(error.message().to_owned()))
+    let file = table.try_into();
+    let file: SceneFile =
+        file.map_err(|error: toml::de::Error| wrong(error.message().to_owned()))?;
+    check_numbers(&file)?;
+    Ok(file)
 }

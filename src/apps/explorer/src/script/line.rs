@@ -117,7 +117,12 @@ pub(super) fn parse(line: &str) -> Result<Line, String> {
         ("help", word) => Line::Help(on(word)?),
         ("theme", "light") => Line::Theme(egui::Theme::Light),
         ("theme", "dark") => Line::Theme(egui::Theme::Dark),
-        ("section", name) => Line::Section(name.to_owned()),
+        ("section", name) if crate::panels::SECTIONS.contains(&name) => {
+            Line::Section(name.to_owned())
+        }
+        ("section", _) => {
+            return Err(format!("names none of {}", crate::panels::SECTIONS.join(", ")));
+        }
         ("compare", word) => Line::Compare(on(word)?),
         ("wiper", share) => Line::Wiper(number(share)?.clamp(0.0, 1.0) as f32),
         ("heat", word) => Line::Heat(on(word)?),
@@ -126,6 +131,9 @@ pub(super) fn parse(line: &str) -> Result<Line, String> {
             Line::AllKinds(on(rest.trim_start_matches("kinds").trim())?)
         }
         ("wait", "") => Line::Wait,
+        ("screenshot", file) if !file.to_ascii_lowercase().ends_with(".png") => {
+            return Err("needs a file that ends in .png".to_owned());
+        }
         ("screenshot", file) => Line::Screenshot(path(file)?),
         ("picture", file) => Line::Picture(path(file)?),
         ("scene", file) => Line::Scene(path(file)?),

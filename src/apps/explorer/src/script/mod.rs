@@ -79,7 +79,10 @@ pub enum Step {
 
 /// A script that is being run.
 pub struct Script {
-    lines: Vec<Line>,
+    /// Its name.
+    path: PathBuf,
+    /// Numbers of lines in the file, and what they say.
+    lines: Vec<(usize, Line)>,
     next: usize,
     begun: Instant,
     /// When the current line began, and how often it was looked at.
@@ -90,6 +93,12 @@ pub struct Script {
     drag: Option<Drag>,
     /// What was measured.
     pub measured: Measured,
+}
+
+/// What the window says that went wrong.
+fn complaint(explorer: &Explorer) -> Option<Error> {
+    let error = explorer.messages.iter().find(|message| message.is_error);
+    error.map(|message| Error::value("explorer", message.text.clone()))
 }
 
 /// A drag whose steps are answered one after another.
@@ -115,36 +124,40 @@ impl Script {
                 continue;
             }
             let parsed = parse(line);
-            lines.push(
-                parsed.map_err(|why| {
-                    Error::contents(path, format!("line {number}: '{line}' {why}"))
-                })?,
-            );
+            let wrong = |why| Error::contents(path, format!("line {number}: '{line}' {why}"));
+            lines.push((number, parsed.map_err(wrong)?));
         }
-        Ok(Self::of(lines))
+        Ok(Self::of(path, lines))
     }
 
     /// A script that does nothing.
     pub fn nothing() -> Self {
-        Self::of(vec![Line::Wait])
+        Self::of(Path::new("explorer"), vec![(0, Line::Wait)])
     }
 
-    fn of(lines: Vec<Line>) -> Self {
+    fn of(path: &Path, lines: Vec<(usize, Line)>) -> Self {
         let now = Instant::now();
         let measured = Measured::default();
         let (begun, since, framed) = (now, now, now);
-        Self { lines, next: 0, begun, since, looks: 0, framed, drag: None, measured }
+        let path = path.to_owned();
+        Self { path, lines, next: 0, begun, since, looks: 0, framed, drag: None, measured }
     }
 
     /// The same script with a screenshot of everything at rest in the end.
     pub fn then_screenshot(&mut self, path: PathBuf) {
-        self.lines.extend([Line::Wait, Line::Screenshot(path)]);
+        self.lines.extend([(0, Line::Wait), (0, Line::Screenshot(path))]);
+    }
+
+    /// The files that it reads and must not write.
+    pub fn inputs(&self) -> [PathBuf; 1] {
+        [self.path.clone()]
     }
 
     /// Goes on; called before every frame.
     ///
     /// # Errors
-    /// If a line cannot be done, or takes longer than ten minutes.
+    /// With the number of the line, if one cannot be done or takes longer than ten minutes, or if the
+    /// window says that something went wrong.
     pub fn step(&mut self, explorer: &mut Explorer) -> Result<Step> {
         self.measured.intervals.push(self.framed.elapsed().as_secs_f64());
         self.framed = Instant::now();
@@ -152,22 +165,30 @@ impl Script {
             self.measured.first_picture = Some(self.begun.elapsed().as_secs_f64());
             self.measured.device.clone_from(&shown.picture.device);
         }
-        let Some(line) = self.lines.get(self.next).cloned() else {
-            if explorer.is_writing() {
-                return self.look();
+        let at = self.next;
+        self.do_line(explorer).map_err(|error| {
+            // Lines that stand in no file have no number.
+            match self.lines.get(at).or(self.lines.last()) {
+                Some((number @ 1.., _)) => {
+                    Error::contents(&self.path, format!("line {number}: {error}"))
+                }
+                _ => error,
             }
-            if let Some(shown) = explorer.shown() {
-                self.measured.device.clone_from(&shown.picture.device);
-            }
-            return Ok(Step::End);
-        };
-        let failed = |explorer: &Explorer| {
-            let error = explorer.messages.iter().find(|message| message.is_error);
-            error.map(|message| Error::value("script", message.text.clone()))
-        };
+        })
+    }
+
+    /// Does the next line, or a part of it.
+    fn do_line(&mut self, explorer: &mut Explorer) -> Result<Step> {
         if explorer.is_opening() {
             return self.look();
         }
+        let Some((_, line)) = self.lines.get(self.next).cloned() else {
+            return self.end(explorer);
+        };
+        let waits =
+            matches!(line, Line::Wait | Line::Screenshot(_) | Line::Picture(_) | Line::Scene(_));
+        let still = explorer.is_at_rest() && !explorer.is_writing() && self.looks >= 3;
+        let seen = explorer.document.is_none() || explorer.shown().is_some();
         let step = match line {
             // Everything but these waits for a first picture if something is open.
             Line::Open(input) => {
@@ -175,15 +196,10 @@ impl Script {
                 Step::Go
             }
             Line::Window(size) => Step::Window(size),
-            Line::Wait | Line::Screenshot(_) | Line::Picture(_) | Line::Scene(_)
-                if !explorer.is_at_rest() || explorer.is_writing() || self.looks < 3 =>
-            {
-                if let Some(error) = failed(explorer)
-                    && explorer.document.is_none()
-                {
-                    return Err(error);
-                }
-                return self.look();
+            _ if waits && !still => return self.look(),
+            // What went wrong would go on.
+            _ if waits && explorer.document.is_none() && complaint(explorer).is_some() => {
+                return self.end(explorer);
             }
             Line::Wait if explorer.looks_into_something() => return self.look(),
             Line::Wait => {
@@ -199,11 +215,19 @@ impl Script {
                 explorer.save_scene(path);
                 Step::Go
             }
-            other if explorer.document.is_some() && explorer.shown().is_none() => {
-                let _ = other;
-                return self.look();
-            }
+            _ if !seen => return self.look(),
             Line::Drag { of_light, by, steps } => return self.drag(explorer, of_light, by, steps),
+            Line::Set(..) | Line::Unset(_) => {
+                act(explorer, line)?;
+                // Those that follow each other count together.
+                while let Some((_, more @ (Line::Set(..) | Line::Unset(_)))) =
+                    self.lines.get(self.next + 1).cloned()
+                {
+                    self.next += 1;
+                    act(explorer, more)?;
+                }
+                Step::Go
+            }
             other => {
                 act(explorer, other)?;
                 Step::Go
@@ -212,6 +236,17 @@ impl Script {
         self.next += 1;
         (self.since, self.looks) = (Instant::now(), 0);
         Ok(step)
+    }
+
+    /// Ends when everything is written, with what went wrong.
+    fn end(&mut self, explorer: &Explorer) -> Result<Step> {
+        if explorer.is_writing() {
+            return self.look();
+        }
+        if let Some(shown) = explorer.shown() {
+            self.measured.device.clone_from(&shown.picture.device);
+        }
+        complaint(explorer).map_or(Ok(Step::End), Err)
     }
 
     /// Waits for another frame.

@@ -1,6 +1,7 @@
 //! The difference of a picture from the one through exact transmittances.
 
 use std::collections::HashMap;
+use std::time::{Duration, Instant};
 
 use deepshadow::accuracy::{ExactPoints, ExactTexels};
 use deepshadow::image::Image;
@@ -13,6 +14,8 @@ use super::{Answer, Difference, Wanted, colour};
 const SPACINGS: [usize; 4] = [16, 8, 4, 2];
 /// Pixels that are computed before it is asked whether they are still wanted.
 const AT_ONCE: usize = 256;
+/// After this time no finer pixels are begun.
+const LONGEST: Duration = Duration::from_secs(8);
 
 /// Compares pixels of a picture, ever closer ones.
 pub(super) fn difference(
@@ -39,6 +42,7 @@ pub(super) fn difference(
     };
     let all: usize = SPACINGS.iter().map(|&spacing| pixels_at(spacing).count()).sum();
     let mut done = 0;
+    let begun = Instant::now();
     for spacing in SPACINGS {
         let pixels: Vec<[u32; 2]> = pixels_at(spacing).collect();
         for chunk in pixels.chunks(AT_ONCE) {
@@ -60,8 +64,13 @@ pub(super) fn difference(
                 tell(Answer::Difference(heat(&known, [width, height], spacing, share)));
             }
         }
-        let share = done as f32 / all as f32;
+        // Finer ones take four times as long.
+        let is_last = begun.elapsed() > LONGEST || done == all;
+        let share = if is_last { 1.0 } else { done as f32 / all as f32 };
         tell(Answer::Difference(heat(&known, [width, height], spacing, share)));
+        if is_last {
+            break;
+        }
     }
     Ok(())
 }
