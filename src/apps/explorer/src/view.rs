@@ -253,8 +253,8 @@ fn light_ball(explorer: &mut Explorer, place: Rect, ui: &mut Ui) -> bool {
 
 /// A ball lit from a direction (right, up, towards the eye).
 fn paint_ball(ui: &Ui, middle: Pos2, toward: [f32; 3]) {
-    const RINGS: usize = 8;
-    const SECTORS: usize = 32;
+    const RINGS: usize = 14;
+    const SECTORS: usize = 48;
     let mut mesh = egui::Mesh::default();
     let shade = |x: f32, y: f32| {
         let z = (1.0 - x * x - y * y).max(0.0).sqrt();
