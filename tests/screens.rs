@@ -167,15 +167,11 @@ fn a_cancelled_picture_keeps_its_maps() {
     });
     let expected = gpu.render(&scene, &settings, &Silent).unwrap();
     let mut stage = gpu.stage();
-    // Lists may be longer than expected: then they are made again, until they are known.
-    let made = (0..3).map(|_| {
-        let progress = UpToTheMap::default();
-        let error = stage.render(&scene, &settings, &progress).unwrap_err();
-        assert!(matches!(error.kind(), ErrorKind::Cancelled), "{error}");
-        progress.0.into_inner().unwrap().0
-    });
-    assert_eq!(made.collect::<Vec<_>>()[0], ["shadow map"]);
+    let progress = UpToTheMap::default();
+    let error = stage.render(&scene, &settings, &progress).map(|_| ()).unwrap_err();
+    assert!(matches!(error.kind(), ErrorKind::Cancelled), "{error}");
+    assert_eq!(progress.0.into_inner().unwrap().0, ["shadow map"]);
     let works = Works::default();
-    assert_eq!(stage.render(&scene, &settings, &works).unwrap(), expected);
+    assert!(stage.render(&scene, &settings, &works).unwrap() == expected);
     assert_eq!(works.0.into_inner().unwrap(), ["picture"]);
 }

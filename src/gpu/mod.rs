@@ -206,7 +206,7 @@ impl Backend for GpuBackend {
             Expected::Plain => MediaKind::Plain,
             Expected::Function => MediaKind::OneField,
         };
-        let passes = stage::passes(kind.unwrap_or_default());
+        let passes = passes::passes(kind.unwrap_or_default());
         // An error occurs again, and is reported, when the pass is needed.
         let _ = self.renderer.programs.compile(&passes, media, Variant::USUAL);
     }

@@ -252,6 +252,26 @@ impl Pass {
     }
 }
 
+/// The passes of pictures through maps of `kind`.
+pub(super) fn passes(kind: MapKind) -> [Pass; 2] {
+    match kind {
+        MapKind::Threshold => [Pass::TraceThreshold, Pass::MarchThreshold],
+        _ => [Pass::TraceSlices, Pass::MarchFragments],
+    }
+}
+
+/// The passes of pictures with surfaces, and of maps if some cast shadows.
+pub(super) fn passes_of_surfaces(casts: bool, refines: bool) -> Vec<Pass> {
+    let view = [Pass::RasterView, Pass::RasterViewLarge, Pass::SortView, Pass::MarchSurfaces];
+    let refined = [Pass::RankRadiance, Pass::RefineSurfaces];
+    let map: &[Pass] = if casts {
+        &[Pass::TraceCasters, Pass::RasterSurfaces, Pass::RasterLarge, Pass::SortSurfaces]
+    } else {
+        &[Pass::TraceSlices]
+    };
+    [map, &view, if refines { &refined } else { &[] }].concat()
+}
+
 /// The root of a pass's shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PassSource {

@@ -4,7 +4,7 @@
 use super::fragments::GpuFragments;
 use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;
-use super::passes::Pass;
+use super::passes::{passes, passes_of_surfaces};
 use super::picture::{Shown, Subject};
 use super::programs::Variant;
 use super::renderer::{GpuImage, GpuMap, Renderer};
@@ -53,26 +53,6 @@ struct Lit {
 enum Shadow {
     Threshold(GpuMap),
     Fragments(GpuFragments),
-}
-
-/// The passes of pictures through maps of `kind`.
-pub(super) fn passes(kind: MapKind) -> [Pass; 2] {
-    match kind {
-        MapKind::Threshold => [Pass::TraceThreshold, Pass::MarchThreshold],
-        _ => [Pass::TraceSlices, Pass::MarchFragments],
-    }
-}
-
-/// The passes of pictures with surfaces, and of maps if some cast shadows.
-fn passes_of_surfaces(casts: bool, refines: bool) -> Vec<Pass> {
-    let view = [Pass::RasterView, Pass::RasterViewLarge, Pass::SortView, Pass::MarchSurfaces];
-    let refined = [Pass::RankRadiance, Pass::RefineSurfaces];
-    let map: &[Pass] = if casts {
-        &[Pass::TraceCasters, Pass::RasterSurfaces, Pass::RasterLarge, Pass::SortSurfaces]
-    } else {
-        &[Pass::TraceSlices]
-    };
-    [map, &view, if refines { &refined } else { &[] }].concat()
 }
 
 impl Shadow {

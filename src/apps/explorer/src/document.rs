@@ -32,6 +32,8 @@ pub struct Document {
     pub frames: Option<RangeInclusive<i64>>,
     /// The frame that is shown.
     pub frame: i64,
+    /// Which of its volumes are sequences of files.
+    numbered: Vec<bool>,
 }
 
 impl Document {
@@ -54,7 +56,9 @@ impl Document {
         check_numbers(&file)?;
         let input = input.to_owned();
         let id = OPENED.fetch_add(1, Ordering::Relaxed);
-        Ok(Self { id, input, opened: file.clone(), file, surroundings, notes, frames, frame })
+        let numbered = file.volume.iter().map(is_numbered).collect();
+        let opened = file.clone();
+        Ok(Self { id, input, file, opened, surroundings, notes, frames, frame, numbered })
     }
 
     /// The scene file at the frame that is shown.
@@ -65,7 +69,13 @@ impl Document {
         if self.frames.is_none() {
             return Ok(self.file.clone());
         }
-        at_frame(&self.file, self.frame)
+        let mut now = self.file.at_frame(self.frame)?;
+        let tables = now.volume.iter_mut().zip(self.file.volume.iter());
+        for ((own, table), _) in tables.zip(&self.numbered).filter(|(_, numbered)| !**numbered) {
+            // A name that is that of a file keeps its `#`.
+            own.path.clone_from(&table.path);
+        }
+        Ok(now)
     }
 
     /// The name for people: that of the file, without its folder.
