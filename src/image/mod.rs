@@ -1,5 +1,6 @@
 //! Linear RGBA images, and their conversion for screens. Knows no file format.
 
+mod screen8;
 mod tone;
 
 use glam::Vec3;
@@ -39,22 +40,30 @@ impl Image {
     /// The image for a screen: colours through `tone` (a number is an exposure), sRGB-encoded, 8 bits
     /// per channel, RGBA row by row, with alpha no longer premultiplied.
     pub fn to_srgb8(&self, tone: impl Into<Tone>) -> Vec<u8> {
-        self.screen(tone.into(), |value| (value * 255.0).round() as u8)
+        let alpha = |alpha: f32| (alpha * 255.0).round() as u8;
+        self.screen(tone.into(), screen8::byte, alpha)
     }
 
     /// The same with 16 bits per channel.
     pub fn to_srgb16(&self, tone: impl Into<Tone>) -> Vec<u16> {
-        self.screen(tone.into(), |value| (value * 65535.0).round() as u16)
+        let word = |value: f32| (value * 65535.0).round() as u16;
+        self.screen(tone.into(), |linear| word(srgb_from_linear(linear)), word)
     }
 
-    /// The pixels for a screen, encoded and straight, each channel as what `number` makes of 0..1.
-    fn screen<T: Copy + Send>(&self, tone: Tone, number: impl Fn(f32) -> T + Sync) -> Vec<T> {
+    /// The straight pixels for a screen: linear colours as `encoded` has them, and alpha, 0..1, as
+    /// `alpha` has it.
+    fn screen<T: Copy + Send>(
+        &self,
+        tone: Tone,
+        encoded: impl Fn(f32) -> T + Sync,
+        alpha: impl Fn(f32) -> T + Sync,
+    ) -> Vec<T> {
         let shown = |&[r, g, b, a]: &[f32; 4]| {
             let straight = if a > 0.0 { 1.0 / a.min(1.0) } else { 0.0 };
             let shown = tone.shown(Vec3::new(r, g, b) * straight);
-            let [r, g, b] = shown.to_array().map(srgb_from_linear);
+            let [r, g, b] = shown.to_array().map(&encoded);
             // NaN counts as 0.
-            [r, g, b, if a > 0.0 { a.min(1.0) } else { 0.0 }].map(&number)
+            [r, g, b, alpha(if a > 0.0 { a.min(1.0) } else { 0.0 })]
         };
         let parts = parallel::map(self.pixels.chunks(PART), |part| {
             part.iter().flat_map(shown).collect::<Vec<T>>()
