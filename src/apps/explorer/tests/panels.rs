@@ -328,3 +328,45 @@ fn another_setting_stands_beside() {
     window.press("end");
     assert!(window.explorer().beside.is_none());
 }
+
+#[test]
+fn what_is_looked_into_and_written_is_chosen() {
+    use deepshadow_explorer::engine::truth::Channel;
+    use deepshadow_explorer::panels::Look;
+
+    let mut window = Window::tall("box");
+    window.tick("difference to the truth");
+    window.until(|explorer| {
+        let difference = explorer.looking.difference.as_ref();
+        difference.is_some_and(|(difference, _)| difference.share >= 1.0)
+    });
+    window.tick("map and curves");
+    assert_eq!(window.explorer().looking.look, Some(Look::Curves));
+    window.tick("all kinds of map");
+    assert!(window.explorer().looking.all);
+    window.explorer().looking.at = Some([0.5, 0.5]);
+    for (name, channel) in [
+        ("depth at 50 %", Channel::Depth(0.5)),
+        ("transmittance at a depth", Channel::Transmittance(0.5)),
+    ] {
+        window.choose("map shows", name);
+        assert_eq!(window.explorer().looking.channel, channel);
+        window.until(|explorer| !explorer.looking.pending && explorer.looking.drawn.is_some());
+    }
+    window.slide("share of the depth", 1.0);
+    assert_eq!(window.explorer().looking.channel, Channel::Transmittance(1.0));
+    window.until(|explorer| !explorer.looking.pending);
+    let (drawn, _) = window.explorer().looking.drawn.as_ref().unwrap();
+    assert_eq!(drawn.kinds.len(), deepshadow::settings::MapKind::all().count());
+    // The box is homogeneous: lists keep its curve, and behind it light is what they say.
+    let (kind, curve, bytes, off) = &drawn.kinds[0];
+    assert!(kind.to_string() == "fragments" && *bytes > 0 && *off < 0.003, "{off}");
+    assert_eq!(curve.len(), drawn.truth.len());
+    assert!(drawn.truth[0][1] == 1.0 && drawn.truth.last().unwrap()[1] < 0.9);
+    window.tick("map and curves");
+    assert_eq!(window.explorer().looking.look, None);
+    window.type_number("pictures around", 12.0);
+    assert_eq!(window.explorer().output.count, 12);
+    window.press("by the light");
+    assert!(window.explorer().output.of_light);
+}

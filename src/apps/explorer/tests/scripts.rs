@@ -131,3 +131,39 @@ fn keys_of_scenes_are_set_as_they_are_written() {
         assert!(error.starts_with(key) && !error.contains('\n'), "{error}");
     }
 }
+
+/// A device that is lost is said, and the processor goes on.
+#[test]
+fn a_lost_device_is_not_the_end() {
+    if std::env::var("DEEPSHADOW_TEST_GPU").is_ok_and(|value| value == "skip") {
+        eprintln!("SKIPPED: DEEPSHADOW_TEST_GPU=skip, nothing is drawn off screen");
+        return;
+    }
+    let mut host = OffScreen::new([500.0, 400.0], 1.0).unwrap();
+    let mut explorer = Explorer::new(&host.context, Some(&host.screen)).unwrap();
+    explorer.device = deepshadow_explorer::engine::Device::Gpu;
+    explorer.open("box");
+    let mut wait = |explorer: &mut Explorer| {
+        let since = std::time::Instant::now();
+        for _ in 0.. {
+            host.frame(Vec::new(), |ui| explorer.show(ui));
+            std::thread::sleep(std::time::Duration::from_millis(2));
+            if explorer.is_at_rest() {
+                break;
+            }
+            assert!(since.elapsed().as_secs() < 120, "nothing happens");
+        }
+        host.frame(Vec::new(), |ui| explorer.show(ui));
+        host.screen.device.clone()
+    };
+    let device = wait(&mut explorer);
+    let by = explorer.shown().unwrap().picture.device.clone();
+    assert!(by.starts_with("gpu"), "{by}");
+    device.destroy();
+    explorer.document.as_mut().unwrap().file.shadow.map = Some("threshold".to_owned());
+    wait(&mut explorer);
+    let shown = explorer.shown().unwrap();
+    assert!(shown.picture.whole && shown.picture.device.starts_with("cpu"));
+    let said = explorer.messages.iter().find(|message| message.is_error).unwrap();
+    assert!(said.text.contains("the processor draws from now on"), "{}", said.text);
+}

@@ -22,7 +22,7 @@ const LARGEST: u32 = 8192;
 impl Explorer {
     /// Notices changes, and asks for what they need.
     pub(super) fn ask_for_pictures(&mut self) {
-        let Some(document) = &self.document else { return };
+        let Some(document) = &self.document else { return self.settle() };
         let (surroundings, id) = (document.surroundings, document.id);
         let now = match document.now() {
             Ok(now) => now,

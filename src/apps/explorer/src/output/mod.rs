@@ -107,7 +107,8 @@ pub fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui) {
     }
     ui.horizontal(|ui| {
         let output = &mut explorer.output;
-        ui.add(egui::DragValue::new(&mut output.count).range(2..=9999));
+        let count = ui.add(egui::DragValue::new(&mut output.count).range(2..=9999));
+        crate::panels::named(ui, &count, "pictures around");
         ui.label("pictures around");
         ui.selectable_value(&mut output.of_light, false, "the volume");
         ui.selectable_value(&mut output.of_light, true, "by the light");

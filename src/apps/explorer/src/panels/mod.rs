@@ -12,6 +12,7 @@ mod volume;
 use eframe::egui::{self, Ui};
 
 use crate::explorer::Explorer;
+pub use controls::named;
 pub use looking::{Look, Looking};
 pub use transfer::{Known, OfDensities, TransferEditor, exported, known};
 
