@@ -4,17 +4,20 @@
 mod difference;
 mod maps;
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, LazyLock};
 
 use deepshadow::image::Image;
 use deepshadow::progress::Progress;
+use deepshadow::scene::transfer::preset;
 use deepshadow::settings::MapKind;
 use deepshadow::{ErrorKind, Result, Scene, Settings};
 use difference::difference;
 use eframe::egui;
 use maps::Maps;
+
+use crate::panels::on_screen;
 
 /// A question.
 #[derive(Clone)]
@@ -195,24 +198,16 @@ impl Wanted {
     }
 }
 
-/// Five of inferno's colours, sRGB.
-const STOPS: [[f32; 3]; 5] = [
-    [0.0, 0.0, 4.0],
-    [87.0, 16.0, 110.0],
-    [188.0, 55.0, 84.0],
-    [249.0, 142.0, 9.0],
-    [252.0, 255.0, 164.0],
-];
+/// Steps of the colour map.
+const STEPS: usize = 256;
 
-/// A colour for 0..1, dark for small ones (matplotlib's inferno, linear between five of its colours).
+/// The library's colour map inferno.
+static INFERNO: LazyLock<Vec<egui::Color32>> = LazyLock::new(|| {
+    let Ok(map) = preset("inferno") else { return vec![egui::Color32::BLACK; STEPS] };
+    (0..STEPS).map(|i| on_screen(map.at(i as f64 / (STEPS - 1) as f64).0.to_array())).collect()
+});
+
+/// A colour for 0..1, dark for small ones.
 pub fn colour(x: f64) -> egui::Color32 {
-    let at = x.clamp(0.0, 1.0) as f32;
-    let place = at * 4.0;
-    let index = (place as usize).min(3);
-    let t = place - index as f32;
-    let mixed = [0, 1, 2].map(|c| {
-        let (a, b) = (STOPS[index][c], STOPS[index + 1][c]);
-        (a + t * (b - a)).round() as u8
-    });
-    egui::Color32::from_rgb(mixed[0], mixed[1], mixed[2])
+    INFERNO[(x.clamp(0.0, 1.0) * (STEPS - 1) as f64).round() as usize]
 }
