@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use deepshadow::io::vdb::VdbFile;
 use deepshadow::io::{Format, SceneLoader};
-use deepshadow::scene::automatic::{Ingredients, Surroundings};
+use deepshadow::scene::automatic::Ingredients;
 use deepshadow::scene::file::VolumeTable;
 
 use super::pace::Motion;
@@ -55,10 +55,9 @@ impl Worker {
 
     /// Whether everything is loaded that one side of a wish needs.
     pub(super) fn holds(&self, side: usize, wish: &Wish) -> bool {
-        let file = if side == 0 { Some(&wish.file) } else { wish.beside.as_ref() };
-        let scan = wish.surroundings == Surroundings::Studio;
         let own = &self.sides[side];
-        own.document == Some(wish.document) && file.is_none_or(|file| own.loader.holds(file, scan))
+        own.document == Some(wish.document)
+            && wish.files()[side].is_none_or(|file| own.loader.holds(file, wish.scans()))
     }
 
     /// Begins to load what one side of `wish` needs, unless something is being loaded already.
@@ -66,20 +65,18 @@ impl Worker {
         if self.loading.is_some() {
             return;
         }
-        let file = if side == 0 { Some(&wish.file) } else { wish.beside.as_ref() };
-        let Some(file) = file.cloned() else { return };
+        let Some(file) = wish.files()[side].cloned() else { return };
         let names = file.volume.iter().filter_map(|table| table.path.clone());
         let names = names.chain(file.surfaces().filter_map(|(_, table)| table.path.clone()));
         let name = names.last().and_then(|path| Some(path.file_name()?.display().to_string()));
-        let same = self.sides[side].document == Some(wish.document);
+        let own = &self.sides[side];
+        let same = own.document == Some(wish.document);
         let doing = if same { "updating" } else { "loading" };
         let what = format!("{doing} {}", name.unwrap_or_else(|| "the scene".to_owned()));
         self.shared.say(Some(Doing { what, share: None }));
         self.loading = Some(Loading { serial, side, wish: Box::new(wish.clone()) });
-        let scan = wish.surroundings == Surroundings::Studio;
+        let scan = wish.scans();
         // The files of another document may have changed since they were read for it.
-        let own = &self.sides[side];
-        let same = own.document == Some(wish.document);
         let mut loader = if same { own.loader.clone() } else { SceneLoader::default() };
         let (mut histograms, shared) = (own.histograms.clone(), self.shared.clone());
         let work = move || {

@@ -54,6 +54,16 @@ pub struct Wish {
 }
 
 impl Wish {
+    /// The scenes that are drawn: its own, and the one beside.
+    pub fn files(&self) -> [Option<&SceneFile>; 2] {
+        [Some(&self.file), self.beside.as_ref()]
+    }
+
+    /// Whether a window may be chosen for its volumes, as for scans.
+    pub fn scans(&self) -> bool {
+        self.surroundings == Surroundings::Studio
+    }
+
     /// Whether it wants the same at rest.
     pub fn is_of_same_scene(&self, other: &Self) -> bool {
         let (motion, budget) = (self.motion, self.budget);

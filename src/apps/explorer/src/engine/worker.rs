@@ -8,7 +8,6 @@ use deepshadow::backend::Stage;
 use deepshadow::gpu::{GpuBackend, GpuImage};
 use deepshadow::image::{Image, Tone};
 use deepshadow::scene::SceneFile;
-use deepshadow::scene::automatic::Surroundings;
 use deepshadow::{Backend, ErrorKind, Result, Scene, Settings};
 
 use super::devices::{Devices, Features, warm_up};
@@ -99,9 +98,7 @@ impl Worker {
 
     /// Draws `wish`, or loads what it needs.
     pub(super) fn fulfil(&mut self, serial: u64, wish: &Wish) -> Result<()> {
-        let scan = wish.surroundings == Surroundings::Studio;
-        let files = [Some(&wish.file), wish.beside.as_ref()];
-        for (side, file) in files.into_iter().enumerate() {
+        for (side, file) in wish.files().into_iter().enumerate() {
             if file.is_none() {
                 continue;
             }
@@ -116,10 +113,10 @@ impl Worker {
             }
         }
         let mut all = Vec::new();
-        for (side, file) in files.into_iter().enumerate() {
+        for (side, file) in wish.files().into_iter().enumerate() {
             let Some(file) = file else { continue };
             let begun = Instant::now();
-            let (loaded, _) = self.sides[side].loader.load(file, scan)?;
+            let (loaded, _) = self.sides[side].loader.load(file, wish.scans())?;
             let of = (wish.size, wish.surroundings);
             let completed = self.sides[side].complete(file, loaded, of)?;
             all.push((side, file, completed, begun.elapsed().as_secs_f64()));
