@@ -3,6 +3,9 @@
 use deepshadow::scene::SceneFile;
 use deepshadow::scene::file::ExposureValue;
 use deepshadow::{Backend, CpuBackend, Silent};
+use deepshadow_explorer::Explorer;
+use eframe::egui::Role;
+use egui_kittest::kittest::Queryable;
 
 use super::support::Window;
 
@@ -20,6 +23,14 @@ fn assert_drawn(window: &mut Window, what: &str) {
     let image = picture.image.clone().unwrap();
     let expected = CpuBackend.render(&picture.scene, &picture.settings, &Silent).unwrap();
     assert!(*image == expected, "{what}");
+}
+
+/// What leaves a key to choice again is seen whole, beside its slider.
+fn assert_stands_in_its_row(window: &Window, label: &str) {
+    let slider = window.harness.get_by_role_and_label(Role::Slider, label).rect();
+    let reset = window.harness.get_by_label(&format!("reset {label}")).rect();
+    assert!(reset.right() < Explorer::PANELS, "{label}: {reset}");
+    assert!((reset.center().y - slider.center().y).abs() < 2.0, "{label}: {reset}, {slider}");
 }
 
 #[test]
@@ -51,6 +62,7 @@ fn sliders_set_their_keys() {
         let found = key(&window.file()).unwrap_or_else(|| panic!("{label} has set nothing"));
         assert!((found - value).abs() <= 0.02 * value.abs().max(0.02), "{label}: {found}");
         assert_drawn(&mut window, label);
+        assert_stands_in_its_row(&window, label);
         let picture = &window.explorer().pictures[0].as_ref().unwrap().picture;
         // Steps of the light beyond what the box needs change nothing.
         if label != "light steps" {

@@ -29,8 +29,6 @@ use crate::panels::{self, Looking, OfDensities, TransferEditor};
 
 /// How long a message is shown.
 const MESSAGE: Duration = Duration::from_secs(12);
-/// Width of the panels in points.
-const PANELS: f32 = 352.0;
 /// A window narrower than this begins without panels.
 const NARROW: f32 = 620.0;
 /// Size of the picture before the window has said its own.
@@ -159,6 +157,9 @@ pub struct Explorer {
 }
 
 impl Explorer {
+    /// Width of the panels in points: that of the widest row.
+    pub const PANELS: f32 = 396.0;
+
     /// An explorer in which nothing is open. Passes run on the device of `screen` if it is hardware.
     ///
     /// # Errors
@@ -333,7 +334,7 @@ impl Explorer {
         self.frames += 1;
         if self.panels {
             // Its width does not follow its contents: the picture would be drawn anew.
-            egui::Panel::left("panels").resizable(false).exact_size(PANELS).show(ui, |ui| {
+            egui::Panel::left("panels").resizable(false).exact_size(Self::PANELS).show(ui, |ui| {
                 panels::show(self, ui);
             });
         }

@@ -54,7 +54,7 @@ pub fn named(ui: &Ui, control: &egui::Response, name: &str) {
 
 /// A number.
 pub fn number(ui: &mut Ui, label: &str, key: &mut Option<f64>, now: f64, scale: &Scale) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let mut value = key.unwrap_or(now);
         let clamping =
             if scale.open { egui::SliderClamping::Never } else { egui::SliderClamping::Always };
@@ -78,7 +78,7 @@ pub fn count(
     now: u32,
     range: std::ops::RangeInclusive<u32>,
 ) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let mut value = key.unwrap_or(now);
         let wide = range.end() / range.start().max(&1) > 100;
         let slider = Slider::new(&mut value, range).logarithmic(wide).text(label);
@@ -91,7 +91,7 @@ pub fn count(
 
 /// One of several names.
 pub fn choice(ui: &mut Ui, label: &str, key: &mut Option<String>, now: &str, names: &[&str]) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let mut value = key.clone().unwrap_or_else(|| now.to_owned());
         egui::ComboBox::from_label(label).selected_text(value.clone()).show_ui(ui, |ui| {
             for &name in names {
@@ -106,7 +106,7 @@ pub fn choice(ui: &mut Ui, label: &str, key: &mut Option<String>, now: &str, nam
 
 /// Yes or no.
 pub fn switch(ui: &mut Ui, label: &str, key: &mut Option<bool>, now: bool) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let mut value = key.unwrap_or(now);
         if ui.checkbox(&mut value, label).changed() {
             *key = Some(value);
@@ -117,7 +117,7 @@ pub fn switch(ui: &mut Ui, label: &str, key: &mut Option<bool>, now: bool) {
 
 /// A colour within 0..1, linear.
 pub fn colour(ui: &mut Ui, label: &str, key: &mut Option<[f64; 3]>, now: [f64; 3]) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let value = key.unwrap_or(now);
         let mut shown = value.map(|c| c as f32);
         let button = ui.color_edit_button_rgb(&mut shown);
@@ -136,7 +136,7 @@ pub fn strength(ui: &mut Ui, label: &str, key: &mut Option<[f64; 3]>, now: [f64;
     let largest = value.into_iter().fold(0.0, f64::max);
     let mut bright = largest / unit;
     let mut hue = value.map(|c| if largest > 0.0 { (c / largest) as f32 } else { 1.0 });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let button = ui.color_edit_button_rgb(&mut hue);
         named(ui, &button, &format!("{label} colour"));
         let coloured = button.changed();
@@ -151,7 +151,7 @@ pub fn strength(ui: &mut Ui, label: &str, key: &mut Option<[f64; 3]>, now: [f64;
 
 /// Three numbers, such as a position.
 pub fn vector(ui: &mut Ui, label: &str, key: &mut Option<[f64; 3]>, now: [f64; 3]) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let mut value = key.unwrap_or(now);
         let speed = value.into_iter().fold(0.0, |a: f64, b| a.max(b.abs())) * 0.01 + 0.001;
         let mut changed = false;
@@ -177,7 +177,7 @@ pub fn range(
     now: [f64; 2],
     within: [f64; 2],
 ) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let mut value = key.unwrap_or(now);
         let speed = ((within[1] - within[0]).abs() * 0.004).max(1e-6);
         let mut changed = false;
