@@ -5,7 +5,7 @@
 use glam::{DMat4, DVec3};
 
 /// An axis-aligned box; `min` and `max` are opposite corners, `min <= max` on each axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct Aabb {
     /// The corner with the smallest coordinates.
     pub min: DVec3,

@@ -5,6 +5,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use glam::{Mat3, Vec3};
+use serde::{Deserialize, Serialize};
 
 use super::{Image, lit_percentile};
 use crate::error::{Error, Result};
@@ -12,7 +13,7 @@ use crate::math::three_digits;
 
 /// Published curves that bring radiance above 1 into what a screen can show. Colours are linear,
 /// with the primaries of sRGB, before and after.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub enum ToneMap {
     /// `none`: radiance up to 1 stays as it is, and what is above becomes 1.
@@ -197,7 +198,7 @@ impl fmt::Display for Exposure {
 }
 
 /// How a picture is shown on a screen.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct Tone {
     /// Factor on radiance, above 0.

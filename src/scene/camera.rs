@@ -1,11 +1,12 @@
 //! The camera, which maps picture positions to rays.
 
 use glam::{DMat4, DVec3, DVec4};
+use serde::{Deserialize, Serialize};
 
 use crate::math::frame_of;
 
 /// A camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct Camera {
     /// Perspective or orthographic.
@@ -19,7 +20,7 @@ pub struct Camera {
 }
 
 /// How a camera's rays spread.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub enum Projection {
     /// All rays start at one point.

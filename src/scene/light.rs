@@ -1,9 +1,10 @@
 //! Lights: their kind, position, direction and intensity.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// A light that casts a shadow map.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct Light {
     /// Kind and position.
@@ -14,7 +15,7 @@ pub struct Light {
 }
 
 /// Kinds of light sources.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub enum LightKind {
     /// Parallel light from infinitely far away.

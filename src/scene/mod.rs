@@ -24,6 +24,7 @@ mod tables;
 pub mod transfer;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 pub use beams::{Beam, Channels};
 pub use camera::{Camera, Projection, ViewRays};
@@ -62,7 +63,7 @@ pub struct Scene {
 }
 
 /// A horizontal Lambertian plane. A finite one is centred below or above the world's origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct Ground {
     /// Height as world y.

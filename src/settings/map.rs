@@ -1,10 +1,12 @@
 //! Settings for building and reading shadow maps, with a separate part for each kind of map that
 //! needs one.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Crossing, Filter, Lookup, MapKind, Slices};
 
 /// Settings of shadow maps.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct MapSettings {
     /// The kind of map; `None`, the default, is fragments.
@@ -25,7 +27,7 @@ pub struct MapSettings {
 }
 
 /// What threshold maps keep and how they are read.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct ThresholdSettings {
     /// The opacities whose depths the map keeps, rising, above 0 and below 1 by at least 1e-6, and
@@ -38,7 +40,7 @@ pub struct ThresholdSettings {
 }
 
 /// What fragment maps keep and how they are built.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct FragmentSettings {
     /// How the volume is cut into slabs; [`Slices::Auto`] by default.

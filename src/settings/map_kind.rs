@@ -3,10 +3,13 @@
 use std::fmt;
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::Error;
 
 /// The kind of a shadow map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(into = "String", try_from = "String")]
 #[non_exhaustive]
 pub enum MapKind {
     /// Depths at three opacities and the largest opacity, four numbers per texel.
@@ -266,6 +269,20 @@ impl fmt::Display for MapKind {
             Some(n) => write!(f, "{name}:{n}"),
             None => f.write_str(name),
         }
+    }
+}
+
+impl From<MapKind> for String {
+    fn from(kind: MapKind) -> Self {
+        kind.to_string()
+    }
+}
+
+impl TryFrom<String> for MapKind {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        text.parse()
     }
 }
 

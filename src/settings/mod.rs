@@ -8,11 +8,12 @@ mod map_kind;
 pub use choices::{Crossing, Filter, Lookup, Shading, Slices};
 pub use map::{FragmentSettings, MapSettings, ThresholdSettings};
 pub use map_kind::{Coding, MapKind};
+use serde::{Deserialize, Serialize};
 
 /// Sizes, step counts and methods. Both backends use the same type. A value outside of the range
 /// that its field states is an error of whatever builds a map or makes a picture
 /// ([`Settings::check`]).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct Settings {
     /// The picture.
@@ -29,7 +30,7 @@ pub struct Settings {
 }
 
 /// Size and sampling of the picture.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct ImageSettings {
     /// Width and height in pixels, 1 to 16384 each; 512 by default.
@@ -50,7 +51,7 @@ pub struct ImageSettings {
 }
 
 /// How the camera marches, and how it is lit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct ViewSettings {
     /// Largest number of steps along a camera ray, 1 to 1048576. `None`, the default, takes as many

@@ -1,6 +1,8 @@
 //! Translates between densities, which a user specifies, and the numbers that a volume holds. Knows
 //! no file.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::Result;
 use crate::scene::transfer::TransferFunction;
 use crate::volume::Volume;
@@ -8,7 +10,7 @@ use crate::volume::Volume;
 /// The affine map from densities, which tables and transfer functions use, to the numbers that a
 /// volume holds. With a window, densities are clamped to 0..1 only after the numbers have been
 /// interpolated between voxels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Densities {
     /// A number is the density times this factor, which is above 0, ...
     pub scale: f64,

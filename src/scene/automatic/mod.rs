@@ -12,6 +12,7 @@ mod medium;
 mod shot;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::computed;
 use super::file::{GroundTable, LightTable, SceneFile, VolumeTable};
@@ -43,7 +44,7 @@ const STUDIO_GROUND_ALBEDO: f64 = 0.07;
 const AMBIENT: DVec3 = DVec3::new(0.055, 0.07, 0.095);
 
 /// What surrounds volumes where ambient light, background and the ground's albedo are left out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Surroundings {
     /// An opaque black background without ambient light, for scenes with absolute parameters. There
     /// still is a ground.
