@@ -7,14 +7,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use deepshadow::io::{Described, at_frame, is_numbered, is_scene_file};
 use deepshadow::scene::automatic::Surroundings;
 use deepshadow::scene::file::{CameraTable, LightTable};
-use deepshadow::scene::{Camera, Light, LightKind, NumberedName, Projection, Scene, SceneFile};
+use deepshadow::scene::{Camera, Light, LightKind, NumberedName, Projection, SceneFile};
 use deepshadow::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+use crate::engine::Seen;
 
 /// How many documents were opened.
 static OPENED: AtomicU64 = AtomicU64::new(0);
 
 /// A scene that is open.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Document {
     /// Its number: another one each time that something is opened.
     pub id: u64,
@@ -59,6 +62,13 @@ impl Document {
         let numbered = file.volume.iter().map(is_numbered).collect();
         let opened = file.clone();
         Ok(Self { id, input, file, opened, surroundings, notes, frames, frame, numbered })
+    }
+
+    /// It with a number of its own, if it was opened elsewhere.
+    #[must_use]
+    pub fn numbered_anew(mut self) -> Self {
+        self.id = OPENED.fetch_add(1, Ordering::Relaxed);
+        self
     }
 
     /// The scene file at the frame that is shown.
@@ -137,11 +147,11 @@ impl Document {
     }
 
     /// Fixes what was chosen for `scene` and would be chosen anew for every frame of a sequence.
-    pub fn fix(&mut self, scene: &Scene) {
-        for (table, body) in self.file.volume.iter_mut().zip(scene.media.bodies()) {
+    pub fn fix(&mut self, scene: &Seen) {
+        for (table, body) in self.file.volume.iter_mut().zip(&scene.bodies) {
             let keyed = table.keyframes.iter().flatten().any(|one| one.density_scale.is_some());
             if !keyed {
-                table.density_scale.get_or_insert(body.medium.density_scale);
+                table.density_scale.get_or_insert(body.density_scale);
             }
         }
         if let Some(ground) = scene.ground {

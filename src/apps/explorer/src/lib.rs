@@ -15,7 +15,12 @@ pub mod document;
 pub mod engine;
 pub mod explorer;
 pub mod hands;
-pub mod offscreen;
+#[cfg(not(target_family = "wasm"))]
+#[path = "native/mod.rs"]
+pub mod host;
+#[cfg(target_family = "wasm")]
+#[path = "web/mod.rs"]
+pub mod host;
 pub mod output;
 pub mod panels;
 pub mod script;

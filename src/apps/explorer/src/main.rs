@@ -8,7 +8,8 @@ use clap::Parser;
 use deepshadow::io::{Inputs, PendingFile};
 use deepshadow::{Error, Result};
 use deepshadow_explorer::Explorer;
-use deepshadow_explorer::offscreen::{OffScreen, save_screenshot, setup};
+use deepshadow_explorer::host::Screen;
+use deepshadow_explorer::host::offscreen::{OffScreen, save_screenshot, setup};
 use deepshadow_explorer::script::{Script, Step};
 use eframe::egui;
 
@@ -105,8 +106,8 @@ fn no_threads(error: &std::io::Error) -> Error {
 /// Runs a script where nobody sees it.
 fn off_screen(arguments: &Arguments, mut script: Script) -> Result<()> {
     let mut host = OffScreen::new(arguments.size, arguments.scale)?;
-    let mut explorer =
-        Explorer::new(&host.context, Some(&host.screen)).map_err(|error| no_threads(&error))?;
+    let mut explorer = Explorer::new(&host.context, Some(&Screen(host.screen.clone())))
+        .map_err(|error| no_threads(&error))?;
     if let Some(input) = &arguments.input {
         explorer.open(input);
     }
@@ -228,7 +229,8 @@ fn window(arguments: &Arguments, script: Option<Script>) -> Result<()> {
     let own = outcome.clone();
     let input = arguments.input.clone();
     let make: eframe::AppCreator<'_> = Box::new(move |creation| {
-        let mut explorer = Explorer::new(&creation.egui_ctx, creation.wgpu_render_state.as_ref())?;
+        let screen = creation.wgpu_render_state.clone().map(Screen);
+        let mut explorer = Explorer::new(&creation.egui_ctx, screen.as_ref())?;
         if let Some(input) = input {
             explorer.open(&input);
         }

@@ -123,9 +123,9 @@ fn clip_boxes(explorer: &Explorer, rect: Rect, ui: &Ui) {
     let seen = scene.camera.picture_from_world(f64::from(rect.width() / rect.height()));
     let painter = ui.painter().with_clip_rect(rect);
     let line = Stroke::new(1.0, Color32::from_rgb(255, 200, 60).gamma_multiply(0.6));
-    let clipped = document.file.volume.iter().zip(scene.media.bodies());
+    let clipped = document.file.volume.iter().zip(&scene.bodies);
     for (_, body) in clipped.filter(|(table, _)| table.clip.is_some()) {
-        let corners = body.volume.world_corners().map(|corner| {
+        let corners = body.corners.map(|corner| {
             let place = seen * corner.extend(1.0);
             // Behind the camera there is no place.
             (place.w > 1e-9).then(|| {

@@ -48,7 +48,7 @@ fn drags_turn_move_and_light() {
     window.wait();
     let lit = window.explorer().scene().unwrap();
     assert_eq!(lit.camera, moved.camera);
-    let way = |scene: &deepshadow::Scene| scene.lights[0].direction_at(DVec3::ZERO);
+    let way = |scene: &deepshadow_explorer::engine::Seen| scene.lights[0].direction_at(DVec3::ZERO);
     assert!(way(&lit).distance(way(&moved)) > 0.1);
     // The ball in the corner.
     let ball = pos2(952.0, 528.0);

@@ -20,8 +20,8 @@ fn assert_drawn(window: &mut Window, what: &str) {
     let explorer = window.explorer();
     let picture = &explorer.pictures[0].as_ref().unwrap().picture;
     assert!(picture.whole, "{what}");
-    let image = picture.image.clone().unwrap();
-    let expected = CpuBackend.render(&picture.scene, &picture.settings, &Silent).unwrap();
+    let (image, made) = (picture.image.clone().unwrap(), picture.made.clone().unwrap());
+    let expected = CpuBackend.render(&made.scene, &made.settings, &Silent).unwrap();
     assert!(*image == expected, "{what}");
 }
 
@@ -275,8 +275,8 @@ fn a_box_is_clipped() {
     window.slide("clip z from", 0.25);
     assert_eq!(window.file().volume[0].clip, Some([[0.0, 0.0, 0.25], [0.5, 1.0, 1.0]]));
     assert_drawn(&mut window, "clip");
-    let scene = window.explorer().scene().unwrap();
-    let volume = &scene.media.bodies()[0].volume;
+    let made = window.explorer().shown().unwrap().picture.made.clone().unwrap();
+    let volume = &made.scene.media.bodies()[0].volume;
     assert!(volume.domain().size().x < 0.51 * volume.dims()[0] as f64);
     window.tick("clip box");
     assert_eq!(window.file().volume[0].clip, None);

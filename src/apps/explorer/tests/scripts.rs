@@ -5,7 +5,8 @@ use std::path::Path;
 
 use deepshadow::scene::SceneFile;
 use deepshadow_explorer::Explorer;
-use deepshadow_explorer::offscreen::{OffScreen, save_screenshot};
+use deepshadow_explorer::host::Screen;
+use deepshadow_explorer::host::offscreen::{OffScreen, save_screenshot};
 use deepshadow_explorer::script::{Measured, Script, Step, changed};
 
 /// Runs a script; returns the explorer and what was measured.
@@ -16,7 +17,7 @@ fn run(text: &str) -> Option<deepshadow::Result<(Explorer, Measured)>> {
     }
     let mut script = Script::parse(text, Path::new("script")).unwrap();
     let mut host = OffScreen::new([700.0, 500.0], 1.0).unwrap();
-    let mut explorer = Explorer::new(&host.context, Some(&host.screen)).unwrap();
+    let mut explorer = Explorer::new(&host.context, Some(&Screen(host.screen.clone()))).unwrap();
     loop {
         let step = match script.step(&mut explorer) {
             Ok(step) => step,
@@ -140,7 +141,7 @@ fn a_lost_device_is_not_the_end() {
         return;
     }
     let mut host = OffScreen::new([500.0, 400.0], 1.0).unwrap();
-    let mut explorer = Explorer::new(&host.context, Some(&host.screen)).unwrap();
+    let mut explorer = Explorer::new(&host.context, Some(&Screen(host.screen.clone()))).unwrap();
     explorer.device = deepshadow_explorer::engine::Device::Gpu;
     explorer.open("box");
     let mut wait = |explorer: &mut Explorer| {

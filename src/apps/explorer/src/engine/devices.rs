@@ -1,16 +1,14 @@
-//! What can draw: the processor, and the GPU of the window.
+//! What can draw: the processor, and a GPU.
 
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use deepshadow::gpu::GpuBackend;
 use deepshadow::settings::MapKind;
-use deepshadow::wgpu::{AdapterInfo, DeviceType};
 use deepshadow::{Backend, CpuBackend, Error, Result, Scene, Settings, Silent};
-use eframe::egui_wgpu::RenderState;
 
 /// The choice of what draws.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 pub enum Device {
     /// A hardware GPU if there is one, else the processor.
     #[default]
@@ -46,12 +44,6 @@ impl FromStr for Device {
     }
 }
 
-/// Whether an adapter is more than a processor.
-pub fn is_hardware(adapter: &AdapterInfo) -> bool {
-    let kind = adapter.device_type;
-    matches!(kind, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu)
-}
-
 /// What there is.
 #[derive(Clone, Copy)]
 pub struct Devices {
@@ -64,14 +56,9 @@ pub struct Devices {
 static CPU: CpuBackend = CpuBackend;
 
 impl Devices {
-    /// The processor, and the device of `screen`.
-    pub fn of(screen: Option<&RenderState>) -> Self {
+    /// The processor, and a GPU, which may be a program that imitates one.
+    pub fn new(gpu: Option<GpuBackend>, is_hardware: bool) -> Self {
         let failed: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
-        let info = screen.map(|screen| screen.adapter.get_info());
-        let gpu = screen.zip(info.as_ref()).and_then(|(screen, info)| {
-            GpuBackend::on_device(info, &screen.device, &screen.queue).ok()
-        });
-        let is_hardware = info.as_ref().is_some_and(is_hardware);
         // Ending the process closes a device faster than the driver does.
         let gpu = gpu.map(|gpu| &*Box::leak(Box::new(gpu)));
         Self { gpu, is_hardware, failed }

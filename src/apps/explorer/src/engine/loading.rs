@@ -11,6 +11,7 @@ use super::pace::Motion;
 use super::progress::{Arrival, Doing};
 use super::worker::Worker;
 use super::{Event, Wish};
+use crate::host::threads;
 use crate::panels::{Known, OfDensities};
 
 /// Something that is being loaded.
@@ -23,7 +24,7 @@ pub(super) struct Loading {
 
 impl Worker {
     /// Takes what was loaded.
-    pub(super) fn arrived(&mut self, arrival: Arrival) {
+    pub(super) async fn arrived(&mut self, arrival: Arrival) {
         let Arrival { serial, side, loader, loaded, grids, histograms } = arrival;
         let is_own = |loading: &mut Loading| (loading.serial, loading.side) == (serial, side);
         let Some(Loading { wish, .. }) = self.loading.take_if(is_own) else { return };
@@ -42,7 +43,7 @@ impl Worker {
                 let held = self.wish.as_ref().is_some_and(|(_, latest)| self.holds(0, latest));
                 if same && !held && side == 0 {
                     let hurried = Wish { motion: Motion::Light, ..*wish };
-                    let _ = self.fulfil(serial, &hurried);
+                    let _ = self.fulfil(serial, &hurried).await;
                 }
             }
             Err(error) => {
@@ -50,7 +51,7 @@ impl Worker {
                 self.wish.take_if(|(latest, _)| *latest == serial);
             }
         }
-        self.serve();
+        self.serve().await;
     }
 
     /// Whether everything is loaded that one side of a wish needs.
@@ -86,8 +87,7 @@ impl Worker {
             histograms = volumes.iter().map(|own| histogram(own, &histograms)).collect();
             shared.arrive(Arrival { serial, side, loader, loaded, grids, histograms });
         };
-        let thread = std::thread::Builder::new().name("loading".to_owned());
-        if let Err(error) = thread.spawn(work) {
+        if let Err(error) = threads::start("loading", work) {
             self.loading = None;
             let why = format!("the system starts no thread: {error}");
             (self.tell)(Event::Failed { serial, why, loading: true });

@@ -1,39 +1,36 @@
-//! Draws what is wished for, on a thread of its own: the latest wish counts, and whatever it replaces
-//! is given up. The window only asks ([`Engine::wish`]) and looks what has come ([`Engine::events`]).
+//! Draws what is wished for beside the window, on a thread of its own: the latest wish counts, and
+//! whatever it replaces is given up. The window only asks ([`Engine::wish`](crate::host::Engine::wish)) and looks what has come
+//! ([`Engine::events`](crate::host::Engine::events)).
 
-mod devices;
+pub mod devices;
 mod loading;
 mod pace;
-mod progress;
+pub mod progress;
+mod seen;
 mod side;
-mod texture;
 pub mod truth;
-mod worker;
+pub mod worker;
 
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, PoisonError};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 use deepshadow::image::{Image, Tone};
-use deepshadow::scene::automatic::{Choice, Densities, Surroundings};
-use deepshadow::scene::{SceneFile, TransferFunction};
+use deepshadow::scene::SceneFile;
+use deepshadow::scene::automatic::Surroundings;
 use deepshadow::{Scene, Settings, wgpu};
 use eframe::egui;
-use eframe::egui_wgpu::RenderState;
+use serde::{Deserialize, Serialize};
 
-pub use devices::{Device, Devices, is_hardware};
+pub use devices::Device;
 pub use pace::{Motion, Times};
 pub use progress::Doing;
-use progress::Shared;
+pub use seen::{Seen, SeenBody};
 pub use side::of_map;
-use worker::Worker;
 
 use crate::panels::OfDensities;
 
 /// What is to be drawn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Wish {
     /// The number of the document. What was loaded for another one is not taken for this.
     pub document: u64,
@@ -72,30 +69,35 @@ impl Wish {
 }
 
 /// A picture.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Picture {
     /// Which scene of a wish: 0, or 1 for the one beside.
     pub side: usize,
-    /// The number of the wish ([`Engine::wish`]).
+    /// The number of the wish ([`Engine::wish`](crate::host::Engine::wish)).
     pub serial: u64,
     /// The number of its document.
     pub document: u64,
     /// What a screen shows.
+    #[serde(skip)]
     pub face: Face,
     /// Linear radiance; a picture that was drawn while something moved may have stayed on a device.
+    #[serde(skip)]
     pub image: Option<Arc<Image>>,
+    /// What it was made of, where the window shares that with what draws.
+    #[serde(skip)]
+    pub made: Option<Arc<Made>>,
     /// Its width and height in pixels.
     pub size: [u32; 2],
     /// Whether it is what `render` draws; else it was drawn while something moved.
     pub whole: bool,
     /// The completed scene.
-    pub scene: Arc<Scene>,
+    pub scene: Arc<Seen>,
     /// How it is computed when nothing moves.
     pub settings: Arc<Settings>,
-    /// What was chosen for it.
-    pub choices: Arc<Vec<Choice>>,
     /// What else there is to know of its volumes.
     pub volumes: Arc<Vec<OfVolume>>,
+    /// The text of the scene file that repeats it, if it is whole, or why there is none.
+    pub saved: Option<Result<String, String>>,
     /// How radiance becomes what is shown.
     pub tone: Tone,
     /// How long its parts took.
@@ -104,6 +106,17 @@ pub struct Picture {
     pub device: String,
     /// Texels along each edge of its maps.
     pub map_size: u32,
+}
+
+/// What a picture was made of.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// The completed scene.
+    pub scene: Arc<Scene>,
+    /// How it is computed when nothing moves.
+    pub settings: Arc<Settings>,
+    /// Its linear radiance, if it was read back.
+    pub image: Option<Arc<Image>>,
 }
 
 /// What a screen shows, sRGB-encoded.
@@ -115,21 +128,25 @@ pub enum Face {
     Texture(wgpu::TextureView),
 }
 
+impl Default for Face {
+    fn default() -> Self {
+        Self::Pixels(egui::ColorImage::default())
+    }
+}
+
 /// What there is to know of a loaded volume besides its medium.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct OfVolume {
     /// The window that was chosen for it.
     pub window: Option<[f32; 2]>,
-    /// Its transfer function, over densities.
-    pub function: Option<Arc<TransferFunction>>,
-    /// The map between densities and what it holds.
-    pub densities: Densities,
+    /// The points of its transfer function, over densities.
+    pub points: Option<Vec<[f64; 5]>>,
     /// Its histogram, as soon as it is known.
     pub histogram: Option<Arc<OfDensities>>,
 }
 
 /// Something that has happened.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Event {
     /// A picture was drawn.
     Picture(Box<Picture>),
@@ -153,110 +170,4 @@ pub enum Event {
     },
     /// The GPU failed, and the processor draws from now on.
     FellBack(String),
-}
-
-/// The thread that draws, and the way to it.
-pub struct Engine {
-    shared: Arc<Shared>,
-    events: Receiver<Event>,
-    thread: Option<JoinHandle<()>>,
-    last: Option<Wish>,
-}
-
-impl Engine {
-    /// Starts it. Passes run on the device of `screen` if that is hardware; `context` is asked to
-    /// repaint when something has happened.
-    ///
-    /// # Errors
-    /// If no thread can be started.
-    pub fn start(screen: Option<&RenderState>, context: &egui::Context) -> std::io::Result<Self> {
-        let shared = Arc::new(Shared::default());
-        let (sender, events) = channel();
-        let devices = Devices::of(screen);
-        let repaint = context.clone();
-        let tell = move |event: Event| {
-            // Nobody listens any more when the window has closed.
-            let _ = sender.send(event);
-            repaint.request_repaint();
-        };
-        let own = shared.clone();
-        let thread = std::thread::Builder::new().name("engine".to_owned());
-        let thread = thread.spawn(move || Worker::new(own, devices, Box::new(tell)).run())?;
-        Ok(Self { shared, events, thread: Some(thread), last: None })
-    }
-
-    /// Asks for a picture; returns the number of the wish. The same wish again is the same wish.
-    pub fn wish(&mut self, wish: Wish) -> u64 {
-        if self.last.as_ref() == Some(&wish) {
-            return self.shared.serial.load(Ordering::Relaxed);
-        }
-        self.last = Some(wish.clone());
-        self.shared.ask(wish)
-    }
-
-    /// The number of the latest wish.
-    pub fn last_wish(&self) -> u64 {
-        self.shared.serial.load(Ordering::Relaxed)
-    }
-
-    /// Gives up what is being drawn or loaded.
-    pub fn cancel(&mut self) {
-        self.last = None;
-        self.shared.give_up();
-    }
-
-    /// The next wish counts as a new one, whatever it is.
-    pub fn ask_again(&mut self) {
-        self.last = None;
-    }
-
-    /// Whether something is being loaded.
-    pub fn is_loading(&self) -> bool {
-        self.doing().is_some_and(|doing| doing.share.is_none())
-    }
-
-    /// What has happened since the last call.
-    pub fn events(&self) -> Vec<Event> {
-        self.events.try_iter().collect()
-    }
-
-    /// What happens until there is a picture of the wish with this number, or until too much time
-    /// has passed.
-    pub fn wait_for(&self, serial: u64, most: Duration) -> Vec<Event> {
-        let until = Instant::now() + most;
-        let mut events = Vec::new();
-        while let Ok(event) =
-            self.events.recv_timeout(until.saturating_duration_since(Instant::now()))
-        {
-            let is_last = match &event {
-                Event::Picture(picture) => picture.serial >= serial,
-                _ => true,
-            };
-            events.push(event);
-            if is_last {
-                break;
-            }
-        }
-        events
-    }
-
-    /// What is being done.
-    pub fn doing(&self) -> Option<Doing> {
-        self.shared.doing.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// Whether everything that was wished for is done.
-    pub fn is_idle(&self) -> bool {
-        self.shared.is_idle()
-    }
-}
-
-impl Drop for Engine {
-    fn drop(&mut self) {
-        self.shared.quit();
-        if let Some(thread) = self.thread.take() {
-            // Drivers do not bear that a process ends while they work.
-            let _ = thread.join();
-        }
-    }
 }

@@ -3,19 +3,21 @@
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use deepshadow::Result;
 use deepshadow::io::SceneLoader;
 use deepshadow::progress::Progress;
 use deepshadow::scene::automatic::Loaded;
+use web_time::Instant;
 
 use super::Wish;
 use super::devices::Features;
+use crate::host;
 use crate::panels::Known;
 
 /// A piece of work, for people.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct Doing {
     /// What it is.
     pub what: String,
@@ -77,7 +79,28 @@ pub enum Call {
     Quit,
 }
 
+impl Inbox {
+    /// The next thing to do.
+    fn call(&mut self) -> Option<Call> {
+        if self.quit {
+            return Some(Call::Quit);
+        }
+        if std::mem::take(&mut self.given_up) {
+            return Some(Call::GivenUp);
+        }
+        let compiled = self.compiled.pop().map(Call::Compiled);
+        let arrival = || self.arrivals.pop().map(|arrival| Call::Arrival(Box::new(arrival)));
+        let found = compiled.or_else(arrival);
+        found.or_else(|| self.wish.take().map(|(serial, wish)| Call::Wish(serial, Box::new(wish))))
+    }
+}
+
 impl Shared {
+    /// Something to do, if there is something.
+    pub fn call(&self) -> Option<Call> {
+        self.with(Inbox::call)
+    }
+
     fn with<T>(&self, change: impl FnOnce(&mut Inbox) -> T) -> T {
         let result = change(&mut self.inbox.lock().unwrap_or_else(PoisonError::into_inner));
         self.arrived.notify_all();
@@ -125,8 +148,14 @@ impl Shared {
         })
     }
 
+    /// The number of the latest wish, where somebody else numbers them.
+    pub fn announce(&self, serial: u64) {
+        self.serial.store(serial, Ordering::Relaxed);
+    }
+
     /// Says what is being done.
     pub fn say(&self, doing: Option<Doing>) {
+        host::told(doing.as_ref());
         *self.doing.lock().unwrap_or_else(PoisonError::into_inner) = doing;
     }
 
@@ -134,21 +163,9 @@ impl Shared {
     pub fn next(&self, loading: bool) -> Call {
         let mut inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
-            if inbox.quit {
-                return Call::Quit;
-            }
             inbox.busy = true;
-            if std::mem::take(&mut inbox.given_up) {
-                return Call::GivenUp;
-            }
-            if let Some(features) = inbox.compiled.pop() {
-                return Call::Compiled(features);
-            }
-            if let Some(arrival) = inbox.arrivals.pop() {
-                return Call::Arrival(Box::new(arrival));
-            }
-            if let Some((serial, wish)) = inbox.wish.take() {
-                return Call::Wish(serial, Box::new(wish));
+            if let Some(call) = inbox.call() {
+                return call;
             }
             inbox.busy = loading;
             inbox = self.arrived.wait(inbox).unwrap_or_else(PoisonError::into_inner);

@@ -2,23 +2,24 @@
 //! drawn last.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use deepshadow::backend::Stage;
 use deepshadow::gpu::GpuStage;
 use deepshadow::image::{Exposure, Image, Tone, ToneMap};
 use deepshadow::io::SceneLoader;
-use deepshadow::scene::automatic::{Choice, Loaded, Surroundings, complete};
+use deepshadow::scene::automatic::{Loaded, Surroundings, complete};
 use deepshadow::scene::{Media, SceneFile};
 use deepshadow::{Result, Scene, Settings};
 use eframe::egui;
+use web_time::Instant;
 
-use super::OfVolume;
 use super::devices::Devices;
 use super::pace::{Motion, Pace, Times};
 use super::progress::Watch;
-use super::texture::Textures;
-use crate::panels::{Known, known};
+use super::{OfVolume, Seen};
+use crate::host::Faces;
+use crate::panels::{Known, known, points_of};
 
 /// A scene that is drawn again and again.
 pub struct Side {
@@ -28,7 +29,7 @@ pub struct Side {
     pub cpu: Box<dyn Stage>,
     pub gpu: Option<GpuStage<'static>>,
     /// What is shown of pictures that stay on the device.
-    pub textures: Textures,
+    pub faces: Faces,
     pub pace: Pace,
     /// The scene file for which the last map was made, with the map's size and quality.
     pub map_of: Option<(SceneFile, u32, f64)>,
@@ -36,8 +37,10 @@ pub struct Side {
     pub whole: Option<Whole>,
     /// The file for which any picture was drawn last.
     pub drawn: Option<Key>,
-    /// How the last whole picture was shown.
+    /// How the last picture was shown.
     pub tone: Tone,
+    /// Whether that is how a whole picture was shown, so that it stays while something moves.
+    pub steady: bool,
     last_media: Option<Media>,
     /// The histograms of volumes.
     pub histograms: Vec<Known>,
@@ -48,6 +51,7 @@ impl Side {
     pub fn take(&mut self, document: u64, loader: SceneLoader, histograms: Vec<Known>) {
         if self.document != Some(document) {
             (self.map_of, self.whole, self.drawn) = (None, None, None);
+            self.steady = false;
             self.document = Some(document);
         }
         (self.loader, self.histograms) = (loader, histograms);
@@ -87,9 +91,9 @@ impl Key {
 /// A scene with everything that was left out.
 #[derive(Clone)]
 pub struct Completed {
+    pub seen: Arc<Seen>,
     pub scene: Arc<Scene>,
     pub settings: Arc<Settings>,
-    pub choices: Arc<Vec<Choice>>,
     pub volumes: Arc<Vec<OfVolume>>,
 }
 
@@ -101,12 +105,13 @@ impl Side {
             loader: SceneLoader::default(),
             cpu: Devices::cpu().stage(),
             gpu: None,
-            textures: Textures::default(),
+            faces: Faces::default(),
             pace: Pace::default(),
             map_of: None,
             whole: None,
             drawn: None,
             tone: Tone::new(1.0, ToneMap::None),
+            steady: false,
             last_media: None,
         }
     }
@@ -123,23 +128,22 @@ impl Side {
     ) -> Result<Completed> {
         let volumes = loaded.volumes.iter().map(|own| OfVolume {
             window: own.window,
-            function: own.function.clone().map(Arc::new),
-            densities: own.densities,
+            points: own.function.as_ref().map(points_of),
             histogram: known(&self.histograms, &own.volume),
         });
         let volumes = volumes.collect();
         let mut sized = file.clone();
         (sized.image.width, sized.image.height) = (Some(size[0]), Some(size[1]));
-        let (mut scene, settings, choices) = complete(&sized, loaded, surroundings)?;
+        let (mut scene, settings, _) = complete(&sized, loaded, surroundings)?;
         // What is known of equal media, such as where they are empty, is kept.
         match &self.last_media {
             Some(known) if known.same(&scene.media) => scene.media = known.clone(),
             _ => self.last_media = Some(scene.media.clone()),
         }
         Ok(Completed {
+            seen: Arc::new(Seen::of(&scene)),
             scene: Arc::new(scene),
             settings: Arc::new(settings),
-            choices: Arc::new(choices),
             volumes: Arc::new(volumes),
         })
     }
@@ -171,7 +175,7 @@ impl Side {
     /// # Errors
     /// If the file has no such exposure or curve.
     pub fn tone_of(&self, file: &SceneFile, image: &Image, whole: bool) -> Result<Tone> {
-        if !whole && self.whole.is_some() {
+        if !whole && self.steady {
             return self.same_tone(file);
         }
         Ok(Tone::for_picture(image, file.image.exposure()?, file.image.tone_map()?))

@@ -2,27 +2,44 @@
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use deepshadow::backend::Stage;
 use deepshadow::gpu::{GpuBackend, GpuImage};
 use deepshadow::image::{Image, Tone};
 use deepshadow::scene::SceneFile;
 use deepshadow::{Backend, ErrorKind, Result, Scene, Settings};
+use web_time::Instant;
 
 use super::devices::{Devices, Features, warm_up};
 use super::loading::Loading;
 use super::pace::Motion;
 use super::progress::{Call, Doing, Shared, Watch};
 use super::side::{Completed, Key, Side, Whole, of_map, on_screen, times_of};
-use super::{Device, Event, Face, Picture, Wish};
+use super::{Device, Event, Face, Made, Picture, Wish};
+use crate::host;
+
+/// What is drawn of wishes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+pub enum Part {
+    /// All pictures.
+    #[default]
+    All,
+    /// Those that are drawn in a hurry.
+    Hurried,
+    /// Those that `render` draws.
+    Whole,
+}
 
 /// Draws wishes until it is told to quit.
 pub struct Worker {
+    /// What is drawn of them.
+    pub part: Part,
     pub(super) shared: Arc<Shared>,
-    devices: Devices,
+    /// What can draw.
+    pub devices: Devices,
     pub(super) tell: Arc<dyn Fn(Event) + Send + Sync>,
-    pub(super) sides: [Side; 2],
+    /// The scenes of a wish.
+    pub sides: [Side; 2],
     /// The latest wish.
     pub(super) wish: Option<(u64, Wish)>,
     /// What drivers have compiled shaders for, and what they are compiling.
@@ -43,6 +60,7 @@ impl Worker {
         let sides = [Side::new(), Side::new()];
         let tell = Arc::from(tell);
         Self {
+            part: Part::All,
             shared,
             devices,
             tell,
@@ -55,39 +73,43 @@ impl Worker {
         }
     }
 
-    /// Works until the end.
-    pub fn run(mut self) {
-        loop {
-            match self.shared.next(self.loading.is_some()) {
-                Call::Quit => {
-                    if let Some((_, compiling)) = self.compiling.take() {
-                        // Drivers do not bear that a process ends while they work.
-                        let _ = compiling.join();
-                    }
-                    return;
+    /// Does what it was woken up for; returns whether there may be more to do.
+    pub async fn heed(&mut self, call: Call) -> bool {
+        match call {
+            Call::Quit => {
+                if let Some((_, compiling)) = self.compiling.take() {
+                    // Drivers do not bear that a process ends while they work.
+                    let _ = compiling.join();
                 }
-                // What is being loaded is not waited for; nobody takes it when it comes.
-                Call::GivenUp => (self.wish, self.loading) = (None, None),
-                Call::Wish(serial, wish) => {
-                    self.wish = Some((serial, *wish));
-                    self.serve();
-                }
-                Call::Arrival(arrival) => self.arrived(*arrival),
-                Call::Compiled(features) => {
-                    self.compiled.push(features);
-                    self.compiling = None;
-                }
+                return false;
             }
-            if self.loading.is_none() {
-                self.shared.say(None);
+            // What is being loaded is not waited for; nobody takes it when it comes.
+            Call::GivenUp => (self.wish, self.loading) = (None, None),
+            Call::Wish(serial, wish) => {
+                self.wish = Some((serial, *wish));
+                self.serve().await;
+            }
+            Call::Arrival(arrival) => self.arrived(*arrival).await,
+            Call::Compiled(features) => {
+                self.compiled.push(features);
+                self.compiling = None;
             }
         }
+        if self.loading.is_none() {
+            self.shared.say(None);
+        }
+        true
+    }
+
+    /// Whether something is being loaded.
+    pub fn is_loading(&self) -> bool {
+        self.loading.is_some()
     }
 
     /// Fulfils the latest wish as far as what is loaded allows.
-    pub(super) fn serve(&mut self) {
+    pub(super) async fn serve(&mut self) {
         let Some((serial, wish)) = self.wish.clone() else { return };
-        match self.fulfil(serial, &wish) {
+        match self.fulfil(serial, &wish).await {
             Ok(()) => {}
             Err(error) if matches!(error.kind(), ErrorKind::Cancelled) => {}
             Err(error) => {
@@ -97,7 +119,7 @@ impl Worker {
     }
 
     /// Draws `wish`, or loads what it needs.
-    pub(super) fn fulfil(&mut self, serial: u64, wish: &Wish) -> Result<()> {
+    pub(super) async fn fulfil(&mut self, serial: u64, wish: &Wish) -> Result<()> {
         for (side, file) in wish.files().into_iter().enumerate() {
             if file.is_none() {
                 continue;
@@ -123,16 +145,19 @@ impl Worker {
         }
         // First what can be seen at once, then what `render` draws.
         for hurried in [true, false] {
+            if self.part == (if hurried { Part::Whole } else { Part::Hurried }) {
+                continue;
+            }
             for (side, file, completed, seconds) in &all {
                 let of = Drawn { side: *side, file, completed, hurried, seconds: *seconds };
-                self.draw_side(serial, wish, &of)?;
+                self.draw_side(serial, wish, &of).await?;
             }
         }
         Ok(())
     }
 
     /// Draws one side, unless it is drawn already.
-    fn draw_side(&mut self, serial: u64, wish: &Wish, of: &Drawn<'_>) -> Result<()> {
+    async fn draw_side(&mut self, serial: u64, wish: &Wish, of: &Drawn<'_>) -> Result<()> {
         let key = Key::of(of.file, wish);
         let side = &self.sides[of.side];
         let known = side.whole.as_ref().filter(|known| known.key == key).cloned();
@@ -150,16 +175,16 @@ impl Worker {
         if (of.hurried && !moving && !first) || (!of.hurried && moving) {
             return Ok(());
         }
-        let (made, times) = self.drawn(serial, wish, of)?;
+        let (made, times) = self.drawn(serial, wish, of).await?;
         let side = &mut self.sides[of.side];
         side.drawn = Some(key.clone());
         let image = match made {
-            Made::Read(image) => Arc::new(image),
-            Made::Stays(gpu, image) => {
+            Pixels::Read(image) => Arc::new(image),
+            Pixels::Stays(gpu, image) => {
                 let tone = side.same_tone(of.file)?;
                 let begun = Instant::now();
-                let view = side.textures.show(gpu, &image, tone)?;
-                let shown = (Face::Texture(view), begun.elapsed());
+                let face = side.faces.show(gpu, &image, tone).await?;
+                let shown = (face, begun.elapsed());
                 let by = self.by(of);
                 self.show((serial, wish), of, (None, image.size()), tone, (shown, by), times);
                 return Ok(());
@@ -169,6 +194,7 @@ impl Worker {
         let (device, map_size) = self.by(of);
         if !of.hurried {
             let (image, device) = (image.clone(), device.clone());
+            self.sides[of.side].steady = true;
             self.sides[of.side].whole = Some(Whole { key, image, device, map_size });
         }
         self.show_image((serial, wish), of, image, (device, map_size), times);
@@ -183,7 +209,12 @@ impl Worker {
     }
 
     /// Draws one side.
-    fn drawn(&mut self, serial: u64, wish: &Wish, of: &Drawn<'_>) -> Result<(Made, super::Times)> {
+    async fn drawn(
+        &mut self,
+        serial: u64,
+        wish: &Wish,
+        of: &Drawn<'_>,
+    ) -> Result<(Pixels, super::Times)> {
         let Completed { scene, settings, .. } = of.completed;
         let motion = if wish.motion == Motion::Rest { Motion::Light } else { wish.motion };
         let hurried = self.sides[of.side].hurried(of.file, settings, motion);
@@ -202,13 +233,14 @@ impl Worker {
             Some(device) => {
                 let stage = side.gpu.get_or_insert_with(|| device.gpu_stage());
                 // A choice of how it is shown needs the pixels.
-                if of.hurried && side.whole.is_some() {
-                    stage.draw(scene, settings, &watch).map(|image| Made::Stays(device, image))
+                if of.hurried && side.steady {
+                    let drawn = host::draw(stage, scene, settings, &watch).await;
+                    drawn.map(|image| Pixels::Stays(device, image))
                 } else {
-                    stage.render(scene, settings, &watch).map(Made::Read)
+                    host::render(stage, scene, settings, &watch).await.map(Pixels::Read)
                 }
             }
-            None => side.cpu.render(scene, settings, &watch).map(Made::Read),
+            None => side.cpu.render(scene, settings, &watch).map(Pixels::Read),
         };
         if watch.has_begun("picture") {
             side.map_of = Some((of_map(of.file), settings.map.size, settings.quality));
@@ -223,7 +255,7 @@ impl Worker {
                 self.devices.give_up_gpu();
                 side.gpu = None;
                 (self.tell)(Event::FellBack(error.to_string()));
-                return self.drawn(serial, wish, of);
+                return Box::pin(self.drawn(serial, wish, of)).await;
             }
             made => made?,
         };
@@ -300,7 +332,13 @@ impl Worker {
     ) {
         times.tone = spent.as_secs_f64();
         times.total = times.scene + times.map + times.view + times.tone;
-        let Completed { scene, settings, choices, volumes } = of.completed.clone();
+        let Completed { seen, scene, settings, volumes } = of.completed.clone();
+        let windows: Vec<_> = volumes.iter().map(|volume| volume.window).collect();
+        let saved = (!of.hurried).then(|| {
+            let saved = of.file.saved(&windows, &scene, &settings);
+            saved.and_then(|file| file.to_text()).map_err(|error| error.to_string())
+        });
+        let made = Made { scene, settings: settings.clone(), image: image.clone() };
         (self.tell)(Event::Picture(Box::new(Picture {
             side: of.side,
             serial,
@@ -308,11 +346,12 @@ impl Worker {
             face,
             image,
             size,
+            made: Some(Arc::new(made)),
             whole: !of.hurried,
-            scene,
+            scene: seen,
             settings,
-            choices,
             volumes,
+            saved,
             tone,
             times,
             device,
@@ -322,7 +361,7 @@ impl Worker {
 }
 
 /// A picture, and where it is.
-enum Made {
+enum Pixels {
     /// It was read back.
     Read(Image),
     /// It is on the device.

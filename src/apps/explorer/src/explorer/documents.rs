@@ -1,27 +1,62 @@
 //! What is open: how it comes, goes and is compared.
 
-use std::time::Instant;
+use std::sync::mpsc::{Receiver, Sender, channel};
 
 use eframe::egui;
+use web_time::Instant;
 
 use super::Explorer;
 use crate::document::Document;
 use crate::panels::TransferEditor;
 
+/// A document that was opened, or why it was not, with the name of its input.
+type Opened = (String, Result<Box<Document>, String>);
+
+/// Where documents come from.
+pub(super) struct Openings {
+    sender: Sender<Opened>,
+    receiver: Receiver<Opened>,
+    context: egui::Context,
+}
+
+/// Where to leave a document that was opened.
+#[derive(Clone)]
+pub struct Opening {
+    sender: Sender<Opened>,
+    context: egui::Context,
+}
+
+impl Openings {
+    pub(super) fn new(context: &egui::Context) -> Self {
+        let (sender, receiver) = channel();
+        Self { sender, receiver, context: context.clone() }
+    }
+
+    fn sender(&self) -> Opening {
+        Opening { sender: self.sender.clone(), context: self.context.clone() }
+    }
+
+    pub(super) fn arrived(&self) -> Vec<Opened> {
+        self.receiver.try_iter().collect()
+    }
+}
+
+impl Opening {
+    /// Leaves what `input` names, or why it cannot be opened.
+    pub fn opened(&self, input: String, document: Result<Document, String>) {
+        // Nobody listens any more when the window has closed.
+        let _ = self.sender.send((input, document.map(Box::new)));
+        self.context.request_repaint();
+    }
+}
+
 impl Explorer {
     /// Opens a preset, a scene file, or a file of a volume, of hair or of a mesh: on a thread of its
     /// own, because disks may be slow. If it cannot be opened, what was open before stays.
     pub fn open(&mut self, input: &str) {
-        let (sender, context) = (self.opened_documents.0.clone(), self.context.clone());
-        let input = input.to_owned();
-        self.opening = Some(input.clone());
+        self.opening = Some(input.to_owned());
         self.end_round();
-        let work = move || {
-            let document = Document::open(&input).map(Box::new);
-            let _ = sender.send((input, document));
-            context.request_repaint();
-        };
-        if std::thread::Builder::new().name("opening".to_owned()).spawn(work).is_err() {
+        if self.engine.open(input, &self.openings.sender()).is_err() {
             self.opening = None;
             self.complain("the system starts no thread to open a file");
         }

@@ -1,9 +1,10 @@
 //! Takes what threads have made.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use deepshadow::wgpu;
 use eframe::egui;
+use web_time::Instant;
 
 use super::{Explorer, Shown};
 use crate::engine::truth::Answer;
@@ -30,7 +31,7 @@ impl Texture {
 impl Explorer {
     /// Takes what the engine has made.
     pub(super) fn receive(&mut self) {
-        while let Ok((input, document)) = self.opened_documents.1.try_recv() {
+        for (input, document) in self.openings.arrived() {
             // Another one may have been opened, or this one given up, meanwhile.
             if self.opening.as_ref() != Some(&input) {
                 continue;
@@ -38,7 +39,7 @@ impl Explorer {
             self.opening = None;
             match document {
                 Ok(document) => self.take_document(*document),
-                Err(error) => self.complain(&error.to_string()),
+                Err(why) => self.complain(&why),
             }
         }
         let events = self.engine.events();
@@ -144,7 +145,7 @@ impl Explorer {
     /// Gives up a texture of the device.
     pub(super) fn forget(&self, texture: Option<Texture>) {
         if let (Some(Texture::Device(id)), Some(screen)) = (texture, &self.screen) {
-            screen.renderer.write().free_texture(&id);
+            screen.forget(id);
         }
     }
 
@@ -154,16 +155,10 @@ impl Explorer {
         view: &wgpu::TextureView,
         known: Option<&Texture>,
     ) -> Option<Texture> {
-        let screen = self.screen.as_ref()?;
-        let (device, filter) = (&screen.device, wgpu::FilterMode::Linear);
-        let mut renderer = screen.renderer.write();
-        let id = match known {
-            Some(Texture::Device(id)) => {
-                renderer.update_egui_texture_from_wgpu_texture(device, view, filter, *id);
-                *id
-            }
-            _ => renderer.register_native_texture(device, view, filter),
+        let known = match known {
+            Some(Texture::Device(id)) => Some(*id),
+            _ => None,
         };
-        Some(Texture::Device(id))
+        Some(Texture::Device(self.screen.as_ref()?.texture(view, known)))
     }
 }

@@ -55,11 +55,4 @@ impl Explorer {
             }
         }
     }
-
-    pub(super) fn dropped(&mut self, ui: &Ui) {
-        let files = ui.input(|input| input.raw.dropped_files.clone());
-        for file in files {
-            self.open(&file.path().to_string_lossy());
-        }
-    }
 }

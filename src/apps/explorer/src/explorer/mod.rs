@@ -10,20 +10,22 @@ mod wishes;
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use deepshadow::Settings;
 use deepshadow::glam::DVec3;
 use deepshadow::math::Aabb;
-use deepshadow::scene::{SceneFile, TransferFunction};
-use deepshadow::{Scene, Settings};
+use deepshadow::scene::SceneFile;
 use eframe::egui::{self, Ui};
-use eframe::egui_wgpu::RenderState;
+use web_time::Instant;
 
+pub use documents::Opening;
+use documents::Openings;
 pub use events::Texture;
 
 use crate::document::Document;
-use crate::engine::truth::Truth;
-use crate::engine::{Device, Doing, Engine, Motion, Picture, Wish, is_hardware};
+use crate::engine::{Device, Doing, Motion, Picture, Seen, Wish};
+use crate::host::{self, Engine, Screen, Truth};
 use crate::output::{Found, Output};
 use crate::panels::{self, Looking, OfDensities, TransferEditor};
 
@@ -71,9 +73,6 @@ pub enum Dialog {
 /// A dialog, and what it has found.
 type Answered = (Dialog, Found);
 
-/// A document that was opened, or why it was not, with the name of its input.
-type Opened = (String, deepshadow::Result<Box<Document>>);
-
 /// The window. Its switches have nothing to do with each other.
 #[allow(clippy::struct_excessive_bools)]
 pub struct Explorer {
@@ -120,7 +119,7 @@ pub struct Explorer {
     /// Sections of the panels and whether they are open.
     pub opened: HashMap<String, bool>,
     /// The window's device.
-    screen: Option<RenderState>,
+    screen: Option<Screen>,
     /// Whether processors draw the window itself.
     is_software: bool,
     engine: Engine,
@@ -142,7 +141,7 @@ pub struct Explorer {
     failed: Option<u64>,
     /// The name of what is being opened.
     opening: Option<String>,
-    opened_documents: (Sender<Opened>, Receiver<Opened>),
+    openings: Openings,
     /// The names of the grids in each volume's file.
     pub grids: Vec<Vec<String>>,
     scales: HashMap<&'static str, f64>,
@@ -164,9 +163,9 @@ impl Explorer {
     ///
     /// # Errors
     /// If the system starts no threads.
-    pub fn new(context: &egui::Context, screen: Option<&RenderState>) -> std::io::Result<Self> {
+    pub fn new(context: &egui::Context, screen: Option<&Screen>) -> std::io::Result<Self> {
         let engine = Engine::start(screen, context)?;
-        let truth = Truth::start(context)?;
+        let truth = Truth::start(&engine, context)?;
         Ok(Self {
             document: None,
             pictures: [None, None],
@@ -190,7 +189,7 @@ impl Explorer {
             toggled: Vec::new(),
             opened: HashMap::new(),
             screen: screen.cloned(),
-            is_software: screen.is_some_and(|screen| !is_hardware(&screen.adapter.get_info())),
+            is_software: screen.is_some_and(Screen::is_software),
             engine,
             truth,
             motion: Motion::Rest,
@@ -203,7 +202,7 @@ impl Explorer {
             cancelled: None,
             failed: None,
             opening: None,
-            opened_documents: channel(),
+            openings: Openings::new(context),
             grids: Vec::new(),
             scales: HashMap::new(),
             dialogs: channel(),
@@ -237,7 +236,7 @@ impl Explorer {
     }
 
     /// The scene of the latest picture.
-    pub fn scene(&self) -> Option<Arc<Scene>> {
+    pub fn scene(&self) -> Option<Arc<Seen>> {
         self.shown().map(|shown| shown.picture.scene.clone())
     }
 
@@ -249,11 +248,7 @@ impl Explorer {
     /// The box around everything.
     pub fn bounds(&self) -> Aabb {
         let none = Aabb { min: DVec3::splat(-0.5), max: DVec3::splat(0.5) };
-        let Some(scene) = self.scene() else { return none };
-        let media = (!scene.media.bodies().is_empty()).then(|| scene.media.world_bounds());
-        let all = media.into_iter().chain(scene.surfaces.world_bounds());
-        let all = all.reduce(|a, b| Aabb { min: a.min.min(b.min), max: a.max.max(b.max) });
-        all.unwrap_or(none)
+        self.scene().and_then(|scene| scene.bounds).unwrap_or(none)
     }
 
     /// The middle of everything.
@@ -261,9 +256,9 @@ impl Explorer {
         self.bounds().center()
     }
 
-    /// The transfer function of a volume, over densities.
-    pub fn function(&self, index: usize) -> Option<Arc<TransferFunction>> {
-        self.shown()?.picture.volumes.get(index)?.function.clone()
+    /// The points of a volume's transfer function, over densities.
+    pub fn function(&self, index: usize) -> Option<Vec<[f64; 5]>> {
+        self.shown()?.picture.volumes.get(index)?.points.clone()
     }
 
     /// The histogram of a volume, as soon as it is known.
@@ -325,7 +320,7 @@ impl Explorer {
     pub fn show(&mut self, ui: &mut Ui) {
         self.receive();
         self.keys(ui);
-        self.dropped(ui);
+        host::dropped(self, ui);
         self.bar(ui);
         self.status(ui);
         if self.frames == 0 && ui.available_width() < NARROW {

@@ -1,9 +1,10 @@
 //! Notices what has changed, and asks for what that needs.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use deepshadow::glam::DVec3;
 use deepshadow::scene::Projection;
+use web_time::Instant;
 
 use super::{Explorer, MESSAGE};
 use crate::engine::{Device, Motion, Wish, of_map};
@@ -93,7 +94,7 @@ impl Explorer {
             return;
         }
         if let Some(question) = self.looking.question(&shown.picture, self.light) {
-            self.truth.ask(question);
+            self.truth.ask(question, &shown.picture);
         }
     }
 

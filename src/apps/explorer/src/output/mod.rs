@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use deepshadow::image::{Image, Tone};
 use deepshadow::io::{
-    Inputs, PendingFile, PictureFormat, PictureOptions, is_scene_file, source_files, surface_files,
+    Inputs, PictureFormat, PictureOptions, is_scene_file, source_files, surface_files,
 };
 use deepshadow::scene::{Camera, Light, NumberedName, SceneFile};
 use deepshadow::{Error, Result};
@@ -22,7 +22,7 @@ pub use dialogs::Found;
 use crate::document::Document;
 use crate::engine::Device;
 use crate::explorer::{Dialog, Explorer};
-use crate::hands;
+use crate::{hands, host};
 
 /// Files that are written at a time.
 const MOST_PENDING: usize = 2;
@@ -154,17 +154,11 @@ impl Explorer {
     ///
     /// # Errors
     /// If it cannot be written as text.
-    pub fn scene_text(&self) -> Result<Option<String>> {
-        let (Some(document), Some(shown)) = (&self.document, self.shown()) else {
-            return Ok(None);
-        };
-        let picture = &shown.picture;
-        let windows: Vec<_> = picture.volumes.iter().map(|volume| volume.window).collect();
-        let saved = document.now()?.saved(&windows, &picture.scene, &picture.settings)?;
-        saved.to_text().map(Some)
+    pub fn scene_text(&self) -> std::result::Result<Option<String>, String> {
+        self.shown().and_then(|shown| shown.picture.saved.clone()).transpose()
     }
 
-    /// Writes a file on a thread of its own, whole or not at all.
+    /// Writes a file, whole or not at all.
     pub(super) fn write(
         &mut self,
         path: PathBuf,
@@ -174,20 +168,13 @@ impl Explorer {
         let scene = self.document.as_ref().map(|document| PathBuf::from(&document.input));
         let (sender, context) = (self.output.lines.0.clone(), self.context().clone());
         let of_round = self.output.round.is_some();
-        let work = move || {
-            let written = make().and_then(|contents| {
-                let inputs = inputs_of(inputs.as_ref(), scene);
-                PendingFile::create(&path, &inputs)?.finish_with(&contents)
-            });
-            let line = match written {
-                Ok(()) => Ok(format!("wrote {}", path.display())),
-                Err(error) => Err(error.to_string()),
-            };
-            let _ = sender.send((line, of_round));
+        let done = move |written: Result<String>| {
+            let _ = sender.send((written.map_err(|error| error.to_string()), of_round));
             context.request_repaint();
         };
         self.output.pending += 1;
-        if std::thread::Builder::new().name("writing".to_owned()).spawn(work).is_err() {
+        let inputs = move || inputs_of(inputs.as_ref(), scene);
+        if host::write(path, inputs, make, done).is_err() {
             self.output.pending -= 1;
             self.complain("the system starts no thread to write a file");
         }
@@ -259,7 +246,7 @@ impl Explorer {
             match self.scene_text() {
                 Ok(Some(text)) => self.write(path, move || Ok(text.into_bytes())),
                 Ok(None) => {}
-                Err(error) => self.complain(&error.to_string()),
+                Err(why) => self.complain(&why),
             }
         }
         let Some(shown) = self.shown() else { return };

@@ -79,8 +79,7 @@ fn times(explorer: &Explorer, ui: &mut Ui) {
     let ms = |seconds: f64| format!("{:.1}", seconds * 1e3);
     egui::Grid::new("times").num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
         let rate = explorer.rate.map_or("at rest".to_owned(), |rate| format!("{rate:.0} / s"));
-        let bytes = shown.picture.scene.media.bodies().iter();
-        let bytes: usize = bytes.map(|body| body.volume.voxels().bytes()).sum();
+        let bytes: u64 = shown.picture.scene.bodies.iter().map(|body| body.bytes).sum();
         let [width, height] = shown.picture.size;
         let map = if times.map > 0.0 { format!("{} ms", ms(times.map)) } else { "kept".to_owned() };
         for (what, value) in [
@@ -222,24 +221,19 @@ impl Looking {
     /// What is to be asked now, of the picture `serial`; `None` if it was asked already.
     pub fn question(&mut self, picture: &crate::engine::Picture, light: usize) -> Option<Question> {
         let kind = picture.settings.map.kind.unwrap_or_default();
-        let whole = picture.image.clone().filter(|_| picture.whole);
-        let (question, name) = if let (Some(Look::Difference), Some(image)) = (self.look, whole) {
-            let (scene, settings) = (picture.scene.clone(), picture.settings.clone());
-            let question = Question::Difference { scene, settings, image };
-            (question, "difference".to_owned())
+        let (question, name) = if self.look == Some(Look::Difference) && picture.whole {
+            (Question::Difference, "difference".to_owned())
         } else if self.look == Some(Look::Curves) && picture.whole {
             let mut kinds = vec![kind];
             if self.all {
-                let surfaces = !picture.scene.surfaces.is_empty();
+                let surfaces = picture.scene.has_surfaces;
                 let all =
                     MapKind::all().filter(|kind| !(surfaces && matches!(kind, MapKind::Grid(_))));
                 kinds.extend(all.filter(|other| *other != kind));
             }
             let name = format!("{:?} {kinds:?} {:?} {light}", self.at, self.channel);
-            let (scene, settings) = (picture.scene.clone(), picture.settings.clone());
             let (at, channel) = (self.at, self.channel);
-            let curves = Curves { scene, settings, light, at, kinds, channel };
-            (Question::Curves(Box::new(curves)), name)
+            (Question::Curves(Curves { light, at, kinds, channel }), name)
         } else {
             self.asked = None;
             return None;

@@ -14,7 +14,7 @@ use eframe::egui::{self, Ui};
 use crate::explorer::Explorer;
 pub use controls::named;
 pub use looking::{Look, Looking};
-pub use transfer::{Known, OfDensities, TransferEditor, exported, known, on_screen};
+pub use transfer::{Known, OfDensities, TransferEditor, exported, known, on_screen, points_of};
 
 /// The titles of the sections.
 pub const SECTIONS: [&str; 7] =

@@ -6,7 +6,7 @@ use eframe::egui::{self, Ui};
 
 use super::controls::{Scale, choice, count, named, number, strength, switch};
 use crate::document::Document;
-use crate::engine::Device;
+use crate::engine::{Device, Seen};
 use crate::explorer::Explorer;
 
 pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui) {
@@ -65,7 +65,7 @@ fn exposure(explorer: &Explorer, document: &mut Document, ui: &mut Ui) {
     });
 }
 
-fn camera(document: &mut Document, scene: &deepshadow::Scene, ui: &mut Ui) {
+fn camera(document: &mut Document, scene: &Seen, ui: &mut Ui) {
     use deepshadow::scene::Projection;
     match scene.camera.projection {
         Projection::Perspective { fov_y_degrees } => {

@@ -29,7 +29,7 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
         _ => {}
     }
     let table = &mut document.file.shadow;
-    if document.file.volume.is_empty() || explorer.scene().is_some_and(|s| !s.surfaces.is_empty()) {
+    if document.file.volume.is_empty() || explorer.scene().is_some_and(|scene| scene.has_surfaces) {
         let size = explorer.bounds().size().max_element();
         let scale = Scale::linear(0.0..=0.1 * size.max(1e-6)).unit(" length");
         number(ui, "bias", &mut table.bias, settings.view.bias, &scale);

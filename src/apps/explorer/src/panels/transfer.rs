@@ -19,7 +19,7 @@ const HEIGHT: f32 = 110.0;
 const REACH: f32 = 9.0;
 
 /// The histogram of a volume, over densities as transfer functions have them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Deserialize, serde::Serialize)]
 pub struct OfDensities {
     /// The smallest and the largest density that is shown.
     pub range: [f64; 2],
@@ -75,7 +75,7 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, index: usiz
     let Some(histogram) = histogram else { return };
     let mut editor = std::mem::take(&mut explorer.transfer);
     let given = table.transfer.as_ref().and_then(|transfer| transfer.points.clone());
-    let shown = editor.held.clone().or(given).or_else(|| function.as_deref().map(points_of));
+    let shown = editor.held.clone().or(given).or(function);
     if let Some(points) = edit(&mut editor, &histogram, shown, ui) {
         let gradient = table.transfer.as_ref().and_then(|transfer| transfer.gradient.clone());
         table.transfer =

@@ -7,6 +7,7 @@ use eframe::egui::{self, Ui};
 use super::controls::{Scale, choice, colour, count, number, range};
 use super::transfer;
 use crate::document::Document;
+use crate::engine::SeenBody;
 use crate::explorer::Explorer;
 
 pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui) {
@@ -23,18 +24,18 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
     let index = explorer.volume;
     frames(document, explorer, ui);
     let shown = explorer.scene();
-    let body = shown.as_ref().and_then(|scene| scene.media.bodies().get(index).cloned());
+    let body = shown.as_ref().and_then(|scene| scene.bodies.get(index).cloned());
     let Some(body) = body else {
         ui.weak("loading");
         return;
     };
-    let [x, y, z] = body.volume.dims();
-    ui.weak(format!("{}: {x} x {y} x {z} voxels", body.volume.name));
+    let [x, y, z] = body.dims;
+    ui.weak(format!("{}: {x} x {y} x {z} voxels", body.name));
     let grids = explorer.grids.get(index).cloned().unwrap_or_default();
     let Some(table) = document.file.volume.get_mut(index) else { return };
     if grids.len() > 1 {
         let names: Vec<&str> = grids.iter().map(String::as_str).collect();
-        choice(ui, "grid", &mut table.grid, &body.volume.name, &names);
+        choice(ui, "grid", &mut table.grid, &body.name, &names);
     }
     if table.preset.is_some() {
         let names = Preset::ALL.map(Preset::name);
@@ -49,12 +50,11 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
         }
     }
     let before = (table.density_scale, table.albedo, table.phase_g);
-    let medium = &body.medium;
-    let usual = medium.density_scale.max(1e-9);
+    let usual = body.density_scale.max(1e-9);
     let scale = Scale::logarithmic(usual / 50.0..=usual * 50.0).unit(" / length");
     let steady = explorer.steady("density scale", usual);
     let scale = Scale { range: steady / 50.0..=steady * 50.0, ..scale };
-    number(ui, "density scale", &mut table.density_scale, medium.density_scale, &scale);
+    number(ui, "density scale", &mut table.density_scale, body.density_scale, &scale);
     let held = explorer.histogram(index).map(|histogram| histogram.ends);
     if let Some([least, most]) = held {
         let chosen = explorer.shown().and_then(|shown| shown.picture.volumes.get(index)?.window);
@@ -63,9 +63,9 @@ pub(super) fn show(explorer: &mut Explorer, document: &mut Document, ui: &mut Ui
         range(ui, "window", &mut window, now, [least, most]);
         table.window = window.map(|window| window.map(|end| end as f32));
     }
-    colour(ui, "albedo", &mut table.albedo, medium.albedo.to_array());
+    colour(ui, "albedo", &mut table.albedo, body.albedo.to_array());
     let phase = Scale::linear(-0.95..=0.95);
-    number(ui, "phase (g)", &mut table.phase_g, medium.phase_g, &phase);
+    number(ui, "phase (g)", &mut table.phase_g, body.phase_g, &phase);
     clip_box(&mut table.clip, ui);
     if (table.density_scale, table.albedo, table.phase_g) != before {
         // What was set by hand does not move.
@@ -112,7 +112,7 @@ fn frames(document: &mut Document, explorer: &mut Explorer, ui: &mut Ui) {
     });
 }
 
-fn emission(document: &mut Document, index: usize, body: &deepshadow::scene::Body, ui: &mut Ui) {
+fn emission(document: &mut Document, index: usize, body: &SeenBody, ui: &mut Ui) {
     let Some(table) = document.file.volume.get_mut(index) else { return };
     let mut glows = table.emission.is_some();
     if ui.checkbox(&mut glows, "emission").changed() {
@@ -128,8 +128,8 @@ fn emission(document: &mut Document, index: usize, body: &deepshadow::scene::Bod
         if emission.radiance.is_some() {
             emission.scale = None;
         }
-        if let Some(of) = &body.medium.emission {
-            ui.weak(format!("{:.4} / length where it is brightest", of.scale));
+        if let Some(scale) = body.emission_scale {
+            ui.weak(format!("{scale:.4} / length where it is brightest"));
         }
     });
 }

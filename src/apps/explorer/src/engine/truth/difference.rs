@@ -1,14 +1,15 @@
 //! The difference of a picture from the one through exact transmittances.
 
 use std::collections::HashMap;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use deepshadow::accuracy::{ExactPoints, ExactTexels};
 use deepshadow::image::Image;
-use deepshadow::{CpuBackend, Frame, Result, Scene, Settings};
+use deepshadow::{CpuBackend, Frame, Result};
 use eframe::egui;
+use web_time::Instant;
 
-use super::{Answer, Difference, Wanted, colour};
+use super::{Answer, Difference, Made, Wanted, colour};
 
 /// Distances of the pixels that are compared, one after another.
 const SPACINGS: [usize; 4] = [16, 8, 4, 2];
@@ -18,9 +19,8 @@ const AT_ONCE: usize = 256;
 const LONGEST: Duration = Duration::from_secs(8);
 
 /// Compares pixels of a picture, ever closer ones.
-pub(super) fn difference(
-    scene: &Scene,
-    settings: &Settings,
+pub(super) async fn difference(
+    Made { scene, settings, .. }: &Made,
     image: &Image,
     wanted: &Wanted,
     tell: &dyn Fn(Answer),
@@ -46,7 +46,7 @@ pub(super) fn difference(
     for spacing in SPACINGS {
         let pixels: Vec<[u32; 2]> = pixels_at(spacing).collect();
         for chunk in pixels.chunks(AT_ONCE) {
-            wanted.check()?;
+            wanted.check().await?;
             let mut sum = Image::filled(chunk.len() as u32, 1, [0.0; 4]);
             for (beam, frame, exact) in &parts {
                 let seen = CpuBackend.march_pixels(beam.casters(), frame, exact, chunk)?;

@@ -12,7 +12,7 @@ use deepshadow::{Backend, CpuBackend, Result};
 use eframe::egui;
 use rayon::prelude::*;
 
-use super::{Answer, Channel, Curves, Drawn, Wanted, colour};
+use super::{Answer, Channel, Curves, Drawn, Made, Wanted, colour};
 
 /// Points of a curve.
 const POINTS: usize = 160;
@@ -34,19 +34,20 @@ impl Maps {
     ///
     /// # Errors
     /// If a map cannot be built, or if the answer is not wanted any more.
-    pub(super) fn curves(
+    pub(super) async fn curves(
         &mut self,
         of: &Curves,
+        made: &Made,
         wanted: &Wanted,
         tell: &dyn Fn(Answer),
     ) -> Result<()> {
-        let beams = of.scene.beams()?;
+        let beams = made.scene.beams()?;
         let beams: Vec<&Beam> = beams.iter().filter(|beam| beam.index == of.light).collect();
         let Some(&first) = beams.first() else {
             tell(Answer::None("this light has no map".to_owned()));
             return Ok(());
         };
-        let seen = of.at.map(|at| seen_point(of, first, at));
+        let seen = of.at.map(|at| seen_point(made, first, at));
         if let Some(None) = seen {
             tell(Answer::None("there is nothing at this place".to_owned()));
             return Ok(());
@@ -56,7 +57,7 @@ impl Maps {
         let owner =
             seen.and_then(|seen| beams.iter().find(|beam| beam.view.answers_for(seen)).copied());
         let beam = owner.unwrap_or(first);
-        let usual = of.settings.with(|settings| settings.map.kind = None);
+        let usual = made.settings.with(|settings| settings.map.kind = None);
         let cause = Cause::of(beam, &usual);
         if !self.cause.as_ref().is_some_and(|known| known.same(&cause)) {
             self.built.clear();
@@ -68,26 +69,37 @@ impl Maps {
         }
         let [u, v, depth] = self.ray.unwrap_or([0.5, 0.5, 0.0]);
         for (index, kind) in of.kinds.iter().enumerate() {
-            wanted.check()?;
+            wanted.check().await?;
             let known = self.built.iter().any(|(known, _)| known == kind);
             if !known {
-                let settings = of.settings.with(|settings| settings.map.kind = Some(*kind));
+                let settings = made.settings.with(|settings| settings.map.kind = Some(*kind));
                 let map = CpuBackend.map(beam, &settings, wanted)?;
                 self.built.push((*kind, Arc::new(map)));
             }
             let last = index + 1 == of.kinds.len();
             if last || !known {
                 let missing = of.kinds.len() - index - 1;
-                tell(Answer::Curves(Box::new(self.drawn(of, beam, [u, v, depth], missing))));
+                tell(Answer::Curves(Box::new(self.drawn(
+                    (of, made),
+                    beam,
+                    [u, v, depth],
+                    missing,
+                ))));
             }
         }
         Ok(())
     }
 
     /// The curves of all maps that were built.
-    fn drawn(&self, of: &Curves, beam: &Beam, [u, v, seen]: [f64; 3], missing: usize) -> Drawn {
+    fn drawn(
+        &self,
+        (of, made): (&Curves, &Made),
+        beam: &Beam,
+        [u, v, seen]: [f64; 3],
+        missing: usize,
+    ) -> Drawn {
         let exact = Extinction::of(beam.casters());
-        let size = f64::from(of.settings.map.size);
+        let size = f64::from(made.settings.map.size);
         // The texel's own central ray, which maps keep.
         let centre = [u, v].map(|c| ((c * size).floor().min(size - 1.0) + 0.5) / size);
         let trace = |depths: &[f64]| TexelProfile::trace(&exact, &beam.view, centre, depths);
@@ -122,7 +134,7 @@ impl Maps {
 
 /// The point that is seen at a place in the picture: where half of what is taken is taken, or where
 /// the ground is; `None` if nothing is there.
-fn seen_point(of: &Curves, beam: &Beam, [x, y]: [f64; 2]) -> Option<DVec3> {
+fn seen_point(of: &Made, beam: &Beam, [x, y]: [f64; 2]) -> Option<DVec3> {
     let [width, height] = of.settings.image.size.map(f64::from);
     let (origin, direction) = of.scene.camera.rays(width / height).ray(x, y);
     let exact = Extinction::of(beam.casters());

@@ -1,47 +1,37 @@
-//! The exact integral beside what is drawn, on a thread of its own: the difference of the picture, and
-//! a light ray's transmittance as every kind of map keeps it. The latest question counts.
+//! The exact integral beside what is drawn: the difference of the picture, and a light ray's
+//! transmittance as every kind of map keeps it. The latest question counts.
 
 mod difference;
 mod maps;
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, LazyLock};
 
-use deepshadow::image::Image;
 use deepshadow::progress::Progress;
 use deepshadow::scene::transfer::preset;
 use deepshadow::settings::MapKind;
-use deepshadow::{ErrorKind, Result, Scene, Settings};
+use deepshadow::{ErrorKind, Result};
 use difference::difference;
 use eframe::egui;
 use maps::Maps;
+use serde::{Deserialize, Serialize};
 
+use super::Made;
+use crate::host::threads;
 use crate::panels::on_screen;
 
-/// A question.
-#[derive(Clone)]
+/// A question about a picture.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub enum Question {
-    /// The difference of a picture from the one through exact transmittances.
-    Difference {
-        /// The scene.
-        scene: Arc<Scene>,
-        /// How it was drawn.
-        settings: Arc<Settings>,
-        /// What was drawn.
-        image: Arc<Image>,
-    },
+    /// The difference of the picture from the one through exact transmittances.
+    Difference,
     /// What maps keep along the light ray of a place in the picture.
-    Curves(Box<Curves>),
+    Curves(Curves),
 }
 
 /// The question for curves and the picture of a map.
-#[derive(Clone)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Curves {
-    /// The scene.
-    pub scene: Arc<Scene>,
-    /// How it is drawn.
-    pub settings: Arc<Settings>,
     /// The index of the light.
     pub light: usize,
     /// The place in the picture, 0..1 from the upper left; `None` keeps the last light ray.
@@ -53,7 +43,7 @@ pub struct Curves {
 }
 
 /// What a picture of a map shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub enum Channel {
     /// The largest opacity.
     #[default]
@@ -65,7 +55,7 @@ pub enum Channel {
 }
 
 /// An answer.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Answer {
     /// Differences so far.
     Difference(Difference),
@@ -76,9 +66,10 @@ pub enum Answer {
 }
 
 /// The difference of a picture from the exact one.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Difference {
     /// A picture of the differences, at the pixels that were compared.
+    #[serde(skip)]
     pub heat: egui::ColorImage,
     /// The share of its width and height that covers the picture; the rest is beyond its edge.
     pub part: [f32; 2],
@@ -96,7 +87,7 @@ pub struct Difference {
 }
 
 /// Curves along a light ray.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Drawn {
     /// Where the ray is, (u, v) in the map.
     pub at: [f64; 2],
@@ -107,81 +98,47 @@ pub struct Drawn {
     /// For each kind its curve, its bytes, and its largest error along it.
     pub kinds: Vec<(MapKind, Vec<[f64; 2]>, u64, f64)>,
     /// The picture of the first kind's map.
+    #[serde(skip)]
     pub map: egui::ColorImage,
     /// What is still missing.
     pub missing: usize,
 }
 
-/// The thread.
-pub struct Truth {
-    questions: Sender<(u64, Question)>,
-    answers: Receiver<(u64, Answer)>,
-    serial: Arc<AtomicU64>,
+/// What answers questions: it keeps the maps that it built.
+#[derive(Default)]
+pub struct Answers {
+    maps: Maps,
 }
 
-impl Truth {
-    /// Starts it; `context` is asked to repaint when there is an answer.
-    ///
-    /// # Errors
-    /// If no thread can be started.
-    pub fn start(context: &egui::Context) -> std::io::Result<Self> {
-        let (questions, asked) = channel::<(u64, Question)>();
-        let (sender, answers) = channel();
-        let serial = Arc::new(AtomicU64::new(0));
-        let (latest, repaint) = (serial.clone(), context.clone());
-        std::thread::Builder::new().name("truth".to_owned()).spawn(move || {
-            let mut maps = Maps::default();
-            while let Ok(mut question) = asked.recv() {
-                while let Ok(newer) = asked.try_recv() {
-                    question = newer;
-                }
-                let (number, question) = question;
-                let wanted = Wanted { number, latest: latest.clone() };
-                let tell = |answer: Answer| {
-                    let _ = sender.send((number, answer));
-                    repaint.request_repaint();
-                };
-                let answered = match &question {
-                    Question::Difference { scene, settings, image } => {
-                        difference(scene, settings, image, &wanted, &tell)
-                    }
-                    Question::Curves(curves) => maps.curves(curves, &wanted, &tell),
-                };
-                match answered {
-                    Err(error) if !matches!(error.kind(), ErrorKind::Cancelled) => {
-                        tell(Answer::None(error.to_string()));
-                    }
-                    _ => {}
-                }
+impl Answers {
+    /// Answers a question about what `made` is. From time to time it waits for `wanted`.
+    pub async fn answer(
+        &mut self,
+        question: &Question,
+        made: &Made,
+        wanted: &Wanted,
+        tell: &dyn Fn(Answer),
+    ) {
+        let answered = match (question, &made.image) {
+            (Question::Difference, Some(image)) => difference(made, image, wanted, tell).await,
+            (Question::Difference, None) => Ok(()),
+            (Question::Curves(curves), _) => self.maps.curves(curves, made, wanted, tell).await,
+        };
+        match answered {
+            Err(error) if !matches!(error.kind(), ErrorKind::Cancelled) => {
+                tell(Answer::None(error.to_string()));
             }
-        })?;
-        Ok(Self { questions, answers, serial })
-    }
-
-    /// Asks; earlier questions are given up.
-    pub fn ask(&self, question: Question) {
-        let number = self.serial.fetch_add(1, Ordering::Relaxed) + 1;
-        // The thread ends with this.
-        let _ = self.questions.send((number, question));
-    }
-
-    /// Gives up.
-    pub fn give_up(&self) {
-        self.serial.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Answers to the latest question.
-    pub fn answers(&self) -> Vec<Answer> {
-        let latest = self.serial.load(Ordering::Relaxed);
-        let answers = self.answers.try_iter().filter(|(number, _)| *number == latest);
-        answers.map(|(_, answer)| answer).collect()
+            _ => {}
+        }
     }
 }
 
 /// Whether an answer is still wanted.
-struct Wanted {
-    number: u64,
-    latest: Arc<AtomicU64>,
+pub struct Wanted {
+    /// The number of the question.
+    pub number: u64,
+    /// That of the latest one.
+    pub latest: Arc<AtomicU64>,
 }
 
 impl Progress for Wanted {
@@ -193,7 +150,9 @@ impl Progress for Wanted {
 }
 
 impl Wanted {
-    fn check(&self) -> Result<()> {
+    /// Lets a browser say that it is not.
+    async fn check(&self) -> Result<()> {
+        threads::pause().await;
         if self.cancelled() { Err(ErrorKind::Cancelled.into()) } else { Ok(()) }
     }
 }

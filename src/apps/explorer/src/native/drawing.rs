@@ -1,0 +1,50 @@
+//! Pictures by a GPU, for the thread that draws, which may wait for them.
+
+use deepshadow::backend::Stage;
+use deepshadow::gpu::{GpuBackend, GpuImage, GpuStage};
+use deepshadow::image::{Image, Tone};
+use deepshadow::progress::Progress;
+use deepshadow::{Result, Scene, Settings};
+
+use super::texture::Textures;
+use crate::engine::Face;
+
+/// What is shown of pictures that stay on the device.
+#[derive(Default)]
+pub struct Faces(Textures);
+
+impl Faces {
+    /// What a screen shows of a picture on the device.
+    ///
+    /// # Errors
+    /// If the device rejects the pass.
+    pub async fn show(&mut self, gpu: &GpuBackend, image: &GpuImage, tone: Tone) -> Result<Face> {
+        self.0.show(gpu, image, tone).map(Face::Texture)
+    }
+}
+
+/// The picture of `scene`, read back.
+///
+/// # Errors
+/// As [`Stage::render`].
+pub async fn render(
+    stage: &mut GpuStage<'static>,
+    scene: &Scene,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Image> {
+    stage.render(scene, settings, progress)
+}
+
+/// The picture of `scene` on the device.
+///
+/// # Errors
+/// As [`Stage::render`].
+pub async fn draw(
+    stage: &mut GpuStage<'static>,
+    scene: &Scene,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<GpuImage> {
+    stage.draw(scene, settings, progress)
+}

@@ -1,0 +1,373 @@
+//! The workers of a page: what they are told, and what comes back.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use deepshadow::image::Tone;
+use eframe::egui;
+use js_sys::Array;
+use wasm_bindgen::prelude::Closure;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{File, MessageEvent, Worker, WorkerOptions, WorkerType};
+
+use super::port::{Order, Report, packed, received};
+use crate::engine::truth::Answer;
+use crate::engine::worker::Part;
+use crate::engine::{Device, Doing, Event, Motion, Picture, Wish};
+use crate::explorer::Opening;
+
+/// How many there are: one for what is in a hurry, one for whole pictures and for a GPU.
+const COUNT: usize = 2;
+
+/// The script of a worker, beside the page.
+const SCRIPT: &str = "worker.js";
+
+/// A worker.
+struct Hand {
+    worker: Worker,
+    /// Hears it; kept as long as it may say something.
+    _heard: Closure<dyn FnMut(MessageEvent)>,
+    /// How many orders it was given, and how many it has done.
+    given: u64,
+    done: u64,
+    /// Whether it draws a picture.
+    draws: bool,
+    doing: Option<Doing>,
+    /// Its GPU, and whether that is hardware.
+    gpu: Option<(String, bool)>,
+}
+
+/// The workers.
+pub struct Hands {
+    state: RefCell<State>,
+    context: egui::Context,
+    /// The program, compiled.
+    module: JsValue,
+}
+
+#[derive(Default)]
+struct State {
+    hands: Vec<Hand>,
+    files: Vec<(String, File)>,
+    serial: u64,
+    /// The latest wish.
+    wish: Option<Wish>,
+    /// What workers are to draw of it as soon as they can.
+    next: [Option<Part>; COUNT],
+    events: Vec<Event>,
+    /// The wish and the kind of the last picture of each side that was taken.
+    taken: [(u64, bool); 2],
+    /// Whether a GPU drew the last whole picture.
+    by_gpu: bool,
+    /// What is being opened.
+    opening: Option<(String, Opening)>,
+    question: u64,
+    answers: Vec<Answer>,
+    /// What went wrong last, which two workers may notice.
+    failed: Option<(u64, String)>,
+}
+
+impl Hands {
+    /// Starts the workers, which run `module`.
+    ///
+    /// # Errors
+    /// If the browser has none.
+    pub fn start(context: &egui::Context, module: &JsValue) -> std::io::Result<Rc<Self>> {
+        let state = RefCell::default();
+        let hands = Rc::new(Self { state, context: context.clone(), module: module.clone() });
+        for index in 0..COUNT {
+            let hand = hands.hired(index)?;
+            hands.state.borrow_mut().hands.push(hand);
+        }
+        hands.order(1, &Order::Gpu);
+        Ok(hands)
+    }
+
+    /// Starts a worker.
+    fn hired(self: &Rc<Self>, index: usize) -> std::io::Result<Hand> {
+        let options = WorkerOptions::new();
+        options.set_type(WorkerType::Module);
+        let failed = |_| std::io::Error::other("the browser starts no worker");
+        let worker = Worker::new_with_options(SCRIPT, &options).map_err(failed)?;
+        let own = Rc::downgrade(self);
+        let heard = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
+            let Some(own) = own.upgrade() else { return };
+            match received(event.data()) {
+                Ok(report) => own.hear(index, report),
+                Err(why) => own.state.borrow_mut().events.push(Event::FellBack(why)),
+            }
+            own.go_on();
+            own.context.request_repaint();
+        });
+        worker.set_onmessage(Some(heard.as_ref().unchecked_ref()));
+        worker.post_message(&self.module).map_err(failed)?;
+        Ok(Hand { worker, _heard: heard, given: 0, done: 0, draws: false, doing: None, gpu: None })
+    }
+
+    /// Ends a worker with whatever it does, and starts another one.
+    fn replace(self: &Rc<Self>, index: usize) {
+        let Ok(hand) = self.hired(index) else { return };
+        let files = {
+            let mut state = self.state.borrow_mut();
+            std::mem::replace(&mut state.hands[index], hand).worker.terminate();
+            state.files.clone()
+        };
+        self.give_files(index, &files);
+        if index == 1 {
+            self.order(1, &Order::Gpu);
+        }
+    }
+
+    /// Gives an order to a worker.
+    pub fn order(&self, index: usize, order: &Order) {
+        self.send(index, order, &[]);
+    }
+
+    fn send(&self, index: usize, order: &Order, parts: &[JsValue]) {
+        let mut state = self.state.borrow_mut();
+        let sent = packed(order, parts);
+        let hand = &mut state.hands[index];
+        let sent = sent.and_then(|message: Array| {
+            hand.worker.post_message(&message).map_err(|error| format!("{error:?}"))
+        });
+        match sent {
+            Ok(()) => hand.given += 1,
+            Err(why) => state.events.push(Event::FellBack(why)),
+        }
+    }
+
+    /// Whether a worker has something to do.
+    pub fn is_at_work(&self, index: usize) -> bool {
+        self.state.borrow().hands.get(index).is_some_and(|hand| hand.done < hand.given)
+    }
+
+    /// Lets all workers read files by their names.
+    pub fn mount(&self, files: &[(String, File)]) {
+        {
+            let mut state = self.state.borrow_mut();
+            state.files.retain(|(name, _)| files.iter().all(|(other, _)| other != name));
+            state.files.extend_from_slice(files);
+        }
+        for index in 0..COUNT {
+            self.give_files(index, files);
+        }
+    }
+
+    fn give_files(&self, index: usize, files: &[(String, File)]) {
+        if files.is_empty() {
+            return;
+        }
+        let names = files.iter().map(|(name, _)| name.clone()).collect();
+        let parts: Vec<JsValue> = files.iter().map(|(_, file)| file.clone().into()).collect();
+        self.send(index, &Order::Mount(names), &parts);
+    }
+
+    /// Opens what a name stands for.
+    pub fn open(&self, input: &str, opening: &Opening) {
+        self.state.borrow_mut().opening = Some((input.to_owned(), opening.clone()));
+        self.order(0, &Order::Open(input.to_owned()));
+    }
+
+    /// The number of the latest wish.
+    pub fn serial(&self) -> u64 {
+        self.state.borrow().serial
+    }
+
+    /// Asks for pictures.
+    pub fn wish(&self, wish: Wish) -> u64 {
+        let serial = {
+            let mut state = self.state.borrow_mut();
+            state.serial += 1;
+            let gpu = state.hands[1].gpu.as_ref();
+            let allowed = gpu.is_some_and(|(_, is_hardware)| match wish.device {
+                Device::Auto => *is_hardware,
+                Device::Gpu => true,
+                Device::Cpu => false,
+            });
+            let rests = wish.motion == Motion::Rest;
+            state.next = if allowed && state.by_gpu {
+                [None, Some(Part::All)]
+            } else {
+                [Some(Part::Hurried), rests.then_some(Part::Whole)]
+            };
+            state.wish = Some(wish);
+            state.serial
+        };
+        self.go_on();
+        serial
+    }
+
+    /// Orders what waits for workers. A worker that computes hears nothing, so it is not told what may
+    /// be old by then; one with a GPU hears, and gives up what is old.
+    fn go_on(&self) {
+        for index in 0..COUNT {
+            let order = {
+                let mut state = self.state.borrow_mut();
+                let hand = &state.hands[index];
+                let free = !hand.draws || (state.by_gpu && hand.gpu.is_some());
+                let (serial, wish) = (state.serial, state.wish.clone());
+                if !free {
+                    continue;
+                }
+                let Some((part, wish)) = state.next[index].take().zip(wish) else { continue };
+                state.hands[index].draws = true;
+                Order::Wish { serial, wish: Box::new(wish), part }
+            };
+            self.order(index, &order);
+        }
+    }
+
+    /// Gives up everything.
+    pub fn cancel(self: &Rc<Self>) {
+        {
+            let mut state = self.state.borrow_mut();
+            state.serial += 1;
+            state.next = [None; COUNT];
+            (state.wish, state.opening) = (None, None);
+        }
+        for index in 0..COUNT {
+            if !self.is_at_work(index) {
+                continue;
+            }
+            let hears = {
+                let state = self.state.borrow();
+                state.by_gpu && state.hands[index].gpu.is_some()
+            };
+            if hears {
+                self.order(index, &Order::GiveUp);
+            } else {
+                self.replace(index);
+            }
+        }
+    }
+
+    /// What is being done.
+    pub fn doing(&self) -> Option<Doing> {
+        let state = self.state.borrow();
+        // What the whole picture waits for, unless that is drawn and not loaded.
+        let mut all = state.hands.iter().rev().filter(|hand| hand.done < hand.given);
+        all.find_map(|hand| hand.doing.clone())
+    }
+
+    /// Whether nothing is left to be done.
+    pub fn is_idle(&self) -> bool {
+        let state = self.state.borrow();
+        let still = state.next.iter().all(Option::is_none) && state.opening.is_none();
+        let draws = state.hands.iter().any(|hand| hand.draws);
+        still && state.events.is_empty() && !draws
+    }
+
+    /// What has happened since the last call.
+    pub fn events(&self) -> Vec<Event> {
+        std::mem::take(&mut self.state.borrow_mut().events)
+    }
+
+    /// The number of another question.
+    pub fn next_question(&self) -> u64 {
+        let mut state = self.state.borrow_mut();
+        state.question += 1;
+        state.answers.clear();
+        state.question
+    }
+
+    /// Answers to the latest question.
+    pub fn answers(&self) -> Vec<Answer> {
+        std::mem::take(&mut self.state.borrow_mut().answers)
+    }
+
+    /// The GPU, if a worker has one.
+    pub fn gpu(&self) -> Option<(String, bool)> {
+        self.state.borrow().hands.get(1).and_then(|hand| hand.gpu.clone())
+    }
+
+    /// Takes what a worker tells.
+    fn hear(&self, index: usize, report: Report) {
+        match report {
+            Report::Event(event) => self.hear_event(index, event),
+            Report::Opened(input, document) => {
+                let opening = {
+                    let mut state = self.state.borrow_mut();
+                    state.opening.take_if(|(name, _)| *name == input)
+                };
+                if let Some((_, opening)) = opening {
+                    opening.opened(input, document.map(|document| document.numbered_anew()));
+                }
+            }
+            Report::Doing(doing) => self.state.borrow_mut().hands[index].doing = doing,
+            Report::Answer(number, answer) => {
+                let mut state = self.state.borrow_mut();
+                if number == state.question {
+                    state.answers.push(answer);
+                }
+            }
+            Report::Gpu(found) => self.state.borrow_mut().hands[index].gpu = found.ok(),
+            Report::Done(orders) => {
+                let mut state = self.state.borrow_mut();
+                let hand = &mut state.hands[index];
+                hand.done = orders;
+                if hand.done == hand.given {
+                    (hand.draws, hand.doing) = (false, None);
+                }
+            }
+        }
+    }
+
+    fn hear_event(&self, index: usize, event: Event) {
+        let tone = {
+            let mut state = self.state.borrow_mut();
+            match &event {
+                Event::Picture(picture) => {
+                    if !state.wants(picture) {
+                        return;
+                    }
+                    if picture.whole {
+                        state.by_gpu = index == 1 && picture.device.starts_with("gpu");
+                    }
+                }
+                // Both load what they draw.
+                Event::Loaded { .. } if index != state.loads() => return,
+                Event::Failed { serial, why, .. } => {
+                    let failed = (*serial, why.clone());
+                    if state.failed.as_ref() == Some(&failed) {
+                        return;
+                    }
+                    state.failed = Some(failed);
+                }
+                _ => {}
+            }
+            let tone = match &event {
+                Event::Picture(picture) => picture.whole.then_some((picture.side, picture.tone)),
+                _ => None,
+            };
+            state.events.push(event);
+            tone.filter(|_| index == 1)
+        };
+        if let Some((side, tone)) = tone {
+            self.tell_tone(side, tone);
+        }
+    }
+
+    /// Lets pictures in a hurry be shown as the whole one was.
+    fn tell_tone(&self, side: usize, tone: Tone) {
+        self.order(0, &Order::Tone(side, tone));
+    }
+}
+
+impl State {
+    /// Whether a picture is newer than the last one of its side. A whole picture of what was wished for
+    /// before the last move is old.
+    fn wants(&mut self, picture: &Picture) -> bool {
+        let Some(taken) = self.taken.get_mut(picture.side) else { return false };
+        let own = (picture.serial, picture.whole);
+        let old = own < *taken || (picture.whole && picture.serial != self.serial);
+        if !old {
+            *taken = own;
+        }
+        !old
+    }
+
+    /// The worker that loads first.
+    fn loads(&self) -> usize {
+        usize::from(self.by_gpu)
+    }
+}
