@@ -13,9 +13,9 @@ mod random;
 mod surface_points;
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use rayon::prelude::*;
+use web_time::Instant;
 
 use crate::reference::Extinction;
 use crate::scene::Beam;

@@ -1,6 +1,6 @@
 //! The measurements: one scene, one truth, and one map after another.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use super::method::Method;
 use crate::accuracy::{

@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+
+use web_time::Instant;
 
 use super::raster_surfaces::SurfaceRaster;
 use super::trace_slices::trace_texel;

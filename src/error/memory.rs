@@ -65,14 +65,19 @@ pub fn grow<T>(items: &mut Vec<T>, more: usize, what: &str) -> Result<()> {
     reserve(items, more, what)
 }
 
+/// A number of bytes or items of a file as an amount of memory. What no address reaches, as on
+/// systems of 32 bits, becomes more than can be allocated.
+pub fn count(items: impl Into<u128>) -> usize {
+    usize::try_from(items.into()).unwrap_or(usize::MAX)
+}
+
 /// Checks that `bytes` bytes could be allocated, for work that allocates piece by piece in ways
 /// that cannot fail gracefully.
 ///
 /// # Errors
 /// As [`room`].
 pub fn check(bytes: u64, what: &str) -> Result<()> {
-    let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
-    room::<u8>(bytes, what).map(drop)
+    room::<u8>(count(bytes), what).map(drop)
 }
 
 fn refused(held: usize, more: usize, size: usize, what: &str) -> Error {

@@ -1,10 +1,10 @@
 //! Loads everything that a `[volume]` table names: the densities, their transfer function, and
 //! further grids of the same file.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::files;
 use super::histogram::Histogram;
 use super::load::{Facts, load_color, load_noted, load_volume};
 use crate::error::{Error, Result};
@@ -237,7 +237,7 @@ fn choice(table: &VolumeTable) -> Result<Option<TransferSource>> {
 }
 
 fn read(path: &Path) -> Result<String> {
-    fs::read_to_string(path).map_err(|error| Error::file(path, error))
+    files::read_to_string(path).map_err(|error| Error::file(path, error))
 }
 
 /// The range of stored values that a function covers; `None` if it is a single value.

@@ -1,12 +1,14 @@
 //! What the name of an input stands for: a preset, a scene file, or a file of a volume, of hair or of
 //! a mesh, as a scene file. Nothing large is read.
 
-use std::fs;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::str::FromStr;
 
+use super::files;
 use super::format::Format;
 use super::load::superior_axis;
+use super::output::folder_of;
 use crate::error::{Error, Result};
 use crate::scene::automatic::Surroundings;
 use crate::scene::file::VolumeTable;
@@ -36,10 +38,10 @@ impl Described {
         let mut notes = Vec::new();
         let path = Path::new(input);
         let mut file = SceneFile::default();
-        if Preset::from_str(input).is_ok() && !path.is_file() {
+        if Preset::from_str(input).is_ok() && !files::is_file(path) {
             file.volume.one_mut().preset = Some(input.to_owned());
         } else if is_scene_file(path) {
-            let text = fs::read_to_string(path).map_err(|error| Error::file(path, error))?;
+            let text = files::read_to_string(path).map_err(|error| Error::file(path, error))?;
             file = SceneFile::parse(&text, path)?;
         } else if let Some(format) = surface_format(path).filter(|_| !is_raw) {
             let named = Some(path.to_owned());
@@ -47,7 +49,7 @@ impl Described {
                 Format::Hair | Format::TressFx => file.hair.one_mut().path = named,
                 _ => file.mesh.one_mut().path = named,
             }
-        } else if path.exists() || NumberedName::of(path).is_some() {
+        } else if files::exists(path) || NumberedName::of(path).is_some() {
             file.volume.one_mut().path = Some(path.to_owned());
         } else {
             return Err(not_there(path));
@@ -98,8 +100,7 @@ impl Described {
 
 /// The format of a file of hair or a mesh; `None` for all others.
 fn surface_format(path: &Path) -> Option<Format> {
-    let is_file = fs::metadata(path).is_ok_and(|found| found.is_file());
-    let format = is_file.then(|| Format::of_file(path).ok()).flatten();
+    let format = files::is_file(path).then(|| Format::of_file(path).ok()).flatten();
     format.filter(|format| format.is_surface())
 }
 
@@ -124,7 +125,23 @@ pub fn at_frame(file: &SceneFile, frame: i64) -> Result<SceneFile> {
 
 /// Whether a table's volume is a sequence of files.
 pub fn is_numbered(table: &VolumeTable) -> bool {
-    table.path.as_deref().is_some_and(|path| NumberedName::of(path).is_some() && !path.exists())
+    let path = table.path.as_deref();
+    path.is_some_and(|path| NumberedName::of(path).is_some() && !files::exists(path))
+}
+
+/// The first and the last frame of a sequence of which there is a file.
+///
+/// # Errors
+/// If the folder cannot be read, or if no file has such a name.
+pub fn frames_of(name: &NumberedName) -> Result<RangeInclusive<i64>> {
+    let folder = folder_of(name.pattern());
+    let names = files::names_in(folder).map_err(|error| Error::file(folder, error))?;
+    let mut frames = names.iter().filter_map(|file| name.frame_of(file.to_str()?));
+    let none = || Error::contents(name.pattern(), "no file has a name like this");
+    let one = frames.next().ok_or_else(none)?;
+    let [first, last] =
+        frames.fold([one; 2], |[first, last], frame| [first.min(frame), last.max(frame)]);
+    Ok(first..=last)
 }
 
 /// The error for an input that is neither a file nor a preset.

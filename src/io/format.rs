@@ -1,13 +1,13 @@
 //! The formats of volumes, deep images, hair and meshes, recognised by the first bytes of a file.
 //! Knows nothing else of their contents.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use flate2::read::GzDecoder;
 
 use super::deep_exr::DeepFile;
+use super::files;
 use super::surface;
 use super::vdb::VdbFile;
 use crate::error::{Error, Result};
@@ -101,8 +101,7 @@ impl Format {
     /// If the file cannot be read, or if it is recognised as something that is not supported.
     pub fn of_file(path: &Path) -> Result<Self> {
         let failed = |error| Error::file(path, error);
-        let file = File::open(path).map_err(failed)?;
-        let size = file.metadata().map_err(failed)?.len();
+        let (file, size) = files::open_sized(path).map_err(failed)?;
         let mut start = Vec::new();
         file.take(START).read_to_end(&mut start).map_err(failed)?;
         Self::detect(&start, size).map_err(|why| Error::contents(path, why))

@@ -9,6 +9,7 @@ pub mod dense;
 mod described;
 pub mod exr;
 mod exr_order;
+mod files;
 pub mod fog;
 pub mod format;
 pub mod fragment_map;
@@ -29,7 +30,8 @@ pub mod vdb;
 
 pub use body::load_ingredients;
 pub use dense::npy::{encode_array, read_vectors};
-pub use described::{Described, at_frame, is_numbered, is_scene_file, not_there};
+pub use described::{Described, at_frame, frames_of, is_numbered, is_scene_file, not_there};
+pub use files::{FileSource, mount, unmount, unmount_all};
 pub use format::Format;
 pub use histogram::{FiniteRange, Histogram};
 pub use load::{load_color, load_volume, open, source_files, superior_axis};

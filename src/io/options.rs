@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::dense::DEFAULT_MAX_BYTES;
+use super::files;
 use super::fog::Class;
 use super::format::Format;
 use super::number::{Endian, ValueType};
@@ -125,19 +126,13 @@ impl ReadOptions {
 
 /// Checks that `path` can be read at any place, which formats and limits need.
 pub(super) fn refuse_stream(path: &Path) -> Result<()> {
-    let found = std::fs::metadata(path).map_err(|error| Error::file(path, error))?;
-    if found.is_dir() {
+    let found = files::metadata(path).map_err(|error| Error::file(path, error))?;
+    if found.is_folder() {
         return Err(Error::contents(path, "a folder, not a file"));
     }
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt;
-
-        let kind = found.file_type();
-        if kind.is_fifo() || kind.is_char_device() || kind.is_socket() {
-            let why = "a pipe or a device, which can be read only once; put its contents in a file";
-            return Err(Error::contents(path, why));
-        }
+    if found.is_stream() {
+        let why = "a pipe or a device, which can be read only once; put its contents in a file";
+        return Err(Error::contents(path, why));
     }
     Ok(())
 }

@@ -1,12 +1,12 @@
 //! Raw voxels: numbers without a header, x fastest, described by options or by a sidecar.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;
 
 use super::dense::DenseHeader;
+use super::files;
 pub use super::number::{Endian, ValueType};
 use super::options::ReadOptions;
 pub use super::sidecar::Sidecar;
@@ -64,7 +64,7 @@ pub fn describe(path: &Path, size: u64, options: &ReadOptions) -> Result<DenseHe
 pub fn undescribed(path: &Path, missing: &str) -> Error {
     let mut start = Vec::new();
     // A file that cannot be read is not recognised.
-    let _ = File::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
+    let _ = files::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
     if let Some(what) = no_volume(&start) {
         return Error::contents(path, what);
     }

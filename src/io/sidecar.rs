@@ -2,7 +2,6 @@
 //! what the voxels' own file cannot. Older sidecars are called `NAME.toml`. Knows no voxels.
 
 use std::fmt::Write;
-use std::fs;
 use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -11,6 +10,7 @@ use glam::{DMat4, DVec3, IVec3};
 use serde::Deserialize;
 
 use super::dense::{DenseHeader, Lattice, Space};
+use super::files;
 use super::number::ValueType;
 use crate::error::{Error, Result};
 
@@ -75,10 +75,10 @@ impl Sidecar {
     /// If there is one that cannot be read, or that may belong to another file.
     pub fn beside(path: &Path) -> Result<Option<(PathBuf, Self)>> {
         // It lies beside a link, or else beside the link's target.
-        let places = [Some(path.to_owned()), path.canonicalize().ok()];
+        let places = [Some(path.to_owned()), files::canonicalize(path).ok()];
         for place in places.into_iter().flatten() {
             let own = Self::path_beside(&place);
-            let text = if own.is_file() { Some(read(&own)?) } else { None };
+            let text = if files::is_file(&own) { Some(read(&own)?) } else { None };
             if let Some(text) = text.filter(|text| !is_scene(text)) {
                 let sidecar = Self::parse(&text).map_err(|why| Error::contents(&own, why))?;
                 return Ok(Some((own, sidecar.of(&place))));
@@ -105,7 +105,7 @@ impl Sidecar {
             let number = self.value_type.as_deref()?.parse::<ValueType>().ok()?.size();
             let counts = self.dims?.into_iter().chain([self.components.unwrap_or(1), number]);
             let bytes = counts.map(|count| count as u64).try_fold(1, u64::checked_mul)?;
-            let mut file = fs::File::open(path).ok()?;
+            let mut file = files::open(path).ok()?;
             file.seek(SeekFrom::End(-i64::try_from(bytes).ok()?)).ok()?;
             let mut read = CrcReader::new(file);
             std::io::copy(&mut read, &mut std::io::sink()).ok()?;
@@ -117,7 +117,7 @@ impl Sidecar {
     /// A sidecar `NAME.toml` of the file `path`, the name that sidecars had before.
     fn older_beside(path: &Path) -> Result<Option<(PathBuf, Self)>> {
         let older = path.with_extension("toml");
-        if older == path || !older.is_file() {
+        if older == path || !files::is_file(&older) {
             return Ok(None);
         }
         // Nobody named this file, so it may be anything.
@@ -126,7 +126,7 @@ impl Sidecar {
         let own_ending = path.extension().unwrap_or_default();
         let other = PAYLOAD_ENDINGS.iter().filter(|&&ending| own_ending != ending).find(|ending| {
             let other = path.with_extension(ending);
-            other.is_file() && !Self::path_beside(&other).is_file()
+            files::is_file(&other) && !files::is_file(&Self::path_beside(&other))
         });
         match other {
             // NumPy's files describe themselves, so the sidecar belongs to the other file.
@@ -169,10 +169,10 @@ impl Sidecar {
     /// If there is something else in its place.
     pub fn refuse_other_beside(path: &Path) -> Result<()> {
         let beside = Self::path_beside(path);
-        if beside.exists() && read(&beside).map(|text| Self::parse(&text).is_ok())? {
+        if files::exists(&beside) && read(&beside).map(|text| Self::parse(&text).is_ok())? {
             return Ok(());
         }
-        if beside.exists() {
+        if files::exists(&beside) {
             let why = "not a sidecar, but it has the name of the output's sidecar; left unchanged";
             return Err(Error::contents(beside, why));
         }
@@ -290,7 +290,7 @@ impl Sidecar {
 const PAYLOAD_ENDINGS: [&str; 5] = ["raw", "npy", "bin", "dat", "img"];
 
 fn read(path: &Path) -> Result<String> {
-    fs::read_to_string(path).map_err(|error| Error::file(path, error))
+    files::read_to_string(path).map_err(|error| Error::file(path, error))
 }
 
 /// Whether the text is a scene file, which is not a sidecar although it may have the same name.

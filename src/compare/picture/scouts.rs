@@ -1,7 +1,7 @@
 //! What a few pixels say about all: errors and times of a picture by the size of its maps and its
 //! quality.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use super::sampled::marched;
 use super::{Given, QUALITIES, Sampled};

@@ -2,8 +2,7 @@
 //! exist, so that a broken or hostile file causes an error, and neither a panic nor more memory
 //! than its size justifies.
 
-use std::fs::File;
-use std::io::{Cursor as Memory, Read, Seek, SeekFrom};
+use std::io::{Cursor as Memory, Read, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::cursor::Cursor;
@@ -14,19 +13,16 @@ use super::statistics::{DeepStatistics, Tally};
 use super::{DEEP_FLAG, MAGIC};
 use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
+use crate::io::files::{self, File};
 
 /// The largest number of bytes for headers.
 const LONGEST_HEAD: u64 = 1 << 20;
-
-/// What a file can be read from.
-trait Stream: Read + Seek + Send {}
-impl<T: Read + Seek + Send> Stream for T {}
 
 /// A deep file whose headers have been read. Of several parts, the first with deep scanlines is
 /// used.
 pub struct DeepFile {
     path: PathBuf,
-    stream: Box<dyn Stream>,
+    stream: File,
     length: u64,
     max_bytes: u64,
     start: Start,
@@ -51,8 +47,8 @@ impl DeepFile {
     /// if its headers are broken.
     pub fn open(path: impl AsRef<Path>, max_bytes: u64) -> Result<Self> {
         let path = path.as_ref();
-        let file = File::open(path).map_err(|error| Error::file(path, error))?;
-        Self::from_stream(path, Box::new(file), max_bytes)
+        let file = files::open(path).map_err(|error| Error::file(path, error))?;
+        Self::from_stream(path, file, max_bytes)
     }
 
     /// Reads headers from bytes in memory; `path` stands for them in errors.
@@ -63,7 +59,7 @@ impl DeepFile {
         Self::from_stream(path.as_ref(), Box::new(Memory::new(bytes)), max_bytes)
     }
 
-    fn from_stream(path: &Path, mut stream: Box<dyn Stream>, max_bytes: u64) -> Result<Self> {
+    fn from_stream(path: &Path, mut stream: File, max_bytes: u64) -> Result<Self> {
         let failed = |error| Error::file(path, error);
         let bad = |why: String| Error::contents(path, why);
         let length = stream.seek(SeekFrom::End(0)).map_err(failed)?;
@@ -80,7 +76,7 @@ impl DeepFile {
                 "it ends early: {left} bytes cannot hold the offsets of {lines} lines"
             )));
         }
-        let mut table = memory::filled(table_bytes as usize, 0, "line offsets")?;
+        let mut table = memory::filled(memory::count(table_bytes), 0, "line offsets")?;
         stream.seek(SeekFrom::Start(start.table_at)).map_err(failed)?;
         stream.read_exact(&mut table).map_err(failed)?;
         let offsets = table.as_chunks().0.iter().map(|&bytes| u64::from_le_bytes(bytes)).collect();
@@ -163,7 +159,7 @@ impl DeepFile {
             }
             *unread -= count;
             // The count was checked against the bytes of the file.
-            let mut bytes = memory::filled(count as usize, 0, "a line of samples")?;
+            let mut bytes = memory::filled(memory::count(count), 0, "a line of samples")?;
             stream.seek(SeekFrom::Start(at)).map_err(failed)?;
             stream.read_exact(&mut bytes).map_err(failed)?;
             Ok(bytes)

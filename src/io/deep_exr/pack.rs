@@ -7,6 +7,8 @@ use flate2::write::ZlibEncoder;
 use miniz_oxide::inflate::TINFLStatus;
 use miniz_oxide::inflate::core::{DecompressorOxide, decompress, inflate_flags};
 
+use crate::error::memory;
+
 /// How the blocks of a deep file are packed. A block that does not shrink is stored unpacked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
@@ -85,7 +87,8 @@ impl Compression {
                 return Err(format!("{stored} bytes packed with {name} cannot hold {due} bytes"));
             }
         };
-        let mut differences = vec![0; size];
+        let mut differences =
+            memory::filled(size, 0, "deep samples").map_err(|error| error.to_string())?;
         match self {
             Self::None => return Err(format!("{} bytes stored, expected {due}", packed.len())),
             Self::Rle => unpack_runs(packed, &mut differences)?,

@@ -1,11 +1,11 @@
 //! The beginning of a file with its header, read once, and checked access to it. Knows no format.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
+use crate::io::files;
 
 /// The largest number of bytes for a header.
 const LONGEST_HEADER: u64 = 1 << 20;
@@ -24,8 +24,7 @@ pub(super) struct Input<'a> {
 impl<'a> Input<'a> {
     pub(super) fn open(path: &'a Path, max_bytes: u64) -> Result<Self> {
         let failed = |error| Error::file(path, error);
-        let file = File::open(path).map_err(failed)?;
-        let size = file.metadata().map_err(failed)?.len();
+        let (file, size) = files::open_sized(path).map_err(failed)?;
         let mut head = Vec::new();
         file.take(LONGEST_HEADER).read_to_end(&mut head).map_err(failed)?;
         Ok(Self { path, head, size, max_bytes })
@@ -37,8 +36,8 @@ impl<'a> Input<'a> {
             return Err(self.too_large("the file", u128::from(self.size)));
         }
         let failed = |error| Error::file(self.path, error);
-        let mut bytes = memory::room(self.size as usize, &self.path.display().to_string())?;
-        let file = File::open(self.path).map_err(failed)?;
+        let mut bytes = memory::room(memory::count(self.size), &self.path.display().to_string())?;
+        let file = files::open(self.path).map_err(failed)?;
         // Bounded by the room that was reserved, in case the file has grown meanwhile.
         file.take(self.size).read_to_end(&mut bytes).map_err(failed)?;
         Ok(bytes)

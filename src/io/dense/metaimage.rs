@@ -10,6 +10,7 @@ use super::space::anatomical_orientation;
 use super::write::{numbers, one_line, steps};
 use super::{DenseHeader, Space, named_by, placed};
 use crate::error::{Error, Result};
+use crate::io::files;
 use crate::io::number::{Endian, ValueType};
 
 /// `Key = value` lines; the last one says where the voxels are.
@@ -111,7 +112,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
         return Err(input.bad("its voxels are in several files, which is not supported"));
     } else {
         let path = named_by(input.path, name);
-        let size = std::fs::metadata(&path).map_err(|error| Error::file(&path, error))?.len();
+        let size = files::metadata(&path).map_err(|error| Error::file(&path, error))?.len();
         (path, 0, size)
     };
     // -1 means that the voxels are the last bytes of the file.

@@ -40,6 +40,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat4, DVec3};
 use ndarray::Array3;
 
+use super::files::{self, Metadata};
 use super::fog::{Class, DISTANCES, fog};
 use super::format::Format;
 use super::number::{decode, too_large};
@@ -61,8 +62,9 @@ pub use voxels::Voxels;
 use voxels::{arranged, beyond_f32, densities};
 pub use write::{DenseOutput, Written};
 
-/// The largest number of bytes for a volume, unless the user sets another limit.
-pub const DEFAULT_MAX_BYTES: u64 = 4 << 30;
+/// The largest number of bytes for a volume, unless the user sets another limit. Where addresses have
+/// 32 bits, it is half of them, so that there is room for maps and pictures.
+pub const DEFAULT_MAX_BYTES: u64 = if usize::BITS > 32 { 4 << 30 } else { 2 << 30 };
 
 /// Number of bytes that are scanned at a time.
 const SCANNED: usize = 1 << 20;
@@ -307,7 +309,7 @@ impl Payload {
     /// A remark on bytes in the file behind the `due` bytes of the voxels, if there are any.
     fn surplus(&self, due: u128) -> Option<String> {
         let Self::Stored { path, offset, packing: Packing::Bare, .. } = self else { return None };
-        let size = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
+        let size = files::metadata(path).ok().filter(Metadata::is_file)?.len();
         let more = u128::from(size.saturating_sub(*offset)).checked_sub(due).filter(|&n| n > 0)?;
         Some(format!("{}: {more} bytes after the voxels are ignored", path.display()))
     }
@@ -322,8 +324,11 @@ impl Payload {
 /// the header is a link and nothing lies beside it, beside the link's target.
 fn named_by(path: &Path, name: &str) -> PathBuf {
     let beside = path.with_file_name("").join(name);
-    let led_to = || path.canonicalize().ok().map(|path| path.with_file_name("").join(name));
-    if beside.exists() { beside } else { led_to().filter(|path| path.exists()).unwrap_or(beside) }
+    let led_to = || files::canonicalize(path).ok().map(|path| path.with_file_name("").join(name));
+    if files::exists(&beside) {
+        return beside;
+    }
+    led_to().filter(|path| files::exists(path)).unwrap_or(beside)
 }
 
 /// The same transform with other distances between voxels.

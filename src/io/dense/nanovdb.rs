@@ -114,7 +114,8 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     // All entries and names precede the first grid.
     let mut at = FILE;
     for _ in 0..count {
-        at = at.saturating_add(ENTRY + bytes.u32(at.saturating_add(136)).map_err(bad)? as usize);
+        let name = bytes.u32(at.saturating_add(136)).map_err(bad)?;
+        at = at.saturating_add(ENTRY).saturating_add(name as usize);
     }
     let name =
         whole.get(FILE + ENTRY..(FILE + ENTRY).saturating_add(name_size)).unwrap_or_default();
@@ -125,7 +126,8 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         return Err(input.too_large("its grid", u128::from(size)));
     }
     let chunks = whole.get(at..).unwrap_or_default();
-    let (grid, compression) = nanovdb_chunks::unpack(chunks, codec, size as usize).map_err(bad)?;
+    let (grid, compression) =
+        nanovdb_chunks::unpack(chunks, codec, memory::count(size)).map_err(bad)?;
     let (mut header, values) = densify(input, &Bytes(&grid))?;
     header.name = Some(name);
     header.compression = compression;
@@ -159,7 +161,7 @@ fn densify(input: &Input, grid: &Bytes) -> Result<(DenseHeader, Vec<u8>)> {
         grid,
         bounds,
         dims,
-        values: memory::filled(voxels as usize, background, "a dense grid")?,
+        values: memory::filled(memory::count(voxels), background, "a dense grid")?,
         sum: 0.0,
         range: [f64::INFINITY, f64::NEG_INFINITY],
         counts: [0; 2],

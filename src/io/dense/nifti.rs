@@ -13,6 +13,7 @@ use super::space::LPS_FROM_RAS;
 use super::target::is_sheared;
 use super::{DenseHeader, Space, placed};
 use crate::error::Result;
+use crate::io::files;
 use crate::io::number::{Endian, ValueType};
 
 const HEADER: usize = 348;
@@ -104,7 +105,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
         (true, _) => {
             let (bare, packed) =
                 (input.path.with_extension("img"), input.path.with_extension("img.gz"));
-            if !bare.exists() && packed.exists() {
+            if !files::exists(&bare) && files::exists(&packed) {
                 header.compression = "gzip";
                 let packing = Packing::Gzip;
                 Payload::Stored { path: packed, offset: 0, packing, skip: offset }

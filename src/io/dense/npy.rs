@@ -82,7 +82,7 @@ pub fn read_vectors(path: &Path, max_bytes: u64) -> Result<Vec<[f64; 3]>> {
         return Err(input.bad(format!("it has {found} bytes, its header says {due}")));
     }
     let bytes = input.whole()?;
-    let values = bytes.get(head.start as usize..).unwrap_or_default();
+    let values = bytes.get(memory::count(head.start)..).unwrap_or_default();
     memory::check(values.len() as u64 * 8, "points")?;
     let numbers = head.value_type.decode(values, head.endian);
     let count = count as usize;

@@ -12,6 +12,7 @@ use super::payload::{Packing, Payload};
 use super::write::{numbers, one_line, steps};
 use super::{DenseHeader, Space, named_by, placed};
 use crate::error::Result;
+use crate::io::files;
 use crate::io::number::{Endian, ValueType};
 
 /// `field: value` and `key:=value` lines, from behind the first line, which is the magic number, up
@@ -268,7 +269,7 @@ fn payload(input: &Input, fields: &HeaderLines, header: &mut DenseHeader) -> Res
         }
         Some(name) => {
             let path = named_by(input.path, name);
-            let size = std::fs::metadata(&path).map_err(|e| crate::Error::file(&path, e))?.len();
+            let size = files::metadata(&path).map_err(|e| crate::Error::file(&path, e))?.len();
             (path, 0, size)
         }
     };
@@ -312,7 +313,7 @@ fn last_bytes(input: &Input, size: u64, start: u64, header: &DenseHeader) -> Res
 fn behind_lines(input: &Input, path: &Path, start: u64, lines: usize) -> Result<u64> {
     let ends = || input.bad(format!("line skip {lines}: there are fewer lines"));
     // A header may name any file, but opening a pipe would block, and a device never ends.
-    let metadata = std::fs::metadata(path).map_err(|e| crate::Error::file(path, e))?;
+    let metadata = files::metadata(path).map_err(|e| crate::Error::file(path, e))?;
     if !metadata.is_file() {
         return Err(input.bad("the header's voxels are not in a file"));
     }

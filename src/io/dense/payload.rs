@@ -2,8 +2,7 @@
 //! allocated: unpacked data grows with what the file really holds, and never beyond the expected
 //! size. Knows no format.
 
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{Read, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use flate2::Crc;
@@ -11,6 +10,7 @@ use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
 use crate::error::memory;
 use crate::error::{Error, Result};
+use crate::io::files;
 use crate::io::number::{ValueType, encode_text};
 
 /// Number of bytes of a file that are processed at a time, if it need not be in memory as a whole.
@@ -112,12 +112,12 @@ impl Payload {
         };
         let failed = |error| Error::file(path, error);
         // A header may name any file, but opening a pipe would block, and a device never ends.
-        let metadata = std::fs::metadata(path).map_err(failed)?;
+        let metadata = files::metadata(path).map_err(failed)?;
         if !metadata.is_file() {
             return Err(Error::contents(path, "the header's voxels are not in a file"));
         }
         let left = metadata.len().saturating_sub(offset).saturating_sub(skip);
-        let mut stored = File::open(path).map_err(failed)?;
+        let mut stored = files::open(path).map_err(failed)?;
         stored.seek(SeekFrom::Start(offset)).map_err(failed)?;
         let parts = [due, part];
         let found = match packing {
@@ -131,10 +131,10 @@ impl Payload {
             }
             Packing::Text(value_type) => {
                 // A number takes at least a digit and a blank; the whole file is an upper bound.
-                let most = (metadata.len() - offset.min(metadata.len())) as usize;
+                let most = memory::count(metadata.len() - offset.min(metadata.len()));
                 let mut text = memory::room(most, "voxels as text")?;
                 stored.take(most as u64).read_to_end(&mut text).map_err(failed)?;
-                let text = text.get(skip as usize..).unwrap_or_default();
+                let text = text.get(memory::count(skip)..).unwrap_or_default();
                 let bytes = encode_text(text, value_type, due / value_type.size())
                     .map_err(|why| Error::contents(path, why))?;
                 return take_all(path, &bytes);

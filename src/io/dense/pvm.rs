@@ -7,7 +7,7 @@ use super::DenseHeader;
 use super::input::Input;
 use super::payload::Payload;
 use super::pvm_stream::{self, Version};
-use crate::error::Result;
+use crate::error::{Result, memory};
 use crate::io::number::{Endian, ValueType};
 
 pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
@@ -16,7 +16,7 @@ pub(super) fn read(input: &Input) -> Result<(DenseHeader, Payload)> {
     let found = packed.iter().find(|(mark, _)| whole.starts_with(mark));
     let mut bytes = match found {
         Some((mark, version)) => {
-            pvm_stream::unpack(&whole[mark.len()..], *version, input.max_bytes as usize)
+            pvm_stream::unpack(&whole[mark.len()..], *version, memory::count(input.max_bytes))
                 .map_err(|why| input.bad(why))?
         }
         None => whole,

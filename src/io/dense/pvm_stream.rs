@@ -17,27 +17,28 @@ const BLOCK: usize = 1 << 24;
 struct Bits<'a> {
     bytes: &'a [u8],
     /// Number of bits that were read.
-    at: usize,
+    at: u64,
 }
 
 impl Bits<'_> {
     /// The next `count` bits, at most 16; `None` at the end.
     fn take(&mut self, count: u32) -> Option<u32> {
-        let first = self.at / 8;
-        if self.at + count as usize > self.bytes.len() * 8 {
+        // All bits of the bytes that memory can hold have a number.
+        let first = (self.at / 8) as usize;
+        if self.at + u64::from(count) > self.bytes.len() as u64 * 8 {
             return None;
         }
         // Any 16 bits lie within three bytes.
         let byte = |i: usize| u32::from(self.bytes.get(first + i).copied().unwrap_or(0));
         let window = byte(0) << 16 | byte(1) << 8 | byte(2);
         let shift = 24 - (self.at % 8) as u32 - count;
-        self.at += count as usize;
+        self.at += u64::from(count);
         Some((window >> shift) & ((1 << count) - 1))
     }
 
     /// The next `count` bits, at most 16; missing bits at the end are zeros.
     fn take_padded(&mut self, count: u32) -> u32 {
-        let left = (self.bytes.len() * 8).saturating_sub(self.at).min(count as usize) as u32;
+        let left = (self.bytes.len() as u64 * 8).saturating_sub(self.at).min(count.into()) as u32;
         self.take(left).unwrap_or(0) << (count - left)
     }
 }

@@ -12,7 +12,7 @@ use super::input::Input;
 use super::payload::Payload;
 use super::vti_data::{Coding, Packed};
 use super::{DenseHeader, placed};
-use crate::error::Result;
+use crate::error::{Result, memory};
 use crate::io::number::{Endian, ValueType, encode_text};
 
 /// What the file says outside of its arrays.
@@ -242,7 +242,7 @@ fn voxels(
     if bytes > u128::from(input.max_bytes) {
         return Err(input.too_large("its voxels", bytes));
     }
-    let due = bytes as usize;
+    let due = memory::count(bytes);
     header.compression = document.coding.packed.name();
     let named = |why: String| input.bad(format!("array '{}': {why}", array.name));
     match array.format.as_str() {
@@ -265,7 +265,7 @@ fn voxels(
             };
             let data = &whole[*start..];
             let mark = data.iter().position(|&byte| byte == b'_');
-            let data = mark.and_then(|mark| data.get(mark.checked_add(1 + offset)?..));
+            let data = mark.and_then(|mark| data.get(mark.checked_add(offset)?.checked_add(1)?..));
             let data = data.ok_or_else(|| {
                 named(format!("it would start at byte {offset}, beyond the end of the data"))
             })?;

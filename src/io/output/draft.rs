@@ -1,7 +1,7 @@
 //! A file that is being written, without a name where the system has unnamed files, so that nothing
 //! is left behind however the program ends. Knows nothing of other files.
 
-use std::fs::{File, Permissions};
+use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -111,6 +111,8 @@ impl Draft {
     /// Gives the file a temporary name beside `path`: name number `turn` of those that only the
     /// holder of the folder's lock uses, or else a random one.
     pub(super) fn named(self, path: &Path, turn: Option<usize>) -> io::Result<Leftover> {
+        #[cfg(not(target_os = "linux"))]
+        let _ = (path, turn);
         match self {
             Self::Named(_, leftover) => Ok(leftover),
             #[cfg(target_os = "linux")]
@@ -182,7 +184,7 @@ fn named_beside(path: &Path) -> io::Result<(File, Leftover)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);
     #[cfg(unix)]
-    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let make = || kept(builder.tempfile_in(folder_of(path)).map_err(unnamed)?);
     let ((file, _), leftover) = Leftover::new(make, |(_, path)| path.clone())?;
     Ok((file, leftover))
@@ -212,7 +214,7 @@ pub(super) fn folder_beside(path: &Path, is_held: bool) -> io::Result<Leftover> 
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX);
     #[cfg(unix)]
-    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o777));
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     let make = || builder.tempdir_in(folder_of(path)).map(tempfile::TempDir::keep).map_err(unnamed);
     let (_, leftover) = Leftover::new(make, PathBuf::clone)?;
     Ok(leftover)

@@ -9,7 +9,7 @@ use super::draft::{Draft, folder_beside, sweep};
 use super::inputs::Inputs;
 use super::leftovers::{Leftover, Placing};
 use super::lock::FolderLock;
-use super::place::{Place, check_folder, folder_of};
+use super::place::{Place, check_folder, check_platform, folder_of};
 use crate::error::{Error, Result};
 
 /// A folder that is filled once its contents are known. It replaces an older folder that holds only
@@ -32,6 +32,7 @@ impl PendingFolder {
     pub fn create(target: impl AsRef<Path>, names: &[&str], inputs: &Inputs) -> Result<Self> {
         let names = names.iter().map(|&name| name.to_owned()).collect();
         let named = target.as_ref();
+        check_platform().map_err(|error| Error::file(named, error))?;
         // A link is kept, and its target is replaced.
         let target = named.canonicalize().unwrap_or_else(|_| named.to_owned());
         let pending = Self { target, names, inputs: inputs.clone() };
@@ -155,6 +156,7 @@ impl MadeFolder {
     /// # Errors
     /// If one of them cannot be created.
     pub fn create(folder: &Path) -> Result<Self> {
+        check_platform().map_err(|error| Error::file(folder, error))?;
         let mut made = Self(Vec::new());
         let mut missing: Vec<&Path> = folder
             .ancestors()

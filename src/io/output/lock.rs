@@ -4,7 +4,9 @@
 use std::fs::File;
 use std::path::Path;
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use web_time::Instant;
 
 /// Longest wait for other runs. They hold a lock for milliseconds; whoever holds it for longer does
 /// so for another reason.

@@ -19,6 +19,7 @@ pub(super) enum Place {
 impl Place {
     /// Resolves `target`. Links are kept, also those to a file that does not exist yet.
     pub(super) fn of(target: &Path) -> io::Result<Self> {
+        check_platform()?;
         let named = target.file_name().is_some() && !ends_as_folder(target);
         if !named {
             let is_folder = target.is_dir();
@@ -68,6 +69,15 @@ pub(in crate::io) fn folder_of(path: &Path) -> &Path {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     }
+}
+
+/// Checks that the platform has files: a browser has none.
+pub(super) fn check_platform() -> io::Result<()> {
+    if cfg!(all(target_family = "wasm", target_os = "unknown")) {
+        let why = "this platform has no files to write to";
+        return Err(io::Error::new(ErrorKind::Unsupported, why));
+    }
+    Ok(())
 }
 
 /// Checks that the folder of the file or folder `path` exists.

@@ -4,7 +4,9 @@ use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::Path;
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use web_time::Instant;
 
 /// Longest wait for a program that reads from a pipe.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -46,7 +48,10 @@ pub(super) fn stdout() -> io::Result<File> {
     let handle = std::os::fd::AsFd::as_fd(&io::stdout()).try_clone_to_owned()?;
     #[cfg(windows)]
     let handle = std::os::windows::io::AsHandle::as_handle(&io::stdout()).try_clone_to_owned()?;
-    Ok(File::from(handle))
+    #[cfg(any(unix, windows))]
+    return Ok(File::from(handle));
+    #[cfg(not(any(unix, windows)))]
+    Err(io::Error::from(io::ErrorKind::Unsupported))
 }
 
 /// Opens the pipe or device `path`, waiting for a reader.

@@ -61,7 +61,7 @@ impl Reader<'_, '_, '_> {
             }
             None if sparse.is_some() => {
                 self.input.take(count.saturating_mul(size_of::<Vec3>() as u64), "vertices")?;
-                memory::filled(count as usize, Vec3::ZERO, "vertices")?
+                memory::filled(memory::count(count), Vec3::ZERO, "vertices")?
             }
             None => return Err(self.input.bad(format!("accessor {index} has no bytes"))),
         };
@@ -143,7 +143,7 @@ impl Reader<'_, '_, '_> {
             let why = format!("view {view}: it ends at byte {last} of {}", buffer.len());
             return Err(self.input.bad(why));
         };
-        memory::collected(bytes.chunks(stride as usize).map(decode), what)
+        memory::collected(bytes.chunks(memory::count(stride)).map(decode), what)
     }
 }
 

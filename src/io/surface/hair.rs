@@ -1,7 +1,6 @@
 //! `.hair`, the format of Cem Yuksel's hair models: a header of 128 bytes, and arrays of which it
 //! says which are there. May be compressed by gzip as a whole.
 
-use std::fs::File;
 use std::io::Read;
 
 use flate2::read::MultiGzDecoder;
@@ -11,6 +10,7 @@ use super::input::{Clamp, Input, f32_of, u32_of, vectors};
 use super::name_of;
 use crate::error::memory;
 use crate::error::{Error, Result};
+use crate::io::files;
 use crate::surface::{Strands, Varying};
 
 /// The first bytes of a file.
@@ -147,9 +147,9 @@ fn unpacked(input: &mut Input) -> Result<(Header, Vec<u8>)> {
     let path = input.path;
     let failed = |error| Error::file(path, error);
     let mut start = [0; 2];
-    let mut file = File::open(path).map_err(failed)?;
+    let mut file = files::open(path).map_err(failed)?;
     let packed = file.read_exact(&mut start).is_ok() && start == [0x1f, 0x8b];
-    let file = File::open(path).map_err(failed)?;
+    let file = files::open(path).map_err(failed)?;
     let mut stream: Box<dyn Read> =
         if packed { Box::new(MultiGzDecoder::new(file)) } else { Box::new(file) };
     let mut head = [0; HEADER];
@@ -181,7 +181,7 @@ fn unpacked(input: &mut Input) -> Result<(Header, Vec<u8>)> {
     // The bytes, and the arrays that are made of them.
     input.take(due.saturating_mul(2) + 4 * header.strands, "hair")?;
     let rest = due - HEADER as u64;
-    let mut bytes = memory::room(rest as usize, "hair")?;
+    let mut bytes = memory::room(memory::count(rest), "hair")?;
     let read = stream.by_ref().take(rest).read_to_end(&mut bytes);
     read.map_err(|error| Error::contents(path, format!("it cannot be read: {error}")))?;
     if bytes.len() as u64 != rest {

@@ -1,6 +1,5 @@
 //! A file of a surface while it is read, and the memory that this may take. Knows no format.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -8,6 +7,7 @@ use glam::Vec3;
 
 use crate::error::memory;
 use crate::error::{Error, ErrorKind, Result};
+use crate::io::files;
 
 /// A file that is being read.
 pub(super) struct Input<'a> {
@@ -52,16 +52,16 @@ impl<'a> Input<'a> {
         let size = size_of_file(file)?;
         self.take(size, "the file")?;
         let failed = |error| Error::file(file, error);
-        let mut bytes = memory::room(size as usize, &file.display().to_string())?;
+        let mut bytes = memory::room(memory::count(size), &file.display().to_string())?;
         // Bounded by the room that was reserved, in case the file has grown meanwhile.
-        File::open(file).map_err(failed)?.take(size).read_to_end(&mut bytes).map_err(failed)?;
+        files::open(file).map_err(failed)?.take(size).read_to_end(&mut bytes).map_err(failed)?;
         Ok(bytes)
     }
 }
 
 /// The bytes of a file. What can only be read once, or never ends, is refused.
 fn size_of_file(path: &Path) -> Result<u64> {
-    let found = std::fs::metadata(path).map_err(|error| Error::file(path, error))?;
+    let found = files::metadata(path).map_err(|error| Error::file(path, error))?;
     if found.is_file() { Ok(found.len()) } else { Err(Error::contents(path, "not a file")) }
 }
 

@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 
 use super::dense::DEFAULT_MAX_BYTES;
+use super::files;
 use super::format::Format;
 use super::options::ReadOptions;
 use crate::error::memory;
@@ -92,7 +93,7 @@ pub fn read_surface_as(
 pub fn surface_files(path: &Path) -> Result<Vec<PathBuf>> {
     let format = ReadOptions::default().format_of(path)?;
     // A file that may be larger than usual makes no exception for what a small one unfolds to.
-    let size = std::fs::metadata(path).map_err(|error| Error::file(path, error))?.len();
+    let size = files::metadata(path).map_err(|error| Error::file(path, error))?.len();
     let mut input = Input::new(path, DEFAULT_MAX_BYTES.max(size.saturating_mul(2)))?;
     let mut files = vec![path.to_owned()];
     match format {
@@ -100,7 +101,7 @@ pub fn surface_files(path: &Path) -> Result<Vec<PathBuf>> {
         Format::Obj => {
             let bytes = input.whole(path)?;
             let named = mtl::libraries(&input, &bytes)?;
-            files.extend(named.into_iter().flatten().filter(|file| file.exists()));
+            files.extend(named.into_iter().flatten().filter(|file| files::exists(file)));
         }
         Format::Gltf => files.extend(gltf::files(&mut input)?),
         other => return Err(no_surface(path, other)),
@@ -127,7 +128,7 @@ pub(super) fn recognized(start: &[u8], size: u64) -> Option<Format> {
 }
 
 fn no_surface(path: &Path, format: Format) -> Error {
-    let is_empty = path.metadata().is_ok_and(|found| found.len() == 0);
+    let is_empty = files::metadata(path).is_ok_and(|found| found.len() == 0);
     let why = match format {
         Format::Raw if is_empty => "it is empty".to_owned(),
         Format::Raw => "neither hair nor a mesh that this program can read".to_owned(),

@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::input::Input;
 use crate::error::Result;
 use crate::error::memory;
+use crate::io::files;
 use crate::surface::Material;
 
 /// The most files that are looked for.
@@ -56,10 +57,10 @@ pub(super) fn libraries(input: &Input, bytes: &[u8]) -> Result<Vec<Vec<PathBuf>>
             let folder = input.path.parent().unwrap_or_else(|| "".as_ref());
             let file = folder.join(text(name));
             // Some programs of Windows write its separators.
-            if file.exists() { file } else { folder.join(text(name).replace('\\', "/")) }
+            if files::exists(&file) { file } else { folder.join(text(name).replace('\\', "/")) }
         };
         let whole = place(rest);
-        found.push(if whole.exists() {
+        found.push(if files::exists(&whole) {
             vec![whole]
         } else {
             words(rest).take(MOST_FILES).map(place).collect()

@@ -2,7 +2,6 @@
 //! stored.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -10,9 +9,10 @@ use super::fault::{Fault, Parsed};
 use super::grid::Grid;
 use super::header::{self, Descriptor, FileHeader, GridHeader, Place};
 use super::metadata::Metadata;
-use super::source::{Reader, Source, Stream};
+use super::source::{Reader, Source};
 use super::voxels::{self, Survey, SurveyDepth};
 use crate::error::{Error, Result};
+use crate::io::files::{self, File};
 
 /// Number of bytes to read at a time: headers are small, and the next one may be far away.
 const CHUNK: usize = 8 << 10;
@@ -42,8 +42,8 @@ impl VdbFile {
     /// transform) is not an error: [`GridHeader::refused`] says why.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let file = File::open(path).map_err(|error| Error::file(path, error))?;
-        Self::from_stream(path, Box::new(file))
+        let file = files::open(path).map_err(|error| Error::file(path, error))?;
+        Self::from_stream(path, file)
     }
 
     /// Reads headers from bytes in memory; `path` stands for them in errors.
@@ -54,7 +54,7 @@ impl VdbFile {
         Self::from_stream(path.as_ref(), Box::new(Cursor::new(bytes)))
     }
 
-    fn from_stream(path: &Path, stream: Box<dyn Stream>) -> Result<Self> {
+    fn from_stream(path: &Path, stream: File) -> Result<Self> {
         let named = |what: String| move |fault: Fault| fault.in_file(path, &what);
         let source = Source::new(stream).map_err(named("header".to_owned()))?;
         let mut reader = Reader::new(&source, 0, source.length(), CHUNK);

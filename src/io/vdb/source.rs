@@ -5,25 +5,22 @@
 //! it; if the window was too short, it enlarges the window and runs the parser again. So all
 //! parsers work on slices, and only the window is in memory, not the file.
 
-use std::io::{Read, Seek, SeekFrom};
+use std::io::SeekFrom;
 use std::sync::{Mutex, PoisonError};
 
 use super::fault::{Fault, Parsed};
 use crate::error::memory;
-
-/// What a file can be read from.
-pub(super) trait Stream: Read + Seek + Send {}
-impl<T: Read + Seek + Send> Stream for T {}
+use crate::io::files::File;
 
 /// An open file and its length, shared by several [`Reader`]s at different positions.
 pub(super) struct Source {
-    stream: Mutex<Box<dyn Stream>>,
+    stream: Mutex<File>,
     length: u64,
 }
 
 impl Source {
     /// Takes the stream and determines its length.
-    pub(super) fn new(mut stream: Box<dyn Stream>) -> Parsed<Self> {
+    pub(super) fn new(mut stream: File) -> Parsed<Self> {
         let length = stream.seek(SeekFrom::End(0))?;
         Ok(Self { stream: Mutex::new(stream), length })
     }
@@ -110,11 +107,12 @@ impl<'a> Reader<'a> {
             self.window.drain(..self.used);
             self.window_start += self.used as u64;
             self.used = 0;
-            let target = wanted.max(self.chunk as u64).min(self.end - self.window_start);
+            let target =
+                memory::count(wanted.max(self.chunk as u64).min(self.end - self.window_start));
             // The target is limited by the size of the file.
-            let more = (target as usize).saturating_sub(self.window.len());
+            let more = target.saturating_sub(self.window.len());
             memory::reserve(&mut self.window, more, "a part of the file")?;
-            self.window.resize(target as usize, 0);
+            self.window.resize(target, 0);
             self.source.read_at(self.window_start + ahead as u64, &mut self.window[ahead..])?;
         }
         Ok(&self.window[self.used..])

@@ -69,7 +69,8 @@ impl<T: Value> Tree<T> {
             let needed = format!("more than {limit_bytes} bytes");
             Err(ErrorKind::Limit { what, needed, limit: format!("{limit_bytes} bytes") }.into())
         };
-        let Some(left) = limit_bytes.checked_sub(SparseVoxels::bytes_of(count, 1)) else {
+        let most = limit_bytes.min(isize::MAX as u64);
+        let Some(left) = most.checked_sub(SparseVoxels::bytes_of(count, 1)) else {
             return refused();
         };
         let mut found = Blocks {
@@ -79,7 +80,7 @@ impl<T: Value> Tree<T> {
             own: Vec::new(),
             table: memory::filled(count as usize, 0, "blocks of a sparse grid")?,
             // Many of them may turn out to be equal.
-            room: left as usize / size_of::<Own<'_, T>>(),
+            room: memory::count(left) / size_of::<Own<'_, T>>(),
             overfull: false,
         };
         let mut known = HashMap::from([(found.uniform[0].to_bits(), 0)]);
@@ -95,7 +96,7 @@ impl<T: Value> Tree<T> {
             return refused();
         }
         found.share_alike();
-        if found.bytes() > limit_bytes {
+        if found.bytes() > most {
             return refused();
         }
         Ok(found)
