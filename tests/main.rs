@@ -23,6 +23,7 @@ mod embedding;
 mod examples;
 mod formats;
 mod fragments;
+mod futures;
 mod golden;
 mod hair_truth;
 mod hostile;

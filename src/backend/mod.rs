@@ -14,6 +14,8 @@ use crate::shadow::{Map, codec};
 pub use catcher::ShadowCatcher;
 pub use passes::Passes;
 use passes::{build_map, view_through};
+#[cfg(feature = "gpu")]
+pub(crate) use passes::{check_kind, unbuilt};
 pub use stage::{Cause, HostStage, Stage};
 
 /// What is known about a scene before it is loaded: one volume under parallel light, with the usual
@@ -106,8 +108,12 @@ pub fn check_surfaces(backend: &dyn Backend, surfaces: &Surfaces, kind: MapKind)
     if surfaces.is_empty() || backend.draws_surfaces(kind) {
         return Ok(());
     }
-    let why = format!("{} builds no '{kind}' maps of meshes and hair", backend.description());
-    Err(Error::value("backend", why))
+    Err(draws_no_surfaces(&backend.description(), kind))
+}
+
+/// The error of a renderer that makes no pictures of surfaces through maps of `kind`.
+pub(crate) fn draws_no_surfaces(description: &str, kind: MapKind) -> Error {
+    Error::value("backend", format!("{description} builds no '{kind}' maps of meshes and hair"))
 }
 
 /// Checks `settings`, and that the host has room for their picture and map.

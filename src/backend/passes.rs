@@ -185,7 +185,7 @@ pub(super) fn build_map(
 ///
 /// # Errors
 /// If they are not.
-fn check_kind(kind: MapKind, settings: &Settings) -> Result<()> {
+pub(crate) fn check_kind(kind: MapKind, settings: &Settings) -> Result<()> {
     if matches!(kind, MapKind::Grid(_)) {
         let why = format!("'{kind}' maps of meshes and hair are not built");
         return Err(Error::value("map", why));
@@ -229,6 +229,7 @@ pub(super) fn view_through(
     passes.march_view(beam.casters(), &frame, map, progress)
 }
 
-fn unbuilt(backend: &str) -> Error {
+/// The error of a renderer that does not build maps of some kind.
+pub(crate) fn unbuilt(backend: &str) -> Error {
     Error::value("map", format!("{backend} cannot build this kind of map"))
 }

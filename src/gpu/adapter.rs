@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use wgpu::{Adapter, Device, DeviceType, Queue};
+use wgpu::{Adapter, Device, Queue};
 
 use crate::error::{Error, Result};
 
@@ -16,8 +16,8 @@ pub enum AdapterChoice {
 }
 
 /// One line of text per adapter: name, kind, driver, and the limits that matter here.
-pub fn adapters() -> Vec<String> {
-    found().iter().map(described).collect()
+pub async fn adapters_async() -> Vec<String> {
+    found().await.iter().map(described).collect()
 }
 
 /// Records errors of a device that no error scope has caught.
@@ -44,38 +44,42 @@ impl Watch {
         watch
     }
 
-    /// The result of `work`; an error if the device is lost, or if it reported an error that `work`
-    /// did not notice.
-    pub(super) fn over<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
-        let lost = || {
-            let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
-            lost.as_ref().map(|why| Error::gpu(format!("the device is lost: {why}")))
-        };
-        if let Some(lost) = lost() {
-            return Err(lost);
+    /// An error if the device is lost.
+    pub(super) fn alive(&self) -> Result<()> {
+        let lost = self.lost.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*lost {
+            Some(why) => Err(Error::gpu(format!("the device is lost: {why}"))),
+            None => Ok(()),
         }
-        let found = work();
+    }
+
+    /// `found`, which work on the device has resulted in; an error if the device is lost, or if it
+    /// reported an error that the work did not notice.
+    pub(super) fn over<T>(&self, found: Result<T>) -> Result<T> {
         let error = self.error.lock().unwrap_or_else(PoisonError::into_inner).take();
-        match (lost(), found, error) {
-            (Some(lost), ..) => Err(lost),
-            (None, Ok(_), Some(error)) => Err(Error::gpu(error)),
-            (None, found, _) => found,
+        self.alive()?;
+        match (found, error) {
+            (Ok(_), Some(error)) => Err(Error::gpu(error)),
+            (found, _) => found,
         }
     }
 }
 
 /// Opens a device on the best adapter that `choice` allows. Also returns its description, and a
 /// watch on its errors.
-pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String, Watch)> {
+pub(super) async fn open(choice: AdapterChoice) -> Result<(Device, Queue, String, Watch)> {
     if choice == AdapterChoice::Hardware && !hardware_in_sight() {
         return Err(Error::gpu("no hardware adapter"));
     }
-    let adapter = found().into_iter().next().filter(|adapter| {
-        choice == AdapterChoice::Any || is_hardware(adapter.get_info().device_type)
-    });
+    let adapter = found()
+        .await
+        .into_iter()
+        .next()
+        .filter(|adapter| choice == AdapterChoice::Any || is_hardware(&adapter.get_info()));
     let Some(adapter) = adapter else {
         let why = match choice {
             AdapterChoice::Hardware => "no hardware adapter",
+            AdapterChoice::Any if cfg!(target_family = "wasm") => "the browser offers no WebGPU",
             AdapterChoice::Any => "no graphics adapter (is a Vulkan driver installed?)",
         };
         return Err(Error::gpu(why));
@@ -86,16 +90,19 @@ pub(super) fn open(choice: AdapterChoice) -> Result<(Device, Queue, String, Watc
         required_limits: adapter.limits(),
         ..Default::default()
     };
-    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-        .map_err(|error| Error::gpu(error.to_string()))?;
+    let (device, queue) =
+        adapter.request_device(&descriptor).await.map_err(|error| Error::gpu(error.to_string()))?;
     let watch = Watch::of(&device);
     let info = adapter.get_info();
     Ok((device, queue, name(&info), watch))
 }
 
-/// The name of a backend on this adapter.
+/// The name of a backend on this adapter. Browsers may hide the adapter's.
 pub(super) fn name(info: &wgpu::AdapterInfo) -> String {
-    format!("gpu, {} ({})", info.name, info.backend)
+    match &*info.name {
+        "" => format!("gpu ({})", info.backend),
+        name => format!("gpu, {name} ({})", info.backend),
+    }
 }
 
 /// Whether it is worth asking drivers for hardware, which takes time: on Linux there is none
@@ -113,11 +120,14 @@ pub(super) fn wanted_features() -> wgpu::Features {
 }
 
 /// The adapters that can run the passes, the best first.
-fn found() -> Vec<Adapter> {
+#[cfg(not(target_family = "wasm"))]
+async fn found() -> Vec<Adapter> {
+    use wgpu::DeviceType;
+
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
     let instance = wgpu::Instance::new(descriptor);
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let mut adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
     adapters.retain(|adapter| {
         adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
     });
@@ -132,14 +142,38 @@ fn found() -> Vec<Adapter> {
     adapters
 }
 
-fn is_hardware(kind: DeviceType) -> bool {
-    matches!(kind, DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu)
+/// The adapter that the browser takes for heavy work, if it offers one. Browsers list none.
+#[cfg(target_family = "wasm")]
+async fn found() -> Vec<Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::BROWSER_WEBGPU;
+    let options = wgpu::RequestAdapterOptions {
+        power_preference: wgpu::PowerPreference::HighPerformance,
+        ..Default::default()
+    };
+    wgpu::Instance::new(descriptor).request_adapter(&options).await.into_iter().collect()
+}
+
+/// Whether shaders run on graphics hardware, as far as a browser tells.
+#[cfg(target_family = "wasm")]
+fn is_hardware(info: &wgpu::AdapterInfo) -> bool {
+    let name = info.name.to_lowercase();
+    let software = ["swiftshader", "llvmpipe", "lavapipe", "warp", "software", "cpu"];
+    info.device_type != wgpu::DeviceType::Cpu && !software.iter().any(|word| name.contains(word))
+}
+
+/// Whether shaders run on graphics hardware.
+#[cfg(not(target_family = "wasm"))]
+fn is_hardware(info: &wgpu::AdapterInfo) -> bool {
+    use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
+
+    matches!(info.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
 }
 
 fn described(adapter: &Adapter) -> String {
     let info = adapter.get_info();
     let limits = adapter.limits();
-    let kind = if is_hardware(info.device_type) { "hardware" } else { "software" };
+    let kind = if is_hardware(&info) { "hardware" } else { "software" };
     format!(
         "{} ({}, {kind}; {} {}): 3D textures to {}, storage bindings to {} MiB, f32 filtering {}",
         info.name,

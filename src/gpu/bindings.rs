@@ -6,7 +6,6 @@ use wgpu::{
 };
 
 use super::link::MediaKind;
-use crate::error::{Error, Result};
 use crate::frame::{Frame, MOST_FIELDS};
 
 /// The format of maps and pictures: four f32.
@@ -49,17 +48,6 @@ pub(super) mod at {
     pub(crate) const LOOKS: u32 = 36;
     pub(crate) const SCREEN: u32 = 37;
     pub(crate) const TONE: u32 = 38;
-}
-
-/// The result of `make`; an error if the device finds its commands invalid. Error scopes belong to
-/// a thread, so the scope is opened and closed here.
-pub(super) fn checked<T>(device: &wgpu::Device, make: impl FnOnce() -> Result<T>) -> Result<T> {
-    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let made = make();
-    match pollster::block_on(scope.pop()) {
-        Some(error) => Err(Error::gpu(error.to_string())),
-        None => made,
-    }
 }
 
 pub(super) fn entry(binding: u32, resource: BindingResource<'_>) -> BindGroupEntry<'_> {

@@ -161,8 +161,8 @@ impl Renderer {
     ///
     /// # Errors
     /// If the device fails.
-    pub fn nodes_missing(&self, fragments: &GpuFragments) -> Result<Option<u32>> {
-        let counters: Vec<u32> = self.read_buffer(&fragments.counters, 8)?;
+    pub async fn nodes_missing_async(&self, fragments: &GpuFragments) -> Result<Option<u32>> {
+        let counters: Vec<u32> = self.read_buffer(&fragments.counters, 8).await?;
         Ok(Some(counters[0]).filter(|&needed| needed > fragments.tile.capacity))
     }
 
@@ -170,10 +170,10 @@ impl Renderer {
     ///
     /// # Errors
     /// If the device fails.
-    pub fn read_fragments(&self, fragments: &GpuFragments) -> Result<Runs> {
+    pub async fn read_fragments_async(&self, fragments: &GpuFragments) -> Result<Runs> {
         let table: Vec<[u32; 2]> =
-            self.read_buffer(&fragments.runs, fragments.tile.texels() * 8)?;
-        let nodes: Vec<Node> = self.read_buffer(&fragments.nodes, fragments.nodes.size())?;
+            self.read_buffer(&fragments.runs, fragments.tile.texels() * 8).await?;
+        let nodes: Vec<Node> = self.read_buffer(&fragments.nodes, fragments.nodes.size()).await?;
         let mut runs = Runs::default();
         let mut texel = Vec::new();
         for [first, count] in table {

@@ -150,8 +150,8 @@ impl Renderer {
     ///
     /// # Errors
     /// If the device fails.
-    pub fn fragments_drawn(&self, lists: &GpuLists) -> Result<u64> {
-        let counters: Vec<u32> = self.read_buffer(&lists.counters, COUNTERS_BYTES)?;
+    pub async fn fragments_drawn_async(&self, lists: &GpuLists) -> Result<u64> {
+        let counters: Vec<u32> = self.read_buffer(&lists.counters, COUNTERS_BYTES).await?;
         let [drawn, .., of_256] = counters[..] else {
             return Err(Error::gpu("no counter was read back"));
         };

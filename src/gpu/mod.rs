@@ -1,5 +1,5 @@
-//! The GPU backend: the passes as wgpu compute shaders (Vulkan, Metal, DX12), on its own device or
-//! on a caller's. Never imports `kernel`, so that a GPU answer cannot come from the CPU.
+//! The GPU backend: the passes as wgpu compute shaders (Vulkan, Metal, DX12, or WebGPU in a
+//! browser), on its own device or on a caller's. Never imports `kernel`, so that a GPU answer cannot come from the CPU.
 //!
 //! ```text
 //! Media --upload--> GpuMedia --+--trace_threshold--> GpuMap ---------+
@@ -22,8 +22,12 @@
 //! A program that draws many frames prepares its passes once ([`Renderer::prepare_threshold`],
 //! [`Renderer::prepare_slices`], [`Renderer::prepare_view`]). For each frame it updates the
 //! parameters ([`Renderer::update`]) and records ([`Prepared::record`]) the view's pass and, if the
-//! light has moved, the map's pass before it. [`crate::backend::Backend::stage`] does so for whole
-//! scenes.
+//! light has moved, the map's pass before it. A [`GpuStage`] does so for whole scenes.
+//!
+//! What may take time is a future, and its name ends in `_async`, because a browser must never be
+//! waited for. Elsewhere the futures are ready at once, and functions of the same names without the
+//! ending wait for them, as do [`Backend`](crate::backend::Backend) and
+//! [`Stage`](crate::backend::Stage), which do not exist for a GPU in a browser.
 
 mod adapter;
 mod bindings;
@@ -32,7 +36,9 @@ mod field;
 mod fragments;
 mod link;
 mod lists;
+mod lit;
 mod lookup;
+mod maps;
 mod media;
 mod passes;
 mod picture;
@@ -46,19 +52,19 @@ mod stage;
 mod surfaces;
 mod tile;
 mod tiles;
+#[cfg(not(target_family = "wasm"))]
+mod waited;
+mod waiting;
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::backend::{Backend, Expected, Passes, Stage, check_host, check_surfaces};
-use crate::error::{Error, Result};
-use crate::frame::Frame;
-use crate::image::Image;
-use crate::progress::Progress;
-use crate::scene::{Casters, Media};
-use crate::settings::{MapKind, Settings};
-use crate::shadow::{FragmentMap, Links, Map, Runs, TexelMap};
+use crate::backend;
+use crate::error::Result;
+use crate::scene::{Media, Surfaces};
+use crate::settings::MapKind;
+use crate::shadow::{FragmentMap, TexelMap};
 use adapter::Watch;
-pub use adapter::{AdapterChoice, adapters};
+pub use adapter::{AdapterChoice, adapters_async};
 pub use blocks::NO_BLOCK;
 pub use fragments::GpuFragments;
 pub use link::{Imports, Linked, MediaKind, linked};
@@ -66,18 +72,15 @@ pub use lists::GpuLists;
 pub use lookup::{PREFIX, shadow_wgsl};
 pub use media::GpuMedia;
 pub use passes::{PassSource, pass_sources};
-use picture::{Shown, Subject};
 pub use prepared::Prepared;
-use programs::Variant;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
 pub use seen::GpuLooks;
 pub use shadow::GpuShadow;
 pub use stage::GpuStage;
 pub use surfaces::GpuSurfaces;
 pub use tile::{INTERLEAVED, INTERLEAVED_STRIDE, Tile};
-
-/// The largest number of bytes to reserve for what a picture's pixels see of surfaces.
-const SEEN_BYTES: u64 = 1 << 30;
+#[cfg(not(target_family = "wasm"))]
+pub use waited::adapters;
 
 /// A renderer on a graphics adapter.
 ///
@@ -92,14 +95,15 @@ pub struct GpuBackend {
 }
 
 impl GpuBackend {
-    /// Opens a device of its own on an adapter that `choice` allows.
+    /// Opens a device of its own on an adapter that `choice` allows. In a browser that is the
+    /// adapter which the browser takes for heavy work, and it counts as hardware unless the browser
+    /// tells otherwise.
     ///
     /// # Errors
     /// If there is no such adapter, or if it does not open a device.
-    pub fn open(choice: AdapterChoice) -> Result<Self> {
-        let (device, queue, description, watch) = adapter::open(choice)?;
-        let renderer = watch.over(|| Ok(Renderer::new(&device, &queue)))?;
-        Ok(Self { renderer, description, watch, uploaded: Mutex::new(None) })
+    pub async fn request(choice: AdapterChoice) -> Result<Self> {
+        let (device, queue, description, watch) = adapter::open(choice).await?;
+        Self::new(&device, &queue, description, watch)
     }
 
     /// Works on another program's `device` and its `queue`, beside what that program does with them.
@@ -115,13 +119,52 @@ impl GpuBackend {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
     ) -> Result<Self> {
-        let watch = Watch::of(device);
-        let renderer = watch.over(|| Ok(Renderer::new(device, queue)))?;
-        let description = adapter::name(adapter);
+        Self::new(device, queue, adapter::name(adapter), Watch::of(device))
+    }
+
+    fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        description: String,
+        watch: Watch,
+    ) -> Result<Self> {
+        watch.alive()?;
+        let renderer = watch.over(Ok(Renderer::new(device, queue)))?;
         Ok(Self { renderer, description, watch, uploaded: Mutex::new(None) })
     }
 
-    /// A stage, as [`Backend::stage`] gives it, that can also leave its pictures on the device.
+    /// The result of `work`; an error if the device is lost, or if it reported an error that `work`
+    /// did not notice.
+    async fn over<T>(&self, work: impl Future<Output = Result<T>>) -> Result<T> {
+        let scopes = &self.renderer.scopes;
+        // The verdict on work that was given up halfway says nothing about this work.
+        let _ = scopes.settled().await;
+        self.watch.alive()?;
+        let found = work.await;
+        let settled = scopes.settled().await;
+        let found = self.watch.over(found.and_then(|found| settled.map(|()| found)));
+        if scopes.were_bad() {
+            // Something is kept that turned out to be invalid.
+            *self.uploaded.lock().unwrap_or_else(PoisonError::into_inner) = None;
+            self.renderer.programs.forget();
+        }
+        found
+    }
+
+    /// Description for people of the graphics adapter.
+    pub fn description(&self) -> String {
+        self.description.clone()
+    }
+
+    /// Checks that maps of `kind` can be made of what `surfaces` there are.
+    fn check_kind(&self, surfaces: &Surfaces, kind: MapKind) -> Result<()> {
+        if surfaces.is_empty() || kind == MapKind::Fragments {
+            return Ok(());
+        }
+        Err(backend::draws_no_surfaces(&self.description, kind))
+    }
+
+    /// A stage that can also leave its pictures on the device, and makes them in futures.
     pub fn gpu_stage(&self) -> GpuStage<'_> {
         GpuStage::new(self)
     }
@@ -154,162 +197,9 @@ impl GpuBackend {
         Ok(held)
     }
 
-    /// The picture of pass `march_view`.
-    fn marched(&self, casters: Casters<'_>, frame: &Frame, map: &Map) -> Result<Image> {
-        let (gpu, media) = (&self.renderer, casters.media);
-        let mut frame = *frame;
-        frame.map.follows_links =
-            u32::from(map.as_fragments().is_some_and(|map| map.links().is_some()));
-        let [width, height] = [frame.view.width, frame.view.height];
-        // Allocated first: a picture that is too large should fail before anything slow happens.
-        let image = gpu.image(width, height)?;
-        let gpu_media = self.upload(media)?;
-        let looks = gpu.looks(casters, &frame)?;
-        let surfaces = looks.as_ref().map(|looks| Shown { looks, memory: SEEN_BYTES });
-        let march = |shadow: GpuShadow<'_>| {
-            gpu.picture(&Subject { media: &gpu_media, shadow, surfaces }, &frame, &image)
-        };
-        match map {
-            Map::Threshold(map) => {
-                let gpu_map = gpu.map(map.size())?;
-                gpu.write(&gpu_map, map.texels());
-                let frame_buffer = gpu.frame(&frame, &gpu_media)?;
-                gpu.submit(|encoder| gpu.fit_curves(encoder, &frame_buffer, &gpu_map))?;
-                march(GpuShadow::Threshold(&gpu_map))?;
-            }
-            Map::Fragments(map) => march(GpuShadow::Fragments(&uploaded(gpu, map)?))?,
-            Map::Coded(_) | Map::Visibility(_) | Map::Grid(_) => {
-                return Err(Error::gpu("only the CPU can march through this kind of map"));
-            }
-        }
-        Ok(Image { width, height, pixels: gpu.read(image.texture())? })
-    }
-
     /// The renderer behind the backend, which works on textures of the device.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
-    }
-}
-
-impl Backend for GpuBackend {
-    fn description(&self) -> String {
-        self.description.clone()
-    }
-
-    fn draws_surfaces(&self, kind: MapKind) -> bool {
-        kind == MapKind::Fragments
-    }
-
-    /// Compiles the passes in advance.
-    fn expect(&self, kind: Option<MapKind>, expected: Expected) {
-        let media = match expected {
-            Expected::Plain => MediaKind::Plain,
-            Expected::Function => MediaKind::OneField,
-        };
-        let passes = passes::passes(kind.unwrap_or_default());
-        // An error occurs again, and is reported, when the pass is needed.
-        let _ = self.renderer.programs.compile(&passes, media, Variant::USUAL);
-    }
-
-    fn check_room(&self, settings: &Settings) -> Result<()> {
-        check_host(settings)?;
-        self.watch.over(|| {
-            let [width, height] = settings.image.size;
-            self.renderer.image(width, height)?;
-            match settings.map.kind.unwrap_or_default() {
-                MapKind::Threshold => self.renderer.map(settings.map.size).map(drop),
-                // Lists are built in tiles.
-                _ => self.renderer.check_size("map", [settings.map.size; 2]),
-            }
-        })
-    }
-
-    fn passes(&self) -> &dyn Passes {
-        self
-    }
-
-    fn stage(&self) -> Box<dyn Stage + '_> {
-        Box::new(self.gpu_stage())
-    }
-}
-
-impl Passes for GpuBackend {
-    fn trace_threshold(
-        &self,
-        casters: Casters<'_>,
-        frame: &Frame,
-        progress: &dyn Progress,
-    ) -> Result<Vec<[f32; 4]>> {
-        check_surfaces(self, &casters.surfaces.casting(), MapKind::Threshold)?;
-        progress.begin("shadow map", 1);
-        let gpu = &self.renderer;
-        let texels = self.watch.over(|| {
-            let gpu_media = self.upload(casters.media)?;
-            let frame_buffer = gpu.frame(frame, &gpu_media)?;
-            let map = gpu.map(frame.map.size)?;
-            gpu.submit(|encoder| gpu.trace_threshold(encoder, &gpu_media, &frame_buffer, &map))?;
-            gpu.read(map.texture())
-        })?;
-        progress.advance(1);
-        Ok(texels)
-    }
-
-    fn trace_slices(
-        &self,
-        casters: Casters<'_>,
-        frame: &Frame,
-        memory: u64,
-        progress: &dyn Progress,
-    ) -> Result<Runs> {
-        self.watch.over(|| {
-            let media = self.upload(casters.media)?;
-            tiles::trace_slices(&self.renderer, casters, &media, frame, memory, progress)
-        })
-    }
-
-    fn raster_slices(
-        &self,
-        media: &Media,
-        frame: &Frame,
-        memory: u64,
-        progress: &dyn Progress,
-    ) -> Result<Runs> {
-        self.watch.over(|| {
-            let media = self.upload(media)?;
-            tiles::raster_slices(&self.renderer, &media, frame, memory, progress)
-        })
-    }
-
-    fn link_neighbors(&self, runs: &Runs, size: u32) -> Result<Links> {
-        let gpu = &self.renderer;
-        let mut links: Vec<[u16; 2]> = self.watch.over(|| {
-            let fragments = gpu.upload_fragments(runs, size)?;
-            let mut linked = None;
-            gpu.submit(|encoder| {
-                linked = Some(gpu.link_neighbors(encoder, fragments)?);
-                Ok(())
-            })?;
-            let linked = linked.ok_or_else(|| Error::gpu("nothing was recorded"))?;
-            gpu.read_buffer(linked.links(), linked.links().size())
-        })?;
-        links.truncate(runs.nodes().len());
-        Ok(Links::new(runs, links))
-    }
-
-    fn march_view(
-        &self,
-        casters: Casters<'_>,
-        frame: &Frame,
-        map: &Map,
-        progress: &dyn Progress,
-    ) -> Result<Image> {
-        let kind =
-            if matches!(map, Map::Threshold(_)) { MapKind::Threshold } else { MapKind::Fragments };
-        check_surfaces(self, casters.surfaces, kind)?;
-        progress.begin("picture", 1);
-        let image = self.watch.over(|| self.marched(casters, frame, map))?;
-        progress.advance(1);
-        Ok(image)
     }
 }
 

@@ -6,6 +6,7 @@ use wgpu::{BindGroupEntry, BindingResource};
 
 use super::bindings::{at, entry};
 use super::link::MediaKind;
+use super::lists::GpuLists;
 use super::media::GpuMedia;
 use super::passes::Pass;
 use super::renderer::{GpuImage, Renderer};
@@ -58,7 +59,7 @@ impl Renderer {
     ///
     /// # Errors
     /// If the device rejects a shader or has not enough memory.
-    pub(super) fn picture(
+    pub(super) async fn picture(
         &self,
         subject: &Subject<'_>,
         frame: &Frame,
@@ -66,23 +67,23 @@ impl Renderer {
     ) -> Result<()> {
         let mut room = Room { rows: frame.view.height, elements: 0 };
         if frame.view.samples == 1 || frame.view.tolerance <= 0.0 {
-            return self.rows(subject.march(), subject, frame, (&[], image), &mut room);
+            return self.rows(subject.march(), subject, frame, (&[], image), &mut room).await;
         }
         let mut first = *frame;
         first.view.samples = 1;
         let [width, height] = image.size();
         let single = self.image(width, height)?;
-        self.rows(subject.march(), subject, &first, (&[], &single), &mut room)?;
+        self.rows(subject.march(), subject, &first, (&[], &single), &mut room).await?;
         let bright = self.storage("bright", 4);
         let single = entry(at::SINGLE, BindingResource::TextureView(single.view()));
         let more = [single, entry(at::BRIGHT, bright.as_entire_binding())];
         let rank = self.prepare(Pass::RankRadiance, MediaKind::Plain, None, more.to_vec(), [1, 1]);
-        self.submit(|encoder| rank.record(encoder))?;
-        self.rows(subject.refine(), subject, frame, (&more, image), &mut room)
+        self.submit_async(|encoder| rank.record(encoder)).await?;
+        self.rows(subject.refine(), subject, frame, (&more, image), &mut room).await
     }
 
     /// Runs a pass over all rows of a picture, with `more` bindings.
-    fn rows(
+    async fn rows(
         &self,
         pass: Pass,
         subject: &Subject<'_>,
@@ -113,14 +114,11 @@ impl Renderer {
                 (Some(Shown { looks, memory }), Some(camera)) => {
                     let most = memory.min(self.largest_binding()) / PART_BYTES;
                     let make = |tile| self.seen(looks.over(tile));
-                    Some(filled(
-                        self,
-                        (tile, SEEN_PARTS, PART_BYTES),
-                        most,
-                        room,
-                        make,
-                        |encoder, lists| self.raster_view(encoder, looks, camera, lists),
-                    )?)
+                    let draw = |encoder: &mut wgpu::CommandEncoder, lists: &GpuLists| {
+                        self.raster_view(encoder, looks, camera, lists)
+                    };
+                    let parts = (tile, SEEN_PARTS, PART_BYTES);
+                    Some(filled(self, parts, most, room, make, draw).await?)
                 }
                 _ => None,
             };
@@ -132,10 +130,11 @@ impl Renderer {
             part.view.first_row = first;
             let part = self.frame(&part, media)?;
             let prepared = self.prepare_rows(pass, (media, &part), shadow, (&own, image), extent);
-            self.submit(|encoder| {
+            self.submit_async(|encoder| {
                 lists.iter().try_for_each(|lists| self.sort_view(encoder, lists))?;
                 prepared.record(encoder)
-            })?;
+            })
+            .await?;
             first += extent[1];
         }
         Ok(())

@@ -4,10 +4,11 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, Builder};
 
-use super::bindings::{self, checked};
+use super::bindings;
 use super::link::{self, Imports, MediaKind};
 use super::passes::{Declaration, Pass};
-use crate::error::{Error, ErrorKind, Result};
+use super::waiting::Scopes;
+use crate::error::{Error, Result};
 use crate::frame::Frame;
 
 /// Which code of a shader a frame needs: by default that for all settings and for grey media.
@@ -21,6 +22,7 @@ pub(super) struct Variant {
 
 impl Variant {
     /// For the usual settings and grey media.
+    #[cfg(not(target_family = "wasm"))]
     pub(super) const USUAL: Self = Self { usual: true, coloured: false };
 
     /// How many there are.
@@ -50,6 +52,7 @@ impl Variant {
 #[derive(Debug)]
 pub(super) struct Program {
     device: wgpu::Device,
+    scopes: Scopes,
     pass: Pass,
     declaration: Declaration,
     media: MediaKind,
@@ -59,10 +62,11 @@ pub(super) struct Program {
 }
 
 impl Program {
-    pub(super) fn new(device: &wgpu::Device, pass: Pass, media: MediaKind) -> Self {
-        let (device, declaration) = (device.clone(), pass.declaration());
+    fn new((device, scopes): (&wgpu::Device, &Scopes), pass: Pass, media: MediaKind) -> Self {
+        let (device, scopes, declaration) = (device.clone(), scopes.clone(), pass.declaration());
         let layout = layout(&device, &declaration, media);
-        Self { device, pass, declaration, media, layout, compiled: Default::default() }
+        let compiled = Default::default();
+        Self { device, scopes, pass, declaration, media, layout, compiled }
     }
 
     pub(super) fn workgroup(&self) -> [u32; 2] {
@@ -80,10 +84,10 @@ impl Program {
         if let Some(pipeline) = &*compiled {
             return Ok(pipeline.clone());
         }
-        let pipeline = checked(&self.device, || {
-            let module = module(&self.device, declaration, self.media)?;
-            let constants = &variant.constants()[..];
-            Ok(self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        let module = module(&self.device, &self.scopes, declaration, self.media)?;
+        let constants = &variant.constants()[..];
+        let pipeline = self.scopes.scoped(Error::gpu, || {
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(declaration.name),
                 layout: Some(&of_one_group(&self.device, declaration.name, &self.layout)),
                 module: &module,
@@ -93,7 +97,7 @@ impl Program {
                     ..Default::default()
                 },
                 cache: None,
-            }))
+            })
         })?;
         Ok(compiled.insert(pipeline).clone())
     }
@@ -111,7 +115,11 @@ impl RasterProgram {
     pub(super) const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
     /// `vertex` is the entry point that places what is drawn.
-    fn new(device: &wgpu::Device, (pass, vertex): (Pass, &str), media: MediaKind) -> Result<Self> {
+    fn new(
+        (device, scopes): (&wgpu::Device, &Scopes),
+        (pass, vertex): (Pass, &str),
+        media: MediaKind,
+    ) -> Result<Self> {
         let mut declaration = pass.declaration();
         for entry in &mut declaration.bindings {
             // Shaders that place corners write nothing.
@@ -124,15 +132,15 @@ impl RasterProgram {
             };
         }
         let layout = layout(device, &declaration, media);
-        let pipeline = checked(device, || {
-            let module = module(device, &declaration, media)?;
+        let module = module(device, scopes, &declaration, media)?;
+        let pipeline = scopes.scoped(Error::gpu, || {
             let pipeline_layout = of_one_group(device, declaration.name, &layout);
             let target = wgpu::ColorTargetState {
                 format: Self::TARGET,
                 blend: None,
                 write_mask: wgpu::ColorWrites::empty(),
             };
-            Ok(device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(declaration.name),
                 layout: Some(&pipeline_layout),
                 vertex: wgpu::VertexState {
@@ -152,7 +160,7 @@ impl RasterProgram {
                 }),
                 multiview_mask: None,
                 cache: None,
-            }))
+            })
         })?;
         Ok(Self { layout, pipeline })
     }
@@ -192,31 +200,37 @@ fn of_one_group(
 
 fn module(
     device: &wgpu::Device,
-    Declaration { name, source, map, surfaces, .. }: &Declaration,
+    scopes: &Scopes,
+    declaration: &Declaration,
     media: MediaKind,
 ) -> Result<wgpu::ShaderModule> {
-    let linked = link::linked(source, Imports { map: *map, media, surfaces: *surfaces })?;
-    let text = wgpu::ShaderSource::Wgsl(linked.text.as_str().into());
+    let &Declaration { name, source, map, surfaces, .. } = declaration;
+    let linked = link::linked(source, Imports { map, media, surfaces })?;
+    let text = wgpu::ShaderSource::Wgsl(linked.text.clone().into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: text };
-    checked(device, || Ok(device.create_shader_module(descriptor))).map_err(|error| {
-        match error.kind() {
-            ErrorKind::Gpu { why } => Error::gpu(linked.explained(name, why)),
-            _ => error,
-        }
-    })
+    let explain = move |why: String| Error::gpu(linked.explained(name, &why));
+    scopes.scoped(explain, || device.create_shader_module(descriptor))
 }
 
 /// All programs of a device that were requested so far, by pass and kind of media.
 #[derive(Debug)]
 pub(super) struct Programs {
     device: wgpu::Device,
+    scopes: Scopes,
     compute: Mutex<Vec<Arc<Program>>>,
     raster: Mutex<Vec<(Pass, MediaKind, RasterProgram)>>,
 }
 
 impl Programs {
-    pub(super) fn new(device: &wgpu::Device) -> Self {
-        Self { device: device.clone(), compute: Mutex::default(), raster: Mutex::default() }
+    pub(super) fn new(device: &wgpu::Device, scopes: &Scopes) -> Self {
+        let (device, scopes) = (device.clone(), scopes.clone());
+        Self { device, scopes, compute: Mutex::default(), raster: Mutex::default() }
+    }
+
+    /// Forgets all programs.
+    pub(super) fn forget(&self) {
+        self.compute.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.raster.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
     /// A compute pass, which may not be compiled yet.
@@ -225,7 +239,7 @@ impl Programs {
         if let Some(found) = known.iter().find(|p| (p.pass, p.media) == (pass, media)) {
             return found.clone();
         }
-        let made = Arc::new(Program::new(&self.device, pass, media));
+        let made = Arc::new(Program::new((&self.device, &self.scopes), pass, media));
         known.push(made.clone());
         made
     }
@@ -245,7 +259,7 @@ impl Programs {
         {
             return Ok(found.clone());
         }
-        let made = RasterProgram::new(&self.device, (pass, vertex), media)?;
+        let made = RasterProgram::new((&self.device, &self.scopes), (pass, vertex), media)?;
         known.push((pass, media, made.clone()));
         Ok(made)
     }
@@ -261,6 +275,10 @@ impl Programs {
         variant: Variant,
     ) -> Result<()> {
         let compile = |pass: Pass| self.compute(pass, media).pipeline(variant).map(drop);
+        if cfg!(target_family = "wasm") {
+            // There are no threads, and browsers compile while nobody waits.
+            return passes.iter().try_for_each(|&pass| compile(pass));
+        }
         let [first, others @ ..] = passes else { return Ok(()) };
         thread::scope(|scope| {
             let spawn = |&pass: &Pass| Builder::new().spawn_scoped(scope, move || compile(pass));

@@ -13,6 +13,7 @@ use super::media::GpuMedia;
 use super::passes::Pass;
 use super::programs::{Programs, Variant};
 use super::shadow::GpuShadow;
+use super::waiting::Scopes;
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::scene::Media;
@@ -100,6 +101,7 @@ pub struct Renderer {
     queue: wgpu::Queue,
     sampler: wgpu::Sampler,
     pub(super) programs: Programs,
+    pub(super) scopes: Scopes,
     readbacks: AtomicU64,
 }
 
@@ -115,7 +117,12 @@ impl Renderer {
     ///
     /// The feature `FLOAT32_FILTERABLE` matters on software adapters only. There voxels are stored
     /// as f32 with it, and in 8 or 16 bits without it, as on hardware.
+    ///
+    /// In a browser, a device's verdict on what is made comes later than its result. Errors of
+    /// functions that do not wait are then those of the next function that does, such as
+    /// [`Renderer::submit_async`].
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let scopes = Scopes::new(device);
         Self {
             device: device.clone(),
             queue: queue.clone(),
@@ -125,7 +132,8 @@ impl Renderer {
                 min_filter: wgpu::FilterMode::Linear,
                 ..Default::default()
             }),
-            programs: Programs::new(device),
+            programs: Programs::new(device, &scopes),
+            scopes,
             readbacks: AtomicU64::new(0),
         }
     }
@@ -152,18 +160,6 @@ impl Renderer {
     pub(super) fn largest_binding(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
-    }
-
-    /// Does `work`; the error is the device's message if it found the commands invalid.
-    pub(super) fn scoped<T>(&self, work: impl FnOnce() -> T) -> Result<T, String> {
-        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let done = work();
-        let found = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
-        match found.into_iter().flatten().next() {
-            Some(error) => Err(error.to_string()),
-            None => Ok(done),
-        }
     }
 
     /// A buffer that holds `contents`. (wgpu's own function for this panics if there is not enough
@@ -210,7 +206,7 @@ impl Renderer {
     /// than 4 GiB as a single texture. If there are more bodies or grids than shaders support. If
     /// the device has not enough memory.
     pub fn upload(&self, media: &Media) -> Result<GpuMedia> {
-        self.scoped(|| GpuMedia::upload(self, media)).map_err(Error::gpu)?
+        self.scopes.scoped(Error::gpu, || GpuMedia::upload(self, media))?
     }
 
     /// Uploads the parameters of a frame of `media` to the device.
@@ -348,7 +344,7 @@ impl Renderer {
 
     fn texture(
         &self,
-        label: &str,
+        label: &'static str,
         [width, height]: [u32; 2],
     ) -> Result<(wgpu::Texture, wgpu::TextureView)> {
         self.check_size(label, [width, height])?;
@@ -368,12 +364,13 @@ impl Renderer {
             })
         };
         // Only drivers know how many bytes a texture may have.
-        let texture = self.scoped(make).map_err(|why| {
+        let explain = move |why| {
             let bytes = u64::from(width) * u64::from(height) * u64::from(TEXEL_BYTES);
             let needed = format!("{width}x{height} ({bytes} bytes)");
             let limit = format!("the device's: {why}");
             Error::from(ErrorKind::Limit { what: label.to_owned(), needed, limit })
-        })?;
+        };
+        let texture = self.scopes.scoped(explain, make)?;
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         Ok((texture, view))
     }

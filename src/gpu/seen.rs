@@ -60,8 +60,8 @@ impl Renderer {
         ];
         self.check_bindings(&held)?;
         let [looks, segments] = self
-            .scoped(|| held.map(|(label, bytes)| self.storage_of(label, bytes)))
-            .map_err(Error::gpu)?;
+            .scopes
+            .scoped(Error::gpu, || held.map(|(label, bytes)| self.storage_of(label, bytes)))?;
         let large = self.storage("large surfaces", u64::from(counts[0] + counts[1]) * 4);
         Ok(GpuLooks { looks, segments, large, counts, rays })
     }

@@ -1,225 +1,48 @@
 //! Pictures one after another on a device, where media, maps and the beams' pictures stay: there is
 //! one readback per picture. Surfaces are uploaded for each.
 
-use super::fragments::GpuFragments;
-use super::lists::ELEMENT_BYTES;
-use super::media::GpuMedia;
-use super::passes::{passes, passes_of_surfaces};
+use super::GpuBackend;
+use super::lit::{Counted, Lit};
 use super::picture::{Shown, Subject};
-use super::programs::Variant;
-use super::renderer::{GpuImage, GpuMap, Renderer};
-use super::shadow::GpuShadow;
-use super::tile::Tile;
-use super::tiles::{Room, most_nodes, usual_nodes};
-use super::{GpuBackend, uploaded};
-use crate::backend::{Backend, Cause, Stage, check_surfaces};
+use super::renderer::{GpuImage, Renderer};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
-use crate::image::Image;
+use crate::image::{Image, Tone};
 use crate::progress::Progress;
 use crate::scene::{Beam, Scene};
-use crate::settings::{MapKind, Settings, Slices};
-use crate::shadow::Map;
+use crate::settings::Settings;
 
-/// A GPU's [`Stage`], which can leave its pictures on the device ([`GpuBackend::gpu_stage`]).
+/// A GPU's [`Stage`](crate::backend::Stage), which can leave its pictures on the device ([`GpuBackend::gpu_stage`]).
 pub struct GpuStage<'a> {
-    backend: &'a GpuBackend,
+    pub(super) backend: &'a GpuBackend,
     /// The maps of the last picture's beams, as far as there is room for them.
-    lit: Vec<Option<Lit>>,
+    pub(super) lit: Vec<Option<Lit>>,
     image: Option<GpuImage>,
     /// The least capacity, in nodes per texel, of raw lists and of fitted lists.
-    room: [u32; 2],
+    pub(super) room: [u32; 2],
     /// The most fragments of surfaces that a map was found to need room for.
-    drawn: u64,
+    pub(super) drawn: u64,
     /// The lists made for this picture, with their capacity and their counter of nodes.
-    counted: Vec<Counted>,
-}
-
-/// Lists that may have been truncated.
-struct Counted {
-    fitted: bool,
-    /// Their capacity in nodes per texel.
-    room: u32,
-    counters: wgpu::Buffer,
-}
-
-/// A beam's map on the device, and what it depends on.
-struct Lit {
-    cause: Cause,
-    shadow: Shadow,
-}
-
-/// A map on the device.
-enum Shadow {
-    Threshold(GpuMap),
-    Fragments(GpuFragments),
-}
-
-impl Shadow {
-    fn bound(&self) -> GpuShadow<'_> {
-        match self {
-            Self::Threshold(map) => GpuShadow::Threshold(map),
-            Self::Fragments(map) => GpuShadow::Fragments(map),
-        }
-    }
-
-    /// Bytes on the device.
-    fn bytes(&self) -> u64 {
-        match self {
-            // Four numbers, and the curve that they define.
-            Self::Threshold(map) => 96 * u64::from(map.texture().width()).pow(2),
-            Self::Fragments(map) => map.nodes().size() + map.runs().size() + map.links().size(),
-        }
-    }
-
-    fn linked(&self) -> bool {
-        matches!(self, Self::Fragments(map) if map.linked())
-    }
+    pub(super) counted: Vec<Counted>,
+    /// Whether a picture was begun whose future may have been dropped before its end.
+    begun: bool,
 }
 
 impl<'a> GpuStage<'a> {
     pub(super) fn new(backend: &'a GpuBackend) -> Self {
         let (lit, counted) = (Vec::new(), Vec::new());
-        Self { backend, lit, image: None, room: [0; 2], drawn: 0, counted }
-    }
-
-    /// Prepares media, programs and map of a beam, which is the `index`th of its scene.
-    fn light(
-        &mut self,
-        index: usize,
-        beam: &Beam,
-        settings: &Settings,
-        progress: &dyn Progress,
-    ) -> Result<()> {
-        let backend = self.backend;
-        let gpu = &backend.renderer;
-        let kind = settings.map.kind.unwrap_or_default();
-        let cause = Cause::of(beam, settings);
-        if let Some(Some(known)) = self.lit.get(index)
-            && known.cause.same(&cause)
-        {
-            return Ok(());
-        }
-        // Avoids holding both on the device at once.
-        self.lit.truncate(index);
-        let frame = Frame::new(beam, settings)?;
-        let media_kind = GpuMedia::kind_of(gpu.device(), &beam.media);
-        let passes = if beam.surfaces.is_empty() {
-            passes(kind).to_vec()
-        } else {
-            let refines = frame.view.samples > 1 && frame.view.tolerance > 0.0;
-            passes_of_surfaces(!beam.surfaces.casting().is_empty(), refines)
-        };
-        // Drivers take as long to compile as the upload of a volume takes.
-        let (compiled, media) = rayon::join(
-            || gpu.programs.compile(&passes, media_kind, Variant::of(&frame)),
-            || backend.upload(&beam.media),
-        );
-        compiled?;
-        let media = media?;
-        let shadow = match kind {
-            MapKind::Threshold => Some(self.threshold(&media, &frame, progress)?),
-            MapKind::Fragments => self.fragments(beam, &media, &frame, settings, progress)?,
-            _ => None,
-        };
-        let shadow = match shadow {
-            Some(shadow) => shadow,
-            None => self.by_way_of_the_host(beam, settings, progress)?,
-        };
-        self.lit.push(Some(Lit { cause, shadow }));
-        Ok(())
-    }
-
-    fn threshold(
-        &self,
-        media: &GpuMedia,
-        frame: &Frame,
-        progress: &dyn Progress,
-    ) -> Result<Shadow> {
-        let gpu = &self.backend.renderer;
-        let map = gpu.map(frame.map.size)?;
-        let frame = gpu.frame(frame, media)?;
-        progress.begin("shadow map", 1);
-        gpu.submit(|encoder| gpu.trace_threshold(encoder, media, &frame, &map))?;
-        progress.advance(1);
-        Ok(Shadow::Threshold(map))
-    }
-
-    /// The beam's lists, if all of them together fit the allowed memory and the device's largest
-    /// binding, and if they are made by marching.
-    fn fragments(
-        &mut self,
-        beam: &Beam,
-        media: &GpuMedia,
-        frame: &Frame,
-        settings: &Settings,
-        progress: &dyn Progress,
-    ) -> Result<Option<Shadow>> {
-        let backend = self.backend;
-        let gpu = &backend.renderer;
-        let size = frame.map.size;
-        let fitted = frame.map.tolerance > 0.0;
-        let least = if fitted { usual_nodes(frame) } else { most_nodes(&beam.media, frame) };
-        let capacity = self.room[usize::from(fitted)].max(least);
-        let tile = Tile::rows(size, 0, size, capacity);
-        if settings.map.fragments.slices == Slices::Raster
-            || tile.node_bytes() > settings.map.fragments.memory
-        {
-            return Ok(None);
-        }
-        let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
-        let frame = gpu.frame(frame, media)?;
-        progress.begin("shadow map", 1);
-        let lists = match gpu.casting(beam.casters())? {
-            Some(surfaces) => {
-                let memory = settings.map.fragments.memory - tile.node_bytes();
-                let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
-                let mut room = Room { rows: size, elements: self.drawn };
-                let lists = surfaces.listed(gpu, &frame, tile, most, &mut room)?;
-                if lists.tile().extent != tile.extent {
-                    return Ok(None);
-                }
-                self.drawn = room.elements;
-                Some(lists)
-            }
-            None => None,
-        };
-        let mut made = None;
-        gpu.submit(|encoder| {
-            gpu.trace_casters(encoder, media, lists.as_ref(), &frame, &fragments)?;
-            let wide = settings.map.fragments.links && settings.map.filter.window().0 > 1;
-            made = Some(if wide { gpu.link_neighbors(encoder, fragments)? } else { fragments });
-            Ok(())
-        })?;
-        progress.advance(1);
-        if let Some(map) = &made {
-            self.counted.push(Counted { fitted, room: capacity, counters: map.counters.clone() });
-        }
-        Ok(made.map(Shadow::Fragments))
-    }
-
-    /// Maps that are too large to be made in one pass are assembled by the host.
-    fn by_way_of_the_host(
-        &self,
-        beam: &Beam,
-        settings: &Settings,
-        progress: &dyn Progress,
-    ) -> Result<Shadow> {
-        match self.backend.map(beam, settings, progress)? {
-            Map::Fragments(map) => Ok(Shadow::Fragments(uploaded(&self.backend.renderer, &map)?)),
-            _ => Err(Error::gpu("only the CPU can march through this kind of map")),
-        }
+        Self { backend, lit, image: None, room: [0; 2], drawn: 0, counted, begun: false }
     }
 
     /// The picture of a beam, which is the `index`th of its scene.
-    fn view(
+    async fn view(
         &mut self,
         index: usize,
         beam: &Beam,
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<GpuImage> {
-        self.light(index, beam, settings, progress)?;
+        Box::pin(self.light(index, beam, settings, progress)).await?;
         if progress.cancelled() {
             return Err(ErrorKind::Cancelled.into());
         }
@@ -240,7 +63,9 @@ impl<'a> GpuStage<'a> {
         let looks = gpu.looks(beam.casters(), &frame)?;
         let memory = settings.map.fragments.memory;
         let surfaces = looks.as_ref().map(|looks| Shown { looks, memory });
-        gpu.picture(&Subject { media, shadow: shadow.bound(), surfaces }, &frame, &image)?;
+        let subject = Subject { media, shadow: shadow.bound(), surfaces };
+        // On the heap, because futures hold frames, and futures hold futures.
+        Box::pin(gpu.picture(&subject, &frame, &image)).await?;
         progress.advance(1);
         let kept: u64 = self.lit.iter().flatten().map(|lit| lit.shadow.bytes()).sum();
         if kept > settings.map.fragments.memory {
@@ -250,7 +75,7 @@ impl<'a> GpuStage<'a> {
     }
 
     /// The sum of the beams' pictures.
-    fn pictures(
+    async fn pictures(
         &mut self,
         beams: &[Beam],
         settings: &Settings,
@@ -261,7 +86,7 @@ impl<'a> GpuStage<'a> {
         let [width, height] = settings.image.size;
         let mut sum: Option<GpuImage> = None;
         for (index, beam) in beams.iter().enumerate() {
-            let image = self.view(index, beam, settings, progress)?;
+            let image = self.view(index, beam, settings, progress).await?;
             let weights = beam.weights;
             if index == 0 {
                 self.image = Some(image.clone());
@@ -276,7 +101,7 @@ impl<'a> GpuStage<'a> {
             };
             let output = gpu.image(width, height)?;
             let add = gpu.prepare_sum([&before, &image, &output], weights);
-            gpu.submit(|encoder| add.record(encoder))?;
+            gpu.submit_async(|encoder| add.record(encoder)).await?;
             sum = Some(output);
         }
         sum.ok_or_else(|| Error::value("light", "a scene needs one"))
@@ -284,54 +109,101 @@ impl<'a> GpuStage<'a> {
 }
 
 impl GpuStage<'_> {
-    /// The picture of `scene` in linear radiance, as [`Stage::render`] makes it, on the device: what
-    /// is read back is no more than a few counters, where a map was made. The next picture may be
-    /// made in the same texture. Radiances that do not fit f32 are not noticed.
+    /// The picture of `scene` in linear radiance, as [`Stage::render`] makes it, in a future that
+    /// browsers can run.
+    ///
+    /// If the future is dropped before its end, the stage makes its maps anew for the next picture.
     ///
     /// # Errors
     /// As [`Stage::render`].
-    pub fn draw(
+    ///
+    /// [`Stage::render`]: crate::backend::Stage::render
+    pub async fn render_async(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        let read = async |gpu: &Renderer, image: &GpuImage, counters: &[wgpu::Buffer]| {
+            gpu.read_with(image.texture(), counters).await
+        };
+        let (_, pixels) = self.made(scene, settings, progress, read).await?;
+        let [width, height] = settings.image.size;
+        let image = Image { width, height, pixels };
+        scene.check_radiance(&image)?;
+        Ok(image)
+    }
+
+    /// The same picture on the device: what is read back is no more than a few counters, where a
+    /// map was made. The next picture may be made in the same texture. Radiances that do not fit f32
+    /// are not noticed.
+    ///
+    /// # Errors
+    /// As [`GpuStage::render_async`].
+    pub async fn draw_async(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<GpuImage> {
-        let count = |gpu: &Renderer, _: &GpuImage, counters: &[wgpu::Buffer]| {
-            let read = |counter| gpu.read_buffer::<u32>(counter, 4);
-            let counts: Result<Vec<_>> = counters.iter().map(read).collect();
-            Ok(((), counts?.concat()))
+        let count = async |gpu: &Renderer, _: &GpuImage, counters: &[wgpu::Buffer]| {
+            Ok(((), gpu.first_numbers(counters).await?))
         };
-        self.made(scene, settings, progress, count).map(|(image, ())| image)
+        self.made(scene, settings, progress, count).await.map(|(image, ())| image)
     }
 
-    /// Makes a picture, again if lists turn out to have been truncated. `read` reads it, and the
-    /// counters of the lists.
-    fn made<T>(
+    /// What a screen shows of a picture that [`GpuStage::draw_async`] made: four bytes a pixel, as
+    /// [`Renderer::shown_async`] reads them.
+    ///
+    /// # Errors
+    /// If the device fails, or if there is not enough memory.
+    pub async fn show_async(&self, image: &GpuImage, tone: Tone) -> Result<Vec<u8>> {
+        let backend = self.backend;
+        backend.over(backend.renderer.shown_async(image, tone)).await
+    }
+
+    /// Makes a picture. `read` reads it, and the counters of the lists.
+    async fn made<T>(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         progress: &dyn Progress,
-        read: impl Fn(&Renderer, &GpuImage, &[wgpu::Buffer]) -> Result<(T, Vec<u32>)>,
+        read: impl AsyncFn(&Renderer, &GpuImage, &[wgpu::Buffer]) -> Result<(T, Vec<u32>)>,
     ) -> Result<(GpuImage, T)> {
         settings.check()?;
-        check_surfaces(self.backend, &scene.surfaces, settings.map.kind.unwrap_or_default())?;
+        self.backend.check_kind(&scene.surfaces, settings.map.kind.unwrap_or_default())?;
         let beams = scene.beams_for(settings)?;
-        let watch = &self.backend.watch;
+        if std::mem::replace(&mut self.begun, true) {
+            // Nobody has looked whether these are whole.
+            self.lit.clear();
+        }
+        let made = self.whole(&beams, settings, progress, read).await;
+        self.begun = false;
+        made
+    }
+
+    /// Makes a picture, again if lists turn out to have been truncated.
+    async fn whole<T>(
+        &mut self,
+        beams: &[Beam],
+        settings: &Settings,
+        progress: &dyn Progress,
+        read: impl AsyncFn(&Renderer, &GpuImage, &[wgpu::Buffer]) -> Result<(T, Vec<u32>)>,
+    ) -> Result<(GpuImage, T)> {
+        let backend = self.backend;
         loop {
             self.counted.clear();
-            let made = watch.over(|| {
-                let picture = self.pictures(&beams, settings, progress)?;
-                let counters: Vec<_> =
-                    self.counted.iter().map(|lists| lists.counters.clone()).collect();
-                let read = read(&self.backend.renderer, &picture, &counters)?;
+            let made = backend.over(async {
+                let picture = self.pictures(beams, settings, progress).await?;
+                let read = read(&backend.renderer, &picture, &self.counters()).await?;
                 Ok((picture, read))
             });
-            let (picture, (read, counts)) = match made {
+            let (picture, (read, counts)) = match made.await {
                 Ok(made) => made,
                 Err(error) => {
                     // Nothing is kept that may be truncated or was never made.
                     let cancelled = matches!(error.kind(), ErrorKind::Cancelled);
-                    if !(cancelled && self.counters().is_ok_and(|counts| self.are_whole(counts))) {
+                    if !(cancelled && self.were_whole().await) {
                         self.lit.clear();
                     }
                     return Err(error);
@@ -345,12 +217,15 @@ impl GpuStage<'_> {
         }
     }
 
-    /// The lengths of the longest lists of the maps that were made for this picture.
-    fn counters(&self) -> Result<Vec<u32>> {
-        let gpu = &self.backend.renderer;
-        let read = |lists: &Counted| gpu.read_buffer::<u32>(&lists.counters, 4);
-        let counts: Result<Vec<_>> = self.counted.iter().map(read).collect();
-        Ok(counts?.concat())
+    /// The counters of the lists that were made for this picture.
+    fn counters(&self) -> Vec<wgpu::Buffer> {
+        self.counted.iter().map(|lists| lists.counters.clone()).collect()
+    }
+
+    /// Whether no list that was made for this picture was truncated, as far as the device tells.
+    async fn were_whole(&mut self) -> bool {
+        let counts = self.backend.renderer.first_numbers(&self.counters()).await;
+        counts.is_ok_and(|counts| self.are_whole(counts))
     }
 
     /// Whether no list was truncated, given the lengths of the longest ones; else there will be room
@@ -365,23 +240,5 @@ impl GpuStage<'_> {
             }
         }
         whole
-    }
-}
-
-impl Stage for GpuStage<'_> {
-    fn render(
-        &mut self,
-        scene: &Scene,
-        settings: &Settings,
-        progress: &dyn Progress,
-    ) -> Result<Image> {
-        let read = |gpu: &Renderer, image: &GpuImage, counters: &[wgpu::Buffer]| {
-            gpu.read_with(image.texture(), counters)
-        };
-        let (_, pixels) = self.made(scene, settings, progress, read)?;
-        let [width, height] = settings.image.size;
-        let image = Image { width, height, pixels };
-        scene.check_radiance(&image)?;
-        Ok(image)
     }
 }

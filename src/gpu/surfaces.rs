@@ -67,7 +67,7 @@ impl GpuSurfaces {
     }
 
     /// What they leave in the first rows of a tile, of which all finds room ([`filled`]).
-    pub(super) fn listed(
+    pub(super) async fn listed(
         &self,
         gpu: &Renderer,
         frame: &GpuFrame,
@@ -79,6 +79,7 @@ impl GpuSurfaces {
         filled(gpu, (tile, FRAGMENTS, ELEMENT_BYTES), most, room, make, |encoder, lists| {
             gpu.raster_surfaces(encoder, self, frame, lists)
         })
+        .await
     }
 
     fn count(&self) -> u32 {
@@ -102,8 +103,8 @@ impl Renderer {
         self.check_bindings(&held)?;
         let counts = [segments.len(), triangles.len()].map(|count| count as u32);
         let [points, opacities, segments, corners] = self
-            .scoped(|| held.map(|(label, bytes)| self.storage_of(label, bytes)))
-            .map_err(Error::gpu)?;
+            .scopes
+            .scoped(Error::gpu, || held.map(|(label, bytes)| self.storage_of(label, bytes)))?;
         let large = self.storage("large surfaces", u64::from(counts[0] + counts[1]) * 4);
         Ok(GpuSurfaces { points, opacities, segments, corners, large, counts })
     }

@@ -21,7 +21,7 @@ const DRAWN_FRAGMENTS: u64 = 64;
 const BLOCK_ROWS: u32 = 8;
 
 /// Runs pass `trace_slices` over all tiles, and first those that draw surfaces.
-pub(super) fn trace_slices(
+pub(super) async fn trace_slices(
     gpu: &Renderer,
     casters: Casters<'_>,
     gpu_media: &GpuMedia,
@@ -47,20 +47,21 @@ pub(super) fn trace_slices(
         let (tile, lists) = match &surfaces {
             Some(surfaces) => {
                 let most = budget / ELEMENT_BYTES;
-                let lists = surfaces.listed(gpu, &frame_buffer, tile, most, &mut room)?;
+                let lists = surfaces.listed(gpu, &frame_buffer, tile, most, &mut room).await?;
                 (Tile { extent: lists.tile().extent, ..tile }, Some(lists))
             }
             None => (tile, None),
         };
         let fragments = gpu.fragments(tile)?;
-        gpu.submit(|encoder| {
+        gpu.submit_async(|encoder| {
             gpu.trace_casters(encoder, gpu_media, lists.as_ref(), &frame_buffer, &fragments)
-        })?;
-        if let Some(needed) = gpu.nodes_missing(&fragments)? {
+        })
+        .await?;
+        if let Some(needed) = gpu.nodes_missing_async(&fragments).await? {
             capacity = needed;
             continue;
         }
-        all.append(&gpu.read_fragments(&fragments)?)?;
+        all.append(&gpu.read_fragments_async(&fragments).await?)?;
         first += tile.extent[1];
         progress.advance(u64::from(tile.extent[1]));
     }
@@ -79,7 +80,7 @@ pub(super) struct Room {
 /// Fills lists for the first rows of a tile whose elements all find room: at most `most` at a time,
 /// unless a single row has more, and at first as many of each texel as `first` says. An element has
 /// `bytes` bytes. `make` allocates lists, and `draw` records what fills them.
-pub(super) fn filled(
+pub(super) async fn filled(
     gpu: &Renderer,
     (tile, first, bytes): (Tile, u64, u64),
     most: u64,
@@ -93,8 +94,8 @@ pub(super) fn filled(
     loop {
         tile.capacity = (tile.texels() * first).min(most).max(room.elements) as u32;
         let lists = make(tile);
-        gpu.submit(|encoder| draw(encoder, &lists))?;
-        let drawn = gpu.fragments_drawn(&lists)?;
+        gpu.submit_async(|encoder| draw(encoder, &lists)).await?;
+        let drawn = gpu.fragments_drawn_async(&lists).await?;
         if drawn <= u64::from(tile.capacity) {
             return Ok(lists);
         }
@@ -132,7 +133,7 @@ pub(super) fn most_nodes(media: &Media, frame: &Frame) -> u32 {
 }
 
 /// Runs passes `raster_slices` and `sort_fragments` over all tiles.
-pub(super) fn raster_slices(
+pub(super) async fn raster_slices(
     gpu: &Renderer,
     gpu_media: &GpuMedia,
     frame: &Frame,
@@ -156,8 +157,11 @@ pub(super) fn raster_slices(
         let guess = u64::from(rows) * u64::from(size) * DRAWN_FRAGMENTS;
         let tile = Tile::rows(size, first, rows, guess.max(capacity).min(most) as u32);
         let lists = gpu.lists(tile);
-        gpu.submit(|encoder| gpu.raster_slices(encoder, gpu_media, &frame_buffer, planes, &lists))?;
-        let drawn = gpu.fragments_drawn(&lists)?;
+        gpu.submit_async(|encoder| {
+            gpu.raster_slices(encoder, gpu_media, &frame_buffer, planes, &lists)
+        })
+        .await?;
+        let drawn = gpu.fragments_drawn_async(&lists).await?;
         if drawn > most {
             if rows == 1 {
                 let (needed, limit) = (format!("{drawn} fragments"), format!("{most} fragments"));
@@ -172,12 +176,13 @@ pub(super) fn raster_slices(
             continue;
         }
         let mut sorted = None;
-        gpu.submit(|encoder| {
+        gpu.submit_async(|encoder| {
             sorted = Some(gpu.sort_fragments(encoder, &frame_buffer, &lists, drawn as u32)?);
             Ok(())
-        })?;
+        })
+        .await?;
         if let Some(fragments) = sorted {
-            all.append(&gpu.read_fragments(&fragments)?)?;
+            all.append(&gpu.read_fragments_async(&fragments).await?)?;
         }
         first += rows;
         progress.advance(u64::from(rows));

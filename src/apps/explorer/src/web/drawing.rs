@@ -19,7 +19,7 @@ impl Faces {
     /// If the device rejects the pass or fails.
     pub async fn show(&mut self, gpu: &GpuBackend, image: &GpuImage, tone: Tone) -> Result<Face> {
         let size = image.size().map(|n| n as usize);
-        let bytes = gpu.show_async(image, tone).await?;
+        let bytes = gpu.renderer().shown_async(image, tone).await?;
         Ok(Face::Pixels(egui::ColorImage::from_rgba_unmultiplied(size, &bytes)))
     }
 }
