@@ -164,6 +164,16 @@ impl GpuBackend {
         Err(backend::draws_no_surfaces(&self.description, kind))
     }
 
+    /// Whether it builds maps of `kind` and marches through them.
+    pub fn builds(&self, kind: MapKind) -> bool {
+        matches!(kind, MapKind::Threshold | MapKind::Fragments)
+    }
+
+    /// Whether it builds maps of `kind` of surfaces, and pictures of them through such.
+    pub fn draws_surfaces(&self, kind: MapKind) -> bool {
+        kind == MapKind::Fragments
+    }
+
     /// A stage that can also leave its pictures on the device, and makes them in futures.
     pub fn gpu_stage(&self) -> GpuStage<'_> {
         GpuStage::new(self)

@@ -67,7 +67,8 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// This file with absolute paths, which mean the same wherever the file is put.
+    /// This file with absolute paths, which mean the same wherever the file is put. A browser has no
+    /// folders, so there paths stay as they are.
     ///
     /// # Errors
     /// If the current folder is needed and not known.
@@ -95,6 +96,10 @@ impl SceneFile {
 }
 
 fn absolute(path: &Path) -> Result<PathBuf> {
+    if cfg!(target_family = "wasm") {
+        // A browser has no folders: files have the names that people see.
+        return Ok(path.to_owned());
+    }
     std::path::absolute(path).map_err(|error| Error::file(path, error))
 }
 

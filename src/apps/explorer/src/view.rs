@@ -174,7 +174,13 @@ fn hold(explorer: &mut Explorer, response: &Response, rect: Rect, ui: &Ui) {
         }
     }
     let before = camera;
-    if response.dragged() && drag != egui::Vec2::ZERO {
+    let fingers = ui.input(egui::InputState::multi_touch);
+    let fingers = fingers.filter(|fingers| rect.contains(fingers.center_pos));
+    if let Some(fingers) = fingers {
+        let moved = fingers.translation_delta / rect.height().max(1.0);
+        hands::pan(&mut camera, [moved.x, moved.y].map(f64::from));
+        hands::zoom(&mut camera, f64::from(fingers.zoom_delta));
+    } else if response.dragged() && drag != egui::Vec2::ZERO {
         let turns_light = explorer.holds_light != shift;
         let button = |button| response.dragged_by(button);
         if button(PointerButton::Primary) && turns_light {
@@ -185,7 +191,7 @@ fn hold(explorer: &mut Explorer, response: &Response, rect: Rect, ui: &Ui) {
             hands::pan(&mut camera, moved);
         }
     }
-    if hovered && (scroll != 0.0 || pinch != 1.0) {
+    if fingers.is_none() && hovered && (scroll != 0.0 || pinch != 1.0) {
         let factor = f64::from((scroll * 0.004).exp() * pinch);
         hands::zoom(&mut camera, factor);
     }
@@ -326,6 +332,7 @@ pub fn help(explorer: &mut Explorer, context: &egui::Context) {
                 ("Shift + drag, or the ball", "turn the light"),
                 ("right or middle drag", "move the camera"),
                 ("wheel, pinch", "nearer and farther"),
+                ("two fingers", "move the camera, nearer and farther"),
                 ("double-click, F", "show everything"),
                 ("L", "let drags turn the light, or the camera"),
                 ("C", "compare with the settings of now"),

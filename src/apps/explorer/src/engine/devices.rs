@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use deepshadow::gpu::GpuBackend;
 use deepshadow::settings::MapKind;
-use deepshadow::{Backend, CpuBackend, Error, Result, Scene, Settings, Silent};
+use deepshadow::{Backend, CpuBackend, Error, Result, Scene, Settings};
 
 /// The choice of what draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -125,20 +125,4 @@ impl Features {
         let names = (map.filter, map.threshold.lookup, map.fragments.slices, settings.view.shading);
         Self(map.kind.unwrap_or_default(), has, format!("{names:?}"))
     }
-}
-
-/// Draws a picture of some pixels, so that the driver compiles what a larger one needs.
-///
-/// # Errors
-/// As a picture.
-pub fn warm_up(gpu: &GpuBackend, scene: &Scene, settings: &Settings) -> Result<()> {
-    // Moving pictures have one ray a pixel.
-    for samples in [settings.image.samples, 1] {
-        let small = settings.with(|settings| {
-            (settings.image.size, settings.image.samples) = ([16, 8], samples);
-            settings.map.size = settings.map.size.min(16);
-        });
-        gpu.render(scene, &small, &Silent)?;
-    }
-    Ok(())
 }

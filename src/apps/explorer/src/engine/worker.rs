@@ -7,10 +7,10 @@ use std::time::Duration;
 use deepshadow::gpu::{GpuBackend, GpuImage};
 use deepshadow::image::{Image, Tone};
 use deepshadow::scene::SceneFile;
-use deepshadow::{Backend, ErrorKind, Result, Scene, Settings};
+use deepshadow::{ErrorKind, Result, Scene, Settings};
 use web_time::Instant;
 
-use super::devices::{Devices, Features, warm_up};
+use super::devices::{Devices, Features};
 use super::loading::Loading;
 use super::pace::Motion;
 use super::progress::{Call, Doing, Shared, Watch};
@@ -279,13 +279,13 @@ impl Worker {
         (scene, settings): (&Arc<Scene>, &Settings),
     ) -> bool {
         let features = Features::of(scene, settings);
-        if self.compiled.contains(&features) {
+        if cfg!(target_family = "wasm") || self.compiled.contains(&features) {
             return true;
         }
         if choice == Device::Gpu {
             self.shared.say(Some(Doing { what: "compiling for the GPU".to_owned(), share: None }));
             // An error is found again, and told, when it draws.
-            let _ = warm_up(device, scene, settings);
+            let _ = host::warm_up(device, scene, settings);
             self.compiled.push(features);
             return true;
         }
@@ -295,7 +295,7 @@ impl Worker {
         let (scene, settings, shared) = (scene.clone(), settings.clone(), self.shared.clone());
         let own = features.clone();
         let work = move || {
-            let _ = warm_up(device, &scene, &settings);
+            let _ = host::warm_up(device, &scene, &settings);
             shared.compiled(own);
         };
         // Without a thread the processor goes on.

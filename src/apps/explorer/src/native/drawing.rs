@@ -4,7 +4,7 @@ use deepshadow::backend::Stage;
 use deepshadow::gpu::{GpuBackend, GpuImage, GpuStage};
 use deepshadow::image::{Image, Tone};
 use deepshadow::progress::Progress;
-use deepshadow::{Result, Scene, Settings};
+use deepshadow::{Backend, Result, Scene, Settings, Silent};
 
 use super::texture::Textures;
 use crate::engine::Face;
@@ -47,4 +47,20 @@ pub async fn draw(
     progress: &dyn Progress,
 ) -> Result<GpuImage> {
     stage.draw(scene, settings, progress)
+}
+
+/// Draws a picture of some pixels, so that the driver compiles what a larger one needs.
+///
+/// # Errors
+/// As a picture.
+pub fn warm_up(gpu: &GpuBackend, scene: &Scene, settings: &Settings) -> Result<()> {
+    // Moving pictures have one ray a pixel.
+    for samples in [settings.image.samples, 1] {
+        let small = settings.with(|settings| {
+            (settings.image.size, settings.image.samples) = ([16, 8], samples);
+            settings.map.size = settings.map.size.min(16);
+        });
+        gpu.render(scene, &small, &Silent)?;
+    }
+    Ok(())
 }

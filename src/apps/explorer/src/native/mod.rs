@@ -15,7 +15,7 @@ pub mod threads;
 mod truth;
 
 pub use dialogs::{WHERE, ask};
-pub use drawing::{Faces, draw, render};
+pub use drawing::{Faces, draw, render, warm_up};
 pub use engine::{Engine, told};
 pub use files::{dropped, read_text, write};
 pub use screen::Screen;

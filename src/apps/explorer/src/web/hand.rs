@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use deepshadow::Backend;
 use deepshadow::gpu::{AdapterChoice, GpuBackend};
 use deepshadow::io::mount;
 use wasm_bindgen::prelude::Closure;

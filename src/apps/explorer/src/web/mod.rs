@@ -28,7 +28,7 @@ pub mod threads;
 mod truth;
 
 pub use dialogs::{WHERE, ask};
-pub use drawing::{Faces, draw, render};
+pub use drawing::{Faces, draw, render, warm_up};
 pub use engine::Engine;
 pub use files::{dropped, read_text, write};
 pub use hand::{told, work};

@@ -1,0 +1,30 @@
+// Starts the explorer, and offers it to programs that drive pages.
+
+import init, { act, controls, outcome, pixels, script, seen, show } from "./explorer.js";
+import { compiled } from "./program.js";
+
+const message = document.getElementById("message");
+
+/** Says why there is nothing to see. */
+function fail(error) {
+  message.textContent = `The explorer does not run here: ${error?.message ?? error}`;
+  message.hidden = false;
+}
+
+try {
+  const module = await compiled();
+  const program = await init({ module_or_path: module });
+  await show("explorer", module);
+  message.hidden = true;
+  globalThis.deepshadow = {
+    act,
+    controls: () => JSON.parse(controls()),
+    memory: () => program.memory.buffer.byteLength,
+    outcome: () => JSON.parse(outcome()),
+    pixels,
+    script,
+    seen: () => JSON.parse(seen()),
+  };
+} catch (error) {
+  fail(error);
+}

@@ -1,0 +1,18 @@
+// A worker of the explorer. The first message is the compiled program; orders come after it, and wait
+// until it runs.
+
+import init, { work } from "./explorer.js";
+
+const early = [];
+self.onmessage = (event) => {
+  if (!(event.data instanceof WebAssembly.Module)) {
+    early.push(event);
+    return;
+  }
+  init({ module_or_path: event.data }).then((program) => {
+    self.memory = () => program.memory.buffer.byteLength;
+    work();
+    // What came meanwhile is heard now, in its order.
+    early.forEach((late) => self.onmessage(late));
+  });
+};
