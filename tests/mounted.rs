@@ -7,6 +7,7 @@ use std::io::{Error, Result as IoResult};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use deepshadow::glam::Vec3;
 use deepshadow::io::{self, Described, FileSource, SceneLoader, frames_of, is_numbered};
 use deepshadow::scene::automatic::Loaded;
 use deepshadow::scene::{NumberedName, Shape};
@@ -38,7 +39,7 @@ fn bits(loaded: &Loaded) -> Vec<u64> {
             Shape::Mesh(mesh) => mesh.positions(),
             Shape::Strands(strands) => strands.points(),
         };
-        bits.extend(points.iter().flat_map(|p| p.to_array()).map(|x| u64::from(x.to_bits())));
+        bits.extend(points.iter().flat_map(Vec3::to_array).map(|x| u64::from(x.to_bits())));
     }
     bits
 }
