@@ -153,6 +153,34 @@ fn apps_use_the_public_face_alone() {
     assert!(found > 10, "{found} files");
 }
 
+/// Where there is no disk, `io` reads what a program has mounted: nothing but `files` asks the disk,
+/// and what writes.
+#[test]
+fn files_are_read_through_one_place() {
+    let root = project().join("src/io");
+    let asks = ["std::fs", "fs::", "File::open(", ".exists()", ".canonicalize()", ".is_dir()"];
+    let mut found = 0;
+    for path in sources(&root) {
+        let name = path.strip_prefix(&root).unwrap();
+        if name.starts_with("files") || name.starts_with("output") {
+            continue;
+        }
+        found += 1;
+        let text = fs::read_to_string(&path).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
+            // Files of an older output are removed.
+            let removes = name.ends_with("dense/detached.rs");
+            // Types may end like the standard library's.
+            let own = ["VdbFile::open(", "DeepFile::open(", "DenseFile::open("];
+            let asked = asks.iter().any(|ask| line.contains(ask));
+            let own = own.iter().any(|own| line.contains(own));
+            assert!(!asked || own || removes, "{}: {line}", name.display());
+        }
+    }
+    assert!(found > 50, "{found} files");
+}
+
 /// Passes that only GPUs need: on the host, a threshold map computes its curves itself, pictures are
 /// added up, and lists are vectors that are filled and sorted at once.
 #[cfg(feature = "gpu")]

@@ -31,6 +31,7 @@ mod info;
 mod light_meter;
 mod lists;
 mod measures;
+mod mounted;
 #[cfg(unix)]
 mod nothing_lost;
 mod outputs;

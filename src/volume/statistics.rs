@@ -29,17 +29,17 @@ impl Statistics {
         let dims = voxels.dims();
         // Along a flat axis every voxel lies on a face, which says nothing about the surroundings.
         let faced = dims.map(|n| n >= 3);
-        let (mut min, mut max, mut sum, mut held) = (f32::INFINITY, 0.0_f32, 0.0_f64, 0_usize);
-        let mut shell: Vec<(f32, usize)> = Vec::new();
+        let (mut min, mut max, mut sum, mut held) = (f32::INFINITY, 0.0_f32, 0.0_f64, 0_u64);
+        let mut shell: Vec<(f32, u64)> = Vec::new();
         voxels.for_each_held(|part, value| {
-            let count = part.voxels();
+            let count = part.voxels() as u64;
             (min, max) = (min.min(value), max.max(value));
             sum += f64::from(value) * count as f64;
             held += count;
             for axis in (0..3).filter(|&axis| faced[axis]) {
                 let end = part.first[axis] + part.size[axis];
                 for _ in [part.first[axis] == 0, end == dims[axis]].into_iter().filter(|&on| on) {
-                    shell.push((value, count / part.size[axis]));
+                    shell.push((value, count / part.size[axis] as u64));
                 }
             }
         });
@@ -48,7 +48,7 @@ impl Statistics {
             min = 0.0;
         }
         let on_faces = |axis: usize| 2.0 * count / dims[axis] as f64;
-        let faces = (0..3).filter(|&axis| faced[axis]).map(on_faces).sum::<f64>() as usize;
+        let faces = (0..3).filter(|&axis| faced[axis]).map(on_faces).sum::<f64>() as u64;
         let nonempty = held as f64 / count;
         Self { min, max, mean: sum / count, nonempty, border: border(shell, faces) }
     }
@@ -56,10 +56,10 @@ impl Statistics {
 
 /// The value below which 90 % of `count` values lie. `held` lists those that are not 0, as value
 /// and number.
-fn border(mut held: Vec<(f32, usize)>, count: usize) -> f32 {
+fn border(mut held: Vec<(f32, u64)>, count: u64) -> f32 {
     let last = count.saturating_sub(1);
     let rank = last / 10 * 9 + last % 10 * 9 / 10;
-    let known: usize = held.iter().map(|(_, count)| count).sum();
+    let known: u64 = held.iter().map(|(_, count)| count).sum();
     held.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
     let mut below = count.saturating_sub(known);
     for (value, count) in held {

@@ -163,9 +163,10 @@ impl Voxels {
             Self::Dense(values) => among(values.as_slice().unwrap_or_default()),
             Self::Sparse(voxels) if among(voxels.values()) == 0 => 0,
             Self::Sparse(_) => {
-                let mut count = 0;
+                let mut count = 0_usize;
                 self.for_each_held(|held, value| {
-                    count += if renders(value) { 0 } else { held.voxels() };
+                    // Addresses of 32 bits are fewer than the voxels of shared blocks may be.
+                    count = count.saturating_add(if renders(value) { 0 } else { held.voxels() });
                 });
                 count
             }

@@ -200,8 +200,11 @@ impl DenseFile {
     fn density(&self) -> Result<Array3<f32>> {
         let header = &self.header;
         let mut needed = header.memory_bytes();
-        if !self.payload.comes_in_parts() || header.bytes() > isize::MAX as u128 {
+        if !self.payload.comes_in_parts() {
             needed += header.bytes();
+        } else if header.bytes() > isize::MAX as u128 {
+            // More than can be counted.
+            needed = needed.max(header.bytes());
         }
         if header.order == Order::ZFastest {
             // Reordering the axes needs a second array.
@@ -247,12 +250,13 @@ impl DenseFile {
     /// # Errors
     /// [`ErrorKind::Limit`] if `needed` bytes are more than allowed.
     fn check_memory(&self, needed: u128) -> Result<()> {
-        if needed <= u128::from(self.max_bytes.min(isize::MAX as u64)) {
+        let most = self.max_bytes.min(isize::MAX as u64);
+        if needed <= u128::from(most) {
             return Ok(());
         }
         let [x, y, z] = self.header.dims;
         let what = format!("{}: {x} x {y} x {z} voxels", self.path.display());
-        let (needed, limit) = (format!("{needed} bytes"), format!("{} bytes", self.max_bytes));
+        let (needed, limit) = (format!("{needed} bytes"), format!("{most} bytes"));
         Err(ErrorKind::Limit { what, needed, limit }.into())
     }
 

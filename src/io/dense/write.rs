@@ -10,6 +10,7 @@ use glam::DVec3;
 use super::grid::DenseGrid;
 use super::{DenseTarget, detached, npy};
 use crate::error::{Error, Result};
+use crate::io::files;
 use crate::io::number::ValueType;
 use crate::io::output::{Inputs, PendingFile, commit, commit_then};
 use crate::io::remap::Remap;
@@ -123,7 +124,7 @@ impl DenseOutput {
         let mut files = Vec::new();
         // First a sidecar that describes both the old and the new voxels, then the new voxels, then
         // their own sidecar.
-        if self.main.path().exists()
+        if files::exists(self.main.path())
             && let Ok(Some((_, older))) = Sidecar::beside(self.main.path())
         {
             let mut both = PendingFile::create(side.target(), &self.inputs)?;
