@@ -159,11 +159,11 @@ mod tests {
 
     #[test]
     fn a_word_is_heard_and_so_is_its_absence() {
-        let (word, heard) = super::word();
+        let (word, heard) = word();
         let speaker = thread::spawn(move || word.give(7));
         assert_eq!(wait(heard), Some(7));
         assert!(speaker.join().is_ok());
-        let (word, heard) = super::word::<u8>();
+        let (word, heard) = word::<u8>();
         let speaker = thread::spawn(move || drop(word));
         assert_eq!(wait(heard), None);
         assert!(speaker.join().is_ok());
