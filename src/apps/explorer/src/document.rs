@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use deepshadow::io::{Described, at_frame, is_numbered, is_scene_file};
+use deepshadow::io::{Described, at_frame, frames_of, is_numbered, is_scene_file};
 use deepshadow::scene::automatic::Surroundings;
 use deepshadow::scene::file::{CameraTable, LightTable};
 use deepshadow::scene::{Camera, Light, LightKind, NumberedName, Projection, SceneFile};
@@ -50,7 +50,7 @@ impl Document {
         if let Some(name) = described.file.volume.iter().find(|table| is_numbered(table))
             && let Some(name) = name.path.as_deref().and_then(NumberedName::of)
         {
-            frames = Some(on_disk(&name)?);
+            frames = Some(frames_of(&name)?);
         }
         let frame = frames.as_ref().map_or(0, |frames| *frames.start());
         let of = at_frame(&described.file, frame)?;
@@ -203,20 +203,4 @@ fn not_a_number(value: &toml::Value) -> Option<String> {
         }),
         _ => None,
     }
-}
-
-/// The first and the last frame of a numbered name whose files exist.
-fn on_disk(name: &NumberedName) -> Result<RangeInclusive<i64>> {
-    let folder = name.folder();
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let entries = std::fs::read_dir(folder).map_err(|error| Error::file(folder, error))?;
-    let frames = entries.flatten().filter_map(|entry| name.frame_of(entry.file_name().to_str()?));
-    let ends = frames.fold(None, |ends: Option<[i64; 2]>, frame| {
-        let [first, last] = ends.unwrap_or([frame; 2]);
-        Some([first.min(frame), last.max(frame)])
-    });
-    let Some([first, last]) = ends else {
-        return Err(Error::contents(name.pattern(), "no file has a name like this"));
-    };
-    Ok(first..=last)
 }

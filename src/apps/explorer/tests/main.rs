@@ -4,6 +4,7 @@
 
 mod files;
 mod hands;
+mod messages;
 mod panels;
 mod pictures;
 mod scripts;

@@ -89,6 +89,10 @@ pub fn with<T>(work: impl FnOnce(&mut Page) -> T) -> Option<T> {
 }
 
 impl App for Page {
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(self)
+    }
+
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let files = FILES.take();
         if !files.is_empty() {

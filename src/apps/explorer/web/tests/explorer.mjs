@@ -1,7 +1,7 @@
 // The explorer's page, as programs drive it.
 
 import { spawnSync } from "node:child_process";
-import { mkdtempSync, readFileSync } from "node:fs";
+import { copyFileSync, mkdtempSync, readFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -143,13 +143,15 @@ export class Explorer {
     return { width, height, bytes: Buffer.from(bytes, "base64") };
   }
 
-  /** The largest difference of any channel to what the program draws of the same scene. */
+  /** The largest difference of any channel to what the program draws of the same scene, whose files
+   *  are in `folder`. */
   async differenceToProgram(folder) {
-    const scene = await this.saveScene();
+    const scene = join(folder, "seen.toml");
+    copyFileSync(await this.saveScene(), scene);
     const own = await this.pixels();
     const output = join(mkdtempSync(join(tmpdir(), "rendered-")), "native.png");
     const program = process.env.DEEPSHADOW;
-    const ran = spawnSync(program, ["render", scene, "--backend", "cpu", "-o", output], { cwd: folder });
+    const ran = spawnSync(program, ["render", scene, "--backend", "cpu", "-o", output]);
     if (ran.status !== 0) {
       throw new Error(ran.stderr.toString());
     }
@@ -167,4 +169,20 @@ export function difference(a, b) {
     largest = Math.max(largest, Math.abs(a.bytes[at] - b.bytes[at]));
   }
   return largest;
+}
+
+/** Drops files on the page. */
+export async function drop(explorer, files) {
+  const given = files.map(([name, bytes]) => [name, bytes.toString("base64")]);
+  await explorer.page.evaluate((given) => {
+    const data = new DataTransfer();
+    for (const [name, text] of given) {
+      const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+      data.items.add(new File([bytes], name));
+    }
+    const canvas = document.getElementById("explorer");
+    const about = { dataTransfer: data, bubbles: true, cancelable: true };
+    canvas.dispatchEvent(new DragEvent("dragover", about));
+    canvas.dispatchEvent(new DragEvent("drop", about));
+  }, given);
 }

@@ -8,7 +8,7 @@ import { join } from "node:path";
 import { after, before, test } from "node:test";
 
 import { browse, serve } from "./browser.mjs";
-import { difference, open } from "./explorer.mjs";
+import { difference, drop, open } from "./explorer.mjs";
 
 const SMALL = "set image.width 160\nset image.height 120\nwait";
 const pictures = process.env.PICTURES;
@@ -62,22 +62,6 @@ function ball(n = 24) {
     values[i] = Math.max(0, 1 - away);
   }
   return Buffer.concat([head, Buffer.from(padded, "latin1"), Buffer.from(values.buffer)]);
-}
-
-/** Drops files on the page. */
-async function drop(explorer, files) {
-  const given = files.map(([name, bytes]) => [name, bytes.toString("base64")]);
-  await explorer.page.evaluate((given) => {
-    const data = new DataTransfer();
-    for (const [name, text] of given) {
-      const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-      data.items.add(new File([bytes], name));
-    }
-    const canvas = document.getElementById("explorer");
-    const about = { dataTransfer: data, bubbles: true, cancelable: true };
-    canvas.dispatchEvent(new DragEvent("dragover", about));
-    canvas.dispatchEvent(new DragEvent("drop", about));
-  }, given);
 }
 
 on("an example is drawn as the program draws it", async (explorer) => {
