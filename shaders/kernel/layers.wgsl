@@ -129,7 +129,8 @@ fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u
         }
         var own = hit.part;
         var weight: f32;
-        var coming: Coming;
+        // Chromium 156 does not empty a variable that is declared in a loop without a value.
+        var coming = Coming();
         if (of_strand <= hit.depth) {
             own = strand;
             let part = seen[own - 1u];

@@ -59,7 +59,7 @@ mod waiting;
 use std::sync::{Mutex, PoisonError};
 
 use crate::backend;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::{Media, Surfaces};
 use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, TexelMap};
@@ -142,7 +142,14 @@ impl GpuBackend {
         self.watch.alive()?;
         let found = work.await;
         let settled = scopes.settled().await;
-        let found = self.watch.over(found.and_then(|found| settled.map(|()| found)));
+        let found = found.and_then(|found| settled.map(|()| found));
+        if cfg!(target_family = "wasm") && found.is_err() {
+            // Browsers tell what no scope has caught after all verdicts: what follows from this
+            // error shall not become one of the next work.
+            let _ = scopes.scoped(Error::gpu, || ());
+            let _ = scopes.settled().await;
+        }
+        let found = self.watch.over(found);
         if scopes.were_bad() {
             // Something is kept that turned out to be invalid.
             *self.uploaded.lock().unwrap_or_else(PoisonError::into_inner) = None;

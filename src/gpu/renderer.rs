@@ -349,7 +349,7 @@ impl Renderer {
     ) -> Result<(wgpu::Texture, wgpu::TextureView)> {
         self.check_size(label, [width, height])?;
         let make = || {
-            self.device.create_texture(&wgpu::TextureDescriptor {
+            let texture = self.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
                 mip_level_count: 1,
@@ -361,7 +361,9 @@ impl Renderer {
                     | wgpu::TextureUsages::COPY_SRC
                     | wgpu::TextureUsages::COPY_DST,
                 view_formats: &[],
-            })
+            });
+            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+            (texture, view)
         };
         // Only drivers know how many bytes a texture may have.
         let explain = move |why| {
@@ -370,8 +372,6 @@ impl Renderer {
             let limit = format!("the device's: {why}");
             Error::from(ErrorKind::Limit { what: label.to_owned(), needed, limit })
         };
-        let texture = self.scopes.scoped(explain, make)?;
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Ok((texture, view))
+        self.scopes.scoped(explain, make)
     }
 }

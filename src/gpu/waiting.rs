@@ -65,7 +65,8 @@ impl Scopes {
         let done = work();
         let (validation, memory) = (validation.pop(), memory.pop());
         let mut verdict: Open = Box::pin(async move {
-            let found = [validation.await, memory.await];
+            // What there was no memory for is invalid, too.
+            let found = [memory.await, validation.await];
             match found.into_iter().flatten().next() {
                 Some(error) => Err(explain(error.to_string())),
                 None => Ok(()),
@@ -159,12 +160,12 @@ mod tests {
 
     #[test]
     fn a_word_is_heard_and_so_is_its_absence() {
-        let (word, heard) = word();
-        let speaker = thread::spawn(move || word.give(7));
+        let (speech, heard) = word();
+        let speaker = thread::spawn(move || speech.give(7));
         assert_eq!(wait(heard), Some(7));
         assert!(speaker.join().is_ok());
-        let (word, heard) = word::<u8>();
-        let speaker = thread::spawn(move || drop(word));
+        let (silence, heard) = word::<u8>();
+        let speaker = thread::spawn(move || drop(silence));
         assert_eq!(wait(heard), None);
         assert!(speaker.join().is_ok());
     }
