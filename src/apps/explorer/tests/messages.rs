@@ -87,7 +87,7 @@ fn pictures_arrive_but_for_their_pixels() {
         };
         assert_eq!(arrived.scene, picture.scene, "{kind}");
         assert_eq!(arrived.settings, picture.settings, "{kind}");
-        assert_eq!((arrived.tone, arrived.saved), (picture.tone, picture.saved), "{kind}");
+        assert_eq!((arrived.tone, &arrived.saved), (picture.tone, &picture.saved), "{kind}");
         let [own, other] = [&picture, &arrived].map(|picture| picture.volumes[0].clone());
         let heights = |one: &Arc<deepshadow_explorer::panels::OfDensities>| one.heights.clone();
         assert_eq!(own.histogram.as_ref().map(heights), other.histogram.as_ref().map(heights));

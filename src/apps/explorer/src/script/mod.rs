@@ -20,12 +20,13 @@ mod act;
 mod line;
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use act::act;
 pub use act::changed;
 use deepshadow::{Error, Result};
 use line::{Line, parse, uncommented};
+use web_time::Instant;
 
 use crate::engine::Times;
 use crate::explorer::Explorer;

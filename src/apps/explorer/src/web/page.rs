@@ -22,6 +22,9 @@ thread_local! {
     static FILES: RefCell<Vec<File>> = const { RefCell::new(Vec::new()) };
 }
 
+/// What is open if the address says nothing: what a browser makes in no time.
+const EXAMPLE: &str = "bucky";
+
 /// How long nothing must have changed before the address says what is seen.
 const SETTLED: Duration = Duration::from_millis(400);
 
@@ -54,6 +57,7 @@ pub async fn show(canvas: &str, module: JsValue) -> Result<(), JsValue> {
     let runner = WebRunner::new();
     let make: eframe::AppCreator<'static> = Box::new(|creation| {
         let context = &creation.egui_ctx;
+        context.set_fonts(fonts());
         let mut explorer = Explorer::new(context, None)?;
         let state = link::of_address();
         let mut awaited = None;
@@ -63,7 +67,7 @@ pub async fn show(canvas: &str, module: JsValue) -> Result<(), JsValue> {
                 awaited = Some(state);
             }
             Some(Err(why)) => explorer.complain(&why),
-            None => explorer.open("clouds"),
+            None => explorer.open(EXAMPLE),
         }
         let driver = Driver::new(context);
         let (written, changed, told) = (String::new(), None, false);
@@ -72,6 +76,24 @@ pub async fn show(canvas: &str, module: JsValue) -> Result<(), JsValue> {
     runner.start(canvas, options, make).await?;
     RUNNER.set(Some(runner));
     Ok(())
+}
+
+/// The fonts of latin text and of egui's own signs: for others egui asks the browser.
+fn fonts() -> egui::FontDefinitions {
+    let mut fonts = egui::FontDefinitions::empty();
+    let signs = ("egui-icons", epaint_default_fonts::EGUI_ICONS);
+    let text = ("Ubuntu-Light", epaint_default_fonts::UBUNTU_LIGHT);
+    let code = ("Hack", epaint_default_fonts::HACK_REGULAR);
+    for (family, own) in [
+        (egui::FontFamily::Proportional, vec![text, signs]),
+        (egui::FontFamily::Monospace, vec![code, text, signs]),
+    ] {
+        for (name, font) in &own {
+            fonts.font_data.insert((*name).to_owned(), egui::FontData::from_static(font).into());
+        }
+        fonts.families.insert(family, own.iter().map(|(name, _)| (*name).to_owned()).collect());
+    }
+    fonts
 }
 
 /// Takes files that people chose.
