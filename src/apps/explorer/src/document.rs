@@ -11,7 +11,7 @@ use deepshadow::scene::{Camera, Light, LightKind, NumberedName, Projection, Scen
 use deepshadow::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-use crate::engine::Seen;
+use crate::engine::{Seen, as_text};
 
 /// How many documents were opened.
 static OPENED: AtomicU64 = AtomicU64::new(0);
@@ -24,8 +24,10 @@ pub struct Document {
     /// The name of its input, as it was given.
     pub input: String,
     /// The scene. Keys that are left out are chosen when it is completed.
+    #[serde(with = "as_text")]
     pub file: SceneFile,
     /// The scene as it was opened.
+    #[serde(with = "as_text")]
     pub opened: SceneFile,
     /// What surrounds it where that is left out.
     pub surroundings: Surroundings,

@@ -2,6 +2,7 @@
 //! whatever it replaces is given up. The window only asks ([`Engine::wish`](crate::host::Engine::wish)) and looks what has come
 //! ([`Engine::events`](crate::host::Engine::events)).
 
+pub mod as_text;
 pub mod devices;
 mod loading;
 mod pace;
@@ -35,10 +36,12 @@ pub struct Wish {
     /// The number of the document. What was loaded for another one is not taken for this.
     pub document: u64,
     /// The scene.
+    #[serde(with = "as_text")]
     pub file: SceneFile,
     /// What surrounds it where that is left out.
     pub surroundings: Surroundings,
     /// Another scene to be drawn beside it, with the same camera.
+    #[serde(with = "as_text::optional")]
     pub beside: Option<SceneFile>,
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],

@@ -1,5 +1,7 @@
 //! The page's controls as screen readers hear them, for programs that drive pages.
 
+use std::collections::HashMap;
+
 use eframe::egui::accesskit::{ActionRequest, Node, NodeId, Role, TreeUpdate};
 use eframe::egui::{self, FullOutput, Plugin, RawInput};
 use serde::Serialize;
@@ -50,8 +52,11 @@ impl Plugin for Controls {
 impl Controls {
     /// All of them that have a name or a value.
     pub fn all(&self, scale: f64) -> Vec<Control> {
-        let nodes = self.last.iter().flat_map(|update| &update.nodes);
-        nodes.filter_map(|(id, node)| control(*id, node, scale)).collect()
+        let nodes = || self.last.iter().flat_map(|update| &update.nodes);
+        let texts: HashMap<NodeId, &str> = nodes()
+            .filter_map(|(id, node)| Some((*id, node.label().or_else(|| node.value())?)))
+            .collect();
+        nodes().filter_map(|(id, node)| control(*id, node, &texts, scale)).collect()
     }
 
     /// Asks for an action.
@@ -66,17 +71,20 @@ impl Controls {
     }
 }
 
-fn control(id: NodeId, node: &Node, scale: f64) -> Option<Control> {
+fn control(id: NodeId, node: &Node, texts: &HashMap<NodeId, &str>, scale: f64) -> Option<Control> {
     let role = node.role();
-    let text = node.label().or_else(|| node.value());
-    if matches!(role, Role::GenericContainer | Role::Window | Role::TextRun) || text.is_none() {
+    // Some are named by a text beside them.
+    let beside = node.labelled_by().iter().filter_map(|id| texts.get(id).copied());
+    let label = node.label().map_or_else(|| beside.collect::<Vec<_>>().join(" "), str::to_owned);
+    let unnamed = label.is_empty() && node.value().is_none();
+    if matches!(role, Role::GenericContainer | Role::Window | Role::TextRun) || unnamed {
         return None;
     }
     let place = node.bounds()?;
     Some(Control {
         id: id.0.to_string(),
         role: format!("{role:?}"),
-        label: node.label().unwrap_or_default().to_owned(),
+        label,
         value: node.value().map(str::to_owned).or_else(|| Some(format!("{:?}", node.toggled()?))),
         number: node.numeric_value(),
         enabled: !node.is_disabled(),

@@ -78,20 +78,19 @@ pub async fn show(canvas: &str, module: JsValue) -> Result<(), JsValue> {
     Ok(())
 }
 
-/// The fonts of latin text and of egui's own signs: for others egui asks the browser.
+/// The fonts of latin text and of egui's own signs: for others egui asks the browser. One for code
+/// would be a twentieth of all that is downloaded.
 fn fonts() -> egui::FontDefinitions {
     let mut fonts = egui::FontDefinitions::empty();
-    let signs = ("egui-icons", epaint_default_fonts::EGUI_ICONS);
-    let text = ("Ubuntu-Light", epaint_default_fonts::UBUNTU_LIGHT);
-    let code = ("Hack", epaint_default_fonts::HACK_REGULAR);
-    for (family, own) in [
-        (egui::FontFamily::Proportional, vec![text, signs]),
-        (egui::FontFamily::Monospace, vec![code, text, signs]),
-    ] {
-        for (name, font) in &own {
-            fonts.font_data.insert((*name).to_owned(), egui::FontData::from_static(font).into());
-        }
-        fonts.families.insert(family, own.iter().map(|(name, _)| (*name).to_owned()).collect());
+    let all = [
+        ("Ubuntu-Light", epaint_default_fonts::UBUNTU_LIGHT),
+        ("egui-icons", epaint_default_fonts::EGUI_ICONS),
+    ];
+    for family in [egui::FontFamily::Proportional, egui::FontFamily::Monospace] {
+        fonts.families.insert(family, all.map(|(name, _)| name.to_owned()).to_vec());
+    }
+    for (name, font) in all {
+        fonts.font_data.insert(name.to_owned(), egui::FontData::from_static(font).into());
     }
     fonts
 }
@@ -123,6 +122,8 @@ impl App for Page {
         }
         self.driver.step(&mut self.explorer);
         self.explorer.show(ui);
+        // An answer that this frame shows is not one of the next.
+        self.driver.step(&mut self.explorer);
         self.recall();
         self.say_what_draws();
         self.write_address(ui.ctx());

@@ -144,14 +144,14 @@ export class Explorer {
   }
 
   /** The largest difference of any channel to what the program draws of the same scene, whose files
-   *  are in `folder`. */
-  async differenceToProgram(folder) {
+   *  are in `folder`, on one of its backends. */
+  async differenceToProgram(folder, backend = "cpu") {
     const scene = join(folder, "seen.toml");
     copyFileSync(await this.saveScene(), scene);
     const own = await this.pixels();
     const output = join(mkdtempSync(join(tmpdir(), "rendered-")), "native.png");
     const program = process.env.DEEPSHADOW;
-    const ran = spawnSync(program, ["render", scene, "--backend", "cpu", "-o", output]);
+    const ran = spawnSync(program, ["render", scene, "--backend", backend, "-o", output]);
     if (ran.status !== 0) {
       throw new Error(ran.stderr.toString());
     }

@@ -68,7 +68,9 @@ on("an example is drawn as the program draws it", async (explorer) => {
   const seen = await explorer.rest();
   assert.equal(seen.input, "bucky");
   assert.ok(seen.device.startsWith("cpu"), seen.device);
-  assert.ok(seen.messages.some(([text]) => text.includes("processor")), "what draws is said");
+  await explorer.until(() => {
+    return deepshadow.seen()?.messages.some(([text]) => text.includes("by the processor"));
+  });
   assert.ok((await explorer.differenceToProgram(tmpdir())) <= 1);
   if (pictures) {
     await explorer.page.screenshot({ path: join(pictures, "1280x720.png") });
@@ -134,7 +136,7 @@ on("one finger orbits, two pan and zoom, and the light has a switch", async (exp
     await fingers("touchEnd", []);
     return (await explorer.rest()).file;
   };
-  const start = await gesture([[200, 400]], [[200, 404]]);
+  const start = await gesture([[200, 400]], [[200, 440]]);
   const away = ({ camera }) => Math.hypot(...camera.position.map((c, i) => c - camera.target[i]));
   const orbited = await gesture([[200, 400]], [[280, 420]]);
   assert.notDeepEqual(orbited.camera.position, start.camera.position);
