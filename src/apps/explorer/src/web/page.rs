@@ -43,17 +43,21 @@ pub struct Page {
     told: bool,
 }
 
+/// Frames a second of a window that a processor draws: more would take it from the worker.
+const SLOW: u32 = 15;
+
 /// Shows the explorer in the canvas with this identifier; workers run `module`.
 ///
 /// # Errors
 /// If there is no such canvas, or if the browser cannot draw into it.
-pub async fn show(canvas: &str, module: JsValue) -> Result<(), JsValue> {
+pub async fn show(canvas: &str, module: JsValue, is_software: bool) -> Result<(), JsValue> {
     keep_module(module);
     let document = web_sys::window().and_then(|window| window.document());
     let canvas = document.and_then(|document| document.get_element_by_id(canvas));
     let canvas: HtmlCanvasElement = canvas.ok_or("there is no canvas")?.dyn_into()?;
     // Pictures are shown as they are.
-    let options = WebOptions { dithering: false, ..WebOptions::default() };
+    let max_fps = is_software.then_some(SLOW);
+    let options = WebOptions { dithering: false, max_fps, ..WebOptions::default() };
     let runner = WebRunner::new();
     let make: eframe::AppCreator<'static> = Box::new(|creation| {
         let context = &creation.egui_ctx;

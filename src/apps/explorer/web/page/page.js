@@ -11,10 +11,19 @@ function fail(error) {
   message.hidden = false;
 }
 
+/** Whether a processor draws the window, which then takes it from the workers. */
+function drawnBySoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const about = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = about ? gl.getParameter(about.UNMASKED_RENDERER_WEBGL) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
 try {
   const module = await compiled();
   const program = await init({ module_or_path: module });
-  await show("explorer", module);
+  await show("explorer", module, drawnBySoftware());
   message.hidden = true;
   globalThis.deepshadow = {
     act,

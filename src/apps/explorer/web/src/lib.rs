@@ -6,9 +6,10 @@ use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// Shows the explorer in the canvas with this identifier; workers run `module`, this program compiled.
+/// Whether a processor draws the window decides how often that is done.
 #[wasm_bindgen]
-pub async fn show(canvas: String, module: JsValue) -> Result<(), JsValue> {
-    page::show(&canvas, module).await
+pub async fn show(canvas: String, module: JsValue, is_software: bool) -> Result<(), JsValue> {
+    page::show(&canvas, module, is_software).await
 }
 
 /// Begins to work for the page, in a worker.

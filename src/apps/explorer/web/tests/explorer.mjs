@@ -82,7 +82,7 @@ export class Explorer {
     if (!done) {
       throw new Error(`${label} is gone`);
     }
-    await this.page.waitForTimeout(80);
+    await this.page.waitForTimeout(200);
   }
 
   /** Chooses an item of a list. */
@@ -94,7 +94,7 @@ export class Explorer {
       throw new Error(`no ${item} in ${list}`);
     }
     await this.page.evaluate((id) => deepshadow.act(id), found.id);
-    await this.page.waitForTimeout(80);
+    await this.page.waitForTimeout(200);
   }
 
   /** The picture's width, height and bytes. */
