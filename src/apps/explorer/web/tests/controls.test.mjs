@@ -213,7 +213,7 @@ on("it is looked into", BOX, async (explorer) => {
 on("a sequence is played", BOX, async (explorer) => {
   const raw = (value) => Buffer.alloc(8 ** 3, value);
   const frames = [1, 2, 3].map((frame) => [`smoke_000${frame}.raw`, raw(60 * frame)]);
-  const scene = "[volume]\npath = 'smoke_####.raw'\ndims = [8, 8, 8]\ndtype = 'u8'\n";
+  const scene = "[volume]\npath = 'smoke_####.raw'\ndims = [8, 8, 8]\ntype = 'u8'\n";
   await drop(explorer, [...frames, ["scene.toml", Buffer.from(scene)]]);
   await explorer.until(() => deepshadow.seen()?.input === "scene.toml");
   assert.equal((await explorer.rest()).frame, 1);

@@ -75,26 +75,46 @@ export class Explorer {
     throw new Error(`there is no ${role ?? "control"} '${label}'`);
   }
 
-  /** Gives a control a value, or presses it. */
+  /** Gives a control a value, or presses it. A box that the window lays out anew meanwhile may miss
+   *  that, so it is asked whether it has changed. */
   async act(label, role, value) {
-    const { id } = await this.control(label, role);
-    const done = await this.page.evaluate(([id, value]) => deepshadow.act(id, value), [id, value]);
-    if (!done) {
-      throw new Error(`${label} is gone`);
+    const before = await this.control(label, role);
+    for (let turn = 0; turn < 5; turn += 1) {
+      const { id } = await this.control(label, role);
+      const done = await this.page.evaluate(([id, value]) => deepshadow.act(id, value), [id, value]);
+      if (!done) {
+        throw new Error(`${label} is gone`);
+      }
+      await this.page.waitForTimeout(200);
+      if (role !== "CheckBox") {
+        return;
+      }
+      await this.controls(label, role);
+      await this.page.waitForTimeout(200);
+      const [now] = await this.controls(label, role);
+      if (now?.value !== before.value) {
+        return;
+      }
     }
-    await this.page.waitForTimeout(200);
+    throw new Error(`${label} stays ${before.value}`);
   }
 
-  /** Chooses an item of a list. */
+  /** Chooses an item of a list, which takes some frames to open. */
   async choose(list, item) {
+    const before = await this.page.evaluate(() => deepshadow.controls());
+    const known = new Set(before.map((one) => one.id));
     await this.act(list, "ComboBox");
-    const items = await this.page.evaluate(() => deepshadow.controls());
-    const found = items.filter((one) => one.label === item && one.role !== "ComboBox").at(-1);
-    if (!found) {
-      throw new Error(`no ${item} in ${list}`);
+    for (let turn = 0; turn < 50; turn += 1) {
+      const items = await this.page.evaluate(() => deepshadow.controls());
+      const found = items.find((one) => one.label === item && !known.has(one.id));
+      if (found) {
+        await this.page.evaluate((id) => deepshadow.act(id), found.id);
+        await this.page.waitForTimeout(200);
+        return;
+      }
+      await this.page.waitForTimeout(100);
     }
-    await this.page.evaluate((id) => deepshadow.act(id), found.id);
-    await this.page.waitForTimeout(200);
+    throw new Error(`no ${item} in ${list}`);
   }
 
   /** The picture's width, height and bytes. */
