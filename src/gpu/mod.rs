@@ -165,7 +165,7 @@ impl GpuBackend {
 
     /// Checks that maps of `kind` can be made of what `surfaces` there are.
     fn check_kind(&self, surfaces: &Surfaces, kind: MapKind) -> Result<()> {
-        if surfaces.is_empty() || kind == MapKind::Fragments {
+        if surfaces.is_empty() || self.draws_surfaces(kind) {
             return Ok(());
         }
         Err(backend::draws_no_surfaces(&self.description, kind))

@@ -119,12 +119,17 @@ impl Stage for GpuStage<'_> {
 }
 
 impl Backend for GpuBackend {
+    // What browsers ask without this trait is answered in one place.
     fn description(&self) -> String {
-        self.description.clone()
+        Self::description(self)
+    }
+
+    fn builds(&self, kind: MapKind) -> bool {
+        Self::builds(self, kind)
     }
 
     fn draws_surfaces(&self, kind: MapKind) -> bool {
-        kind == MapKind::Fragments
+        Self::draws_surfaces(self, kind)
     }
 
     /// Compiles the passes in advance.

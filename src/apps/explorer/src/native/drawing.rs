@@ -2,26 +2,9 @@
 
 use deepshadow::backend::Stage;
 use deepshadow::gpu::{GpuBackend, GpuImage, GpuStage};
-use deepshadow::image::{Image, Tone};
+use deepshadow::image::Image;
 use deepshadow::progress::Progress;
 use deepshadow::{Backend, Result, Scene, Settings, Silent};
-
-use super::texture::Textures;
-use crate::engine::Face;
-
-/// What is shown of pictures that stay on the device.
-#[derive(Default)]
-pub struct Faces(Textures);
-
-impl Faces {
-    /// What a screen shows of a picture on the device.
-    ///
-    /// # Errors
-    /// If the device rejects the pass.
-    pub async fn show(&mut self, gpu: &GpuBackend, image: &GpuImage, tone: Tone) -> Result<Face> {
-        self.0.show(gpu, image, tone).map(Face::Texture)
-    }
-}
 
 /// The picture of `scene`, read back.
 ///

@@ -7,16 +7,17 @@
 mod dialogs;
 mod drawing;
 mod engine;
+mod faces;
 mod files;
 pub mod offscreen;
 mod screen;
-mod texture;
 pub mod threads;
 mod truth;
 
 pub use dialogs::{WHERE, ask};
-pub use drawing::{Faces, draw, render, warm_up};
+pub use drawing::{draw, render, warm_up};
 pub use engine::{Engine, told};
+pub use faces::Faces;
 pub use files::{dropped, read_text, write};
 pub use screen::Screen;
 pub use truth::Truth;

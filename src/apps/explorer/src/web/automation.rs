@@ -5,7 +5,6 @@ use std::path::Path;
 use eframe::egui;
 use eframe::egui::accesskit::{Action, ActionData, ActionRequest, TreeId};
 use serde::Serialize;
-use web_time::Instant;
 
 use super::controls::{Control, Controls};
 use super::page::{self, Page};
@@ -18,7 +17,6 @@ pub struct Driver {
     script: Option<Script>,
     /// What the last script has measured, or why it ended.
     outcome: Option<Result<Measured, String>>,
-    framed: Instant,
 }
 
 /// What is seen.
@@ -48,15 +46,13 @@ impl Driver {
     pub fn new(context: &egui::Context) -> Self {
         context.add_plugin(Controls::default());
         let controls = context.plugin::<Controls>();
-        Self { controls, script: None, outcome: None, framed: Instant::now() }
+        Self { controls, script: None, outcome: None }
     }
 
     /// Goes on with a script.
     pub fn step(&mut self, explorer: &mut Explorer) {
         let Some(script) = &mut self.script else { return };
         explorer.context().request_repaint();
-        script.measured.intervals.push(self.framed.elapsed().as_secs_f64());
-        self.framed = Instant::now();
         self.outcome = match script.step(explorer) {
             Ok(Step::End) => Some(Ok(script.measured.clone())),
             Ok(Step::Go) => return,

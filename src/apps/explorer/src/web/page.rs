@@ -126,8 +126,6 @@ impl App for Page {
         }
         self.driver.step(&mut self.explorer);
         self.explorer.show(ui);
-        // An answer that this frame shows is not one of the next.
-        self.driver.step(&mut self.explorer);
         self.recall();
         self.say_what_draws();
         self.write_address(ui.ctx());

@@ -5,10 +5,12 @@ use deepshadow::gpu::{GpuBackend, GpuImage};
 use deepshadow::image::Tone;
 use deepshadow::wgpu;
 
+use crate::engine::Face;
+
 /// Textures that are filled one after the other, so that the one that is on the screen is not
 /// written to.
 #[derive(Default)]
-pub struct Textures {
+pub struct Faces {
     all: Vec<(wgpu::Texture, wgpu::TextureView)>,
     next: usize,
 }
@@ -16,17 +18,12 @@ pub struct Textures {
 /// How many there are: one on the screen, one that is on its way there, and one to be filled.
 const COUNT: usize = 3;
 
-impl Textures {
-    /// A texture with what a screen shows of `image`.
+impl Faces {
+    /// What a screen shows of a picture on the device.
     ///
     /// # Errors
     /// If the device rejects the pass.
-    pub fn show(
-        &mut self,
-        gpu: &GpuBackend,
-        image: &GpuImage,
-        tone: Tone,
-    ) -> Result<wgpu::TextureView> {
+    pub async fn show(&mut self, gpu: &GpuBackend, image: &GpuImage, tone: Tone) -> Result<Face> {
         let [width, height] = image.size();
         let device = gpu.renderer().device();
         let index = self.next % COUNT;
@@ -60,6 +57,6 @@ impl Textures {
         };
         let renderer = gpu.renderer();
         renderer.submit(|encoder| renderer.show_image(encoder, image, tone, &view))?;
-        Ok(view)
+        Ok(Face::Texture(view))
     }
 }
