@@ -8,7 +8,7 @@ use eframe::egui;
 use js_sys::Array;
 use wasm_bindgen::prelude::Closure;
 use wasm_bindgen::{JsCast, JsValue};
-use web_sys::{File, MessageEvent, Worker, WorkerOptions, WorkerType};
+use web_sys::{ErrorEvent, File, MessageEvent, Worker, WorkerOptions, WorkerType};
 
 use super::port::{Order, Report, packed, received};
 use crate::engine::truth::Answer;
@@ -25,8 +25,9 @@ const SCRIPT: &str = "worker.js";
 /// A worker.
 struct Hand {
     worker: Worker,
-    /// Hears it; kept as long as it may say something.
+    /// Hear it, and its end; kept as long as it may say something.
     _heard: Closure<dyn FnMut(MessageEvent)>,
+    _ended: Closure<dyn FnMut(ErrorEvent)>,
     /// How many orders it was given, and how many it has done.
     given: u64,
     done: u64,
@@ -100,8 +101,25 @@ impl Hands {
             own.context.request_repaint();
         });
         worker.set_onmessage(Some(heard.as_ref().unchecked_ref()));
+        let own = Rc::downgrade(self);
+        let ended = Closure::<dyn FnMut(ErrorEvent)>::new(move |event: ErrorEvent| {
+            if let Some(own) = own.upgrade() {
+                own.mourn(index, &event.message());
+                own.context.request_repaint();
+            }
+        });
+        worker.set_onerror(Some(ended.as_ref().unchecked_ref()));
         worker.post_message(&self.module).map_err(failed)?;
-        Ok(Hand { worker, _heard: heard, given: 0, done: 0, draws: false, doing: None, gpu: None })
+        Ok(Hand {
+            worker,
+            _heard: heard,
+            _ended: ended,
+            given: 0,
+            done: 0,
+            draws: false,
+            doing: None,
+            gpu: None,
+        })
     }
 
     /// Ends a worker with whatever it does, and starts another one.
@@ -116,6 +134,24 @@ impl Hands {
         if index == 1 {
             self.order(1, &Order::Gpu);
         }
+    }
+
+    /// Puts another worker in the place of one that has ended by itself, as for lack of memory. What it
+    /// did is not tried again.
+    fn mourn(self: &Rc<Self>, index: usize, why: &str) {
+        {
+            let mut state = self.state.borrow_mut();
+            let (serial, line) = (state.serial, why.lines().next().unwrap_or_default());
+            let why = format!("what draws in this page has ended: {line}");
+            let loading = state.hands[index].doing.as_ref().is_some_and(|one| one.share.is_none());
+            state.next[index] = None;
+            if let Some((input, opening)) = state.opening.take_if(|_| index == 0) {
+                opening.opened(input, Err(why));
+            } else {
+                state.events.push(Event::Failed { serial, why, loading });
+            }
+        }
+        self.replace(index);
     }
 
     /// Gives an order to a worker.
@@ -244,7 +280,7 @@ impl Hands {
     /// What is being done.
     pub fn doing(&self) -> Option<Doing> {
         let state = self.state.borrow();
-        // What the whole picture waits for, unless that is drawn and not loaded.
+        // Whole pictures take longest.
         let mut all = state.hands.iter().rev().filter(|hand| hand.done < hand.given);
         all.find_map(|hand| hand.doing.clone())
     }

@@ -3,6 +3,13 @@
 
 import init, { work } from "./explorer.js";
 
+// A program that ends while it waits for something would end unheard.
+self.addEventListener("unhandledrejection", (event) => {
+  setTimeout(() => {
+    throw event.reason;
+  });
+});
+
 const early = [];
 self.onmessage = (event) => {
   if (!(event.data instanceof WebAssembly.Module)) {

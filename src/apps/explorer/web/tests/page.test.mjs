@@ -260,6 +260,27 @@ on("picture, scene and command come out", async (explorer) => {
   await explorer.control("copy command", "Button");
 });
 
+on("a worker that ends is replaced, and says why", async (explorer) => {
+  await explorer.rest();
+  for (const worker of explorer.page.workers()) {
+    await worker.evaluate(() => {
+      Promise.reject(new Error("no memory is left"));
+    });
+  }
+  const seen = await explorer.until(() => deepshadow.seen()?.messages.some(([, wrong]) => wrong));
+  const wrong = seen.messages.filter(([, wrong]) => wrong).map(([text]) => text);
+  assert.ok(wrong.every((text) => text.includes("no memory is left")), wrong.join());
+  await explorer.script(`${SMALL}\ndrag camera 0.2 0 2\nwait`).catch(() => {});
+  while ((await explorer.seen()).messages.some(([, wrong]) => wrong)) {
+    await explorer.act("dismiss");
+  }
+  await explorer.script(`${SMALL}\ndrag camera 0.2 0 2\nwait`);
+  assert.ok((await explorer.differenceToProgram(tmpdir())) <= 1);
+  // The browser tells of it too.
+  assert.ok(explorer.errors.every((error) => error.includes("no memory is left")));
+  explorer.errors.length = 0;
+});
+
 on("memory does not grow", async (explorer) => {
   await explorer.rest();
   const memory = async () => {
