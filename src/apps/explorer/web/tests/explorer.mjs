@@ -99,20 +99,30 @@ export class Explorer {
     throw new Error(`${label} stays ${before.value}`);
   }
 
+  /** All controls, as a frame shows them that is drawn now. */
+  async fresh() {
+    await this.page.evaluate(() => deepshadow.controls());
+    await this.page.waitForTimeout(150);
+    return this.page.evaluate(() => deepshadow.controls());
+  }
+
+  /** Clicks on a control. */
+  async click({ place: [left, top, right, bottom] }) {
+    await this.page.mouse.click((left + right) / 2, (top + bottom) / 2);
+  }
+
   /** Chooses an item of a list, which takes some frames to open. */
   async choose(list, item) {
-    const before = await this.page.evaluate(() => deepshadow.controls());
-    const known = new Set(before.map((one) => one.id));
-    await this.act(list, "ComboBox");
+    const known = new Set((await this.fresh()).map((one) => one.id));
+    await this.click(await this.control(list, "ComboBox"));
     for (let turn = 0; turn < 50; turn += 1) {
-      const items = await this.page.evaluate(() => deepshadow.controls());
+      const items = await this.fresh();
       const found = items.find((one) => one.label === item && !known.has(one.id));
       if (found) {
-        await this.page.evaluate((id) => deepshadow.act(id), found.id);
+        await this.click(found);
         await this.page.waitForTimeout(200);
         return;
       }
-      await this.page.waitForTimeout(100);
     }
     throw new Error(`no ${item} in ${list}`);
   }

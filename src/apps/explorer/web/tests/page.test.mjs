@@ -174,8 +174,7 @@ on("files are dropped and chosen, with what they name", async (explorer) => {
   const header = "ObjectType = Image\nNDims = 3\nDimSize = 16 16 16\nElementType = MET_UCHAR\n"
     + "ElementDataFile = data.raw\n";
   const chooser = explorer.page.waitForEvent("filechooser");
-  const { place } = await explorer.control("Open…");
-  await explorer.page.mouse.click((place[0] + place[2]) / 2, (place[1] + place[3]) / 2);
+  await explorer.click(await explorer.control("Open…"));
   const given = [["data.raw", raw], ["cube.mhd", Buffer.from(header)]];
   await (await chooser).setFiles(given.map(([name, buffer]) => {
     return { name, mimeType: "application/octet-stream", buffer };
