@@ -114,6 +114,10 @@ on("names and switches are chosen", BOX, (explorer) => use(explorer, [
 ]));
 
 on("kinds of map are chosen", BOX, (explorer) => use(explorer, [
+  ["ComboBox", "map", "nested", "shadow.map"],
+  ["ComboBox", "map", "visibility", "shadow.map"],
+  ["ComboBox", "map", "fourier", "shadow.map", "fourier:7"],
+  ["Slider", "numbers a texel", 9, "shadow.map", "fourier:9"],
   ["ComboBox", "map", "threshold", "shadow.map"],
   ["SpinButton", "threshold 2", 0.4, "shadow.thresholds", [0.1, 0.4, 0.9]],
   ["ComboBox", "lookup", "paper", "shadow.lookup"],
@@ -121,10 +125,6 @@ on("kinds of map are chosen", BOX, (explorer) => use(explorer, [
   ["ComboBox", "shading", "paper", "shadow.shading"],
   ["Slider", "light samples", 20, "shadow.light_samples"],
   ["ComboBox", "shading", "physical", "shadow.shading"],
-  ["ComboBox", "map", "nested", "shadow.map"],
-  ["ComboBox", "map", "visibility", "shadow.map"],
-  ["ComboBox", "map", "fourier", "shadow.map", "fourier:31"],
-  ["Slider", "numbers a texel", 7, "shadow.map", "fourier:7"],
 ]));
 
 on("lights are added and changed", BOX, (explorer) => use(explorer, [

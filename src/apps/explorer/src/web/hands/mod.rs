@@ -1,19 +1,20 @@
-//! The workers of a page: what they are told, and what comes back.
+//! The workers of a page, and what they are told.
+
+mod hearing;
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use deepshadow::image::Tone;
 use eframe::egui;
 use js_sys::Array;
 use wasm_bindgen::prelude::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{ErrorEvent, File, MessageEvent, Worker, WorkerOptions, WorkerType};
 
-use super::port::{Order, Report, packed, received};
+use super::port::{Order, packed, received};
 use crate::engine::truth::Answer;
 use crate::engine::worker::Part;
-use crate::engine::{Device, Doing, Event, Motion, Picture, Wish};
+use crate::engine::{Device, Doing, Event, Motion, Wish};
 use crate::explorer::Opening;
 
 /// How many there are: one for what is in a hurry, one for whole pictures and for a GPU.
@@ -314,96 +315,5 @@ impl Hands {
     /// The GPU, if a worker has one.
     pub fn gpu(&self) -> Option<(String, bool)> {
         self.state.borrow().hands.get(1).and_then(|hand| hand.gpu.clone())
-    }
-
-    /// Takes what a worker tells.
-    fn hear(&self, index: usize, report: Report) {
-        match report {
-            Report::Event(event) => self.hear_event(index, event),
-            Report::Opened(input, document) => {
-                let opening = {
-                    let mut state = self.state.borrow_mut();
-                    state.opening.take_if(|(name, _)| *name == input)
-                };
-                if let Some((_, opening)) = opening {
-                    opening.opened(input, document.map(|document| document.numbered_anew()));
-                }
-            }
-            Report::Doing(doing) => self.state.borrow_mut().hands[index].doing = doing,
-            Report::Answer(number, answer) => {
-                let mut state = self.state.borrow_mut();
-                if number == state.question {
-                    state.answers.push(answer);
-                }
-            }
-            Report::Gpu(found) => self.state.borrow_mut().hands[index].gpu = found.ok(),
-            Report::Done(orders) => {
-                let mut state = self.state.borrow_mut();
-                let hand = &mut state.hands[index];
-                hand.done = orders;
-                if hand.done == hand.given {
-                    (hand.draws, hand.doing) = (false, None);
-                }
-            }
-        }
-    }
-
-    fn hear_event(&self, index: usize, event: Event) {
-        let tone = {
-            let mut state = self.state.borrow_mut();
-            match &event {
-                Event::Picture(picture) => {
-                    if !state.wants(picture) {
-                        return;
-                    }
-                    if picture.whole {
-                        state.by_gpu = index == 1 && picture.device.starts_with("gpu");
-                    }
-                }
-                // Both load what they draw.
-                Event::Loaded { .. } if index != state.loads() => return,
-                Event::Failed { serial, why, .. } => {
-                    let failed = (*serial, why.clone());
-                    if state.failed.as_ref() == Some(&failed) {
-                        return;
-                    }
-                    state.failed = Some(failed);
-                }
-                _ => {}
-            }
-            let tone = match &event {
-                Event::Picture(picture) => picture.whole.then_some((picture.side, picture.tone)),
-                _ => None,
-            };
-            state.events.push(event);
-            tone.filter(|_| index == 1)
-        };
-        if let Some((side, tone)) = tone {
-            self.tell_tone(side, tone);
-        }
-    }
-
-    /// Lets pictures in a hurry be shown as the whole one was.
-    fn tell_tone(&self, side: usize, tone: Tone) {
-        self.order(0, &Order::Tone(side, tone));
-    }
-}
-
-impl State {
-    /// Whether a picture is newer than the last one of its side. A whole picture of what was wished for
-    /// before the last move is old.
-    fn wants(&mut self, picture: &Picture) -> bool {
-        let Some(taken) = self.taken.get_mut(picture.side) else { return false };
-        let own = (picture.serial, picture.whole);
-        let old = own < *taken || (picture.whole && picture.serial != self.serial);
-        if !old {
-            *taken = own;
-        }
-        !old
-    }
-
-    /// The worker that loads first.
-    fn loads(&self) -> usize {
-        usize::from(self.by_gpu)
     }
 }
