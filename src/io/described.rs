@@ -35,7 +35,6 @@ impl Described {
     /// # Errors
     /// If there is no such preset and no such file, or if it is a scene file with a mistake.
     pub fn of(input: &str, is_raw: bool) -> Result<Self> {
-        let mut notes = Vec::new();
         let path = Path::new(input);
         let mut file = SceneFile::default();
         if Preset::from_str(input).is_ok() && !files::is_file(path) {
@@ -54,6 +53,15 @@ impl Described {
         } else {
             return Err(not_there(path));
         }
+        Self::of_file(file)
+    }
+
+    /// What a scene file stands for.
+    ///
+    /// # Errors
+    /// If it names a preset that there is not.
+    pub fn of_file(mut file: SceneFile) -> Result<Self> {
+        let mut notes = Vec::new();
         let surroundings = Surroundings::of(&file);
         let unsaid = [
             ("ambient light", file.ambient.radiance.is_none()),

@@ -179,6 +179,14 @@ impl DenseOutput {
 }
 
 impl DenseTarget {
+    /// The bytes of a file of `grid`: of the format's header and the voxels behind it, as they are.
+    /// For formats of one file that say everything themselves: NRRD and MetaImage.
+    pub fn encode(self, grid: &DenseGrid) -> Vec<u8> {
+        let mut bytes = self.head(grid, None, None).into_bytes();
+        bytes.extend_from_slice(&grid.bytes);
+        bytes
+    }
+
     /// Writes voxels, packed or not, and returns their size in the file.
     fn put_voxels(self, file: &mut PendingFile, voxels: &[u8], packed: bool) -> Result<usize> {
         if !packed {

@@ -16,6 +16,7 @@ use crate::volume::Voxels;
 
 /// A loaded grid: a tree of one of the value types. Numbers stored as half floats are widened to
 /// the grid's own type; mask grids are trees of booleans.
+#[derive(Clone)]
 #[non_exhaustive]
 #[allow(missing_docs)] // The variants are the file's own type names.
 pub enum Grid {

@@ -20,6 +20,7 @@ use super::value_block::{Encoding, ValueBlock, read_value};
 
 /// A tree without its leaves' values. Nodes are in the order of the file, so the children of a
 /// branch are adjacent.
+#[derive(Clone)]
 pub(super) struct Topology<T> {
     pub(super) shape: TreeShape,
     pub(super) background: T,
@@ -32,11 +33,13 @@ pub(super) struct Topology<T> {
     pub(super) leaf_active: Vec<u64>,
 }
 
+#[derive(Clone)]
 pub(super) struct RootSlot<T> {
     pub(super) origin: IVec3,
     pub(super) content: RootContent<T>,
 }
 
+#[derive(Clone)]
 pub(super) enum RootContent<T> {
     Tile {
         value: T,
@@ -47,6 +50,7 @@ pub(super) enum RootContent<T> {
 }
 
 /// An inner node. Each slot is a child or a tile.
+#[derive(Clone)]
 pub(super) struct Branch<T> {
     pub(super) origin: IVec3,
     pub(super) children: SlotMask,
@@ -57,6 +61,7 @@ pub(super) struct Branch<T> {
 }
 
 /// The values of a branch's tiles.
+#[derive(Clone)]
 pub(super) enum Tiles<T> {
     /// One value for all, as in nearly every branch.
     Uniform(T),

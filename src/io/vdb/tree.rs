@@ -12,6 +12,7 @@ use crate::parallel;
 
 /// The values of a grid: leaves of (nearly always) 8^3 voxels, and tiles for larger constant
 /// regions. All other voxels have the background's value and are inactive.
+#[derive(Clone)]
 pub struct Tree<T> {
     topology: Topology<T>,
     leaf_values: Vec<T>,

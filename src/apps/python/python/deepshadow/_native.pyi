@@ -1,0 +1,224 @@
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from os import PathLike
+from typing import Any, Literal, TypeAlias, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "GridInfo",
+    "Image",
+    "Scene",
+    "ShadowMap",
+    "SparseGrid",
+    "Volume",
+    "VolumeFile",
+    "open",
+    "read",
+    "render",
+    "shadow_map",
+    "transmittance",
+    "write",
+]
+
+_Path: TypeAlias = str | PathLike[str]
+_Index: TypeAlias = tuple[int, int, int]
+_Vector: TypeAlias = tuple[float, float, float]
+_Progress: TypeAlias = Callable[[str, int, int], object]
+_Backend: TypeAlias = Literal["auto", "gpu", "cpu"]
+_Source: TypeAlias = Scene | Volume | ArrayLike | _Path | Mapping[str, Any]
+
+@final
+class Volume:
+    def __new__(
+        cls,
+        array: ArrayLike,
+        *,
+        name: str = "",
+        spacing: float | Sequence[float] | None = None,
+        origin: Sequence[float] | None = None,
+        world_from_index: ArrayLike | None = None,
+        index: Sequence[int] = ...,
+        active: ArrayLike | None = None,
+        background: float | Sequence[float] | None = None,
+        grid_class: str | None = None,
+        metadata: dict[str, Any] | None = None,
+    ) -> Volume: ...
+    @property
+    def array(self) -> NDArray[Any]: ...
+    @property
+    def active(self) -> NDArray[np.bool_] | None: ...
+    @property
+    def metadata(self) -> dict[str, Any]: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def world_from_index(self) -> NDArray[np.float64]: ...
+    @property
+    def index(self) -> _Index: ...
+    @property
+    def spacing(self) -> _Vector: ...
+    @property
+    def origin(self) -> _Vector: ...
+    @property
+    def background(self) -> float | tuple[float, ...] | None: ...
+    @property
+    def grid_class(self) -> str | None: ...
+    @property
+    def space(self) -> str | None: ...
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]: ...
+
+@final
+class SparseGrid:
+    @property
+    def name(self) -> str: ...
+    @property
+    def world_from_index(self) -> NDArray[np.float64]: ...
+    @property
+    def metadata(self) -> dict[str, Any]: ...
+    @property
+    def active_voxel_count(self) -> int: ...
+    @property
+    def active_bounds(self) -> tuple[_Index, _Index] | None: ...
+    @property
+    def leaf_count(self) -> int: ...
+    def active_values(
+        self, *, max_bytes: int = ...
+    ) -> tuple[NDArray[np.int32], NDArray[Any]]: ...
+    def leaves(self) -> Iterator[tuple[_Index, NDArray[Any], NDArray[np.bool_]]]: ...
+    def volume(
+        self,
+        low: Sequence[int] | None = None,
+        high: Sequence[int] | None = None,
+        *,
+        max_bytes: int = ...,
+    ) -> Volume: ...
+    def __getitem__(self, at: Sequence[int], /) -> Any: ...
+
+@final
+class GridInfo:
+    @property
+    def name(self) -> str: ...
+    @property
+    def type(self) -> str: ...
+    @property
+    def dims(self) -> _Index | None: ...
+    @property
+    def grid_class(self) -> str | None: ...
+    @property
+    def refused(self) -> str | None: ...
+    @property
+    def metadata(self) -> dict[str, Any]: ...
+
+@final
+class VolumeFile:
+    @property
+    def path(self) -> PathLike[str]: ...
+    @property
+    def format(self) -> str: ...
+    @property
+    def grids(self) -> list[GridInfo]: ...
+    @property
+    def metadata(self) -> dict[str, Any]: ...
+    def read(self, grid: str | None = None) -> Volume: ...
+    def sparse(self, grid: str | None = None) -> SparseGrid: ...
+    def __getitem__(self, grid: str, /) -> Volume: ...
+
+@final
+class Scene:
+    def __new__(cls, source: _Source | None = None, **tables: Any) -> Scene: ...
+    def to_toml(self) -> str: ...
+    @staticmethod
+    def from_toml(text: str, folder: _Path = ...) -> Scene: ...
+
+@final
+class Image:
+    @property
+    def array(self) -> NDArray[np.float32]: ...
+    @property
+    def choices(self) -> dict[str, str]: ...
+    @property
+    def notes(self) -> list[str]: ...
+    @property
+    def backend(self) -> str: ...
+    def to_toml(self) -> str: ...
+    def png(
+        self, *, exposure: float | str | None = None, tonemap: str | None = None
+    ) -> bytes: ...
+    def save(
+        self, path: _Path, *, exposure: float | str | None = None, tonemap: str | None = None
+    ) -> None: ...
+    def _repr_png_(self) -> bytes: ...
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]: ...
+
+@final
+class ShadowMap:
+    @property
+    def kind(self) -> str: ...
+    @property
+    def size(self) -> int: ...
+    @property
+    def bytes(self) -> int: ...
+    @property
+    def parts(self) -> int: ...
+    def transmittance(self, points: ArrayLike) -> NDArray[np.float32]: ...
+    def lists(
+        self,
+    ) -> tuple[NDArray[np.uint32], NDArray[np.float32], NDArray[np.float32]]: ...
+
+def open(
+    path: _Path,
+    *,
+    dims: Sequence[int] | None = None,
+    type: str | None = None,
+    endian: str | None = None,
+    spacing: Sequence[float] | None = None,
+    max_bytes: int = ...,
+) -> VolumeFile: ...
+def read(
+    path: _Path,
+    grid: str | None = None,
+    *,
+    dims: Sequence[int] | None = None,
+    type: str | None = None,
+    endian: str | None = None,
+    spacing: Sequence[float] | None = None,
+    max_bytes: int = ...,
+) -> Volume: ...
+def write(
+    path: _Path,
+    volume: Volume | SparseGrid | ArrayLike | Sequence[Volume | SparseGrid],
+    *,
+    compression: str | None = None,
+    half: bool | None = None,
+    **place: Any,
+) -> list[str]: ...
+def render(
+    scene: _Source,
+    *,
+    backend: _Backend = "auto",
+    progress: _Progress | None = None,
+    **tables: Any,
+) -> Image: ...
+def transmittance(
+    scene: _Source,
+    points: ArrayLike,
+    *,
+    exact: bool = False,
+    normals: ArrayLike | None = None,
+    footprint: float | None = None,
+    backend: _Backend = "auto",
+    progress: _Progress | None = None,
+    **tables: Any,
+) -> NDArray[np.float32]: ...
+def shadow_map(
+    scene: _Source,
+    *,
+    kind: str | None = None,
+    size: int | None = None,
+    tolerance: float | None = None,
+    light_index: int = 0,
+    backend: _Backend = "auto",
+    progress: _Progress | None = None,
+    **tables: Any,
+) -> ShadowMap: ...

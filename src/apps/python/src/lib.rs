@@ -1,0 +1,36 @@
+//! The face of `deepshadow` for Python: arrays in, arrays out. It has no logic of its own but the
+//! conversion of values; what is computed is the library's.
+
+mod backends;
+mod errors;
+mod files;
+mod light;
+mod metadata;
+mod numbers;
+mod picture;
+mod scene;
+mod sparse;
+mod tables;
+mod volume;
+mod work;
+mod writing;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::files::{GridInfo, VolumeFile, open, read};
+    #[pymodule_export]
+    use super::light::{ShadowMap, shadow_map, transmittance};
+    #[pymodule_export]
+    use super::picture::{Image, render};
+    #[pymodule_export]
+    use super::scene::Scene;
+    #[pymodule_export]
+    use super::sparse::SparseGrid;
+    #[pymodule_export]
+    use super::volume::Volume;
+    #[pymodule_export]
+    use super::writing::write;
+}

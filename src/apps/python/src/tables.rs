@@ -1,0 +1,93 @@
+//! Tables of a scene from Python's dictionaries.
+
+use deepshadow::scene::SceneFile;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use serde_json::{Map, Number, Value};
+
+use crate::errors::value;
+
+/// The value of a scene file that `object` is: a dictionary is a table; lists, tuples and arrays
+/// are lists; paths are text.
+///
+/// # Errors
+/// `ValueError` for anything else, with the name of its key.
+pub fn table_value(key: &str, object: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if object.is_none() {
+        return Ok(Value::Null);
+    }
+    if let Ok(text) = object.cast::<PyString>() {
+        return Ok(Value::String(text.extract()?));
+    }
+    if object.is_instance_of::<PyBool>() {
+        return Ok(Value::Bool(object.extract()?));
+    }
+    if object.is_instance_of::<PyInt>() {
+        return Ok(Value::Number(object.extract::<i64>()?.into()));
+    }
+    if object.is_instance_of::<PyFloat>() {
+        let number: f64 = object.extract()?;
+        let finite = || value(key, format!("{number} is not finite"));
+        return Number::from_f64(number).map(Value::Number).ok_or_else(finite);
+    }
+    if let Ok(table) = object.cast::<PyDict>() {
+        return table_of(key, table).map(Value::Object);
+    }
+    if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
+        let items = object.try_iter()?.map(|item| table_value(key, &item?));
+        return items.collect::<PyResult<Vec<_>>>().map(Value::Array);
+    }
+    if object.hasattr("tolist")? {
+        return table_value(key, &object.call_method0("tolist")?);
+    }
+    if object.hasattr("__fspath__")? {
+        return table_value(key, &object.call_method0("__fspath__")?);
+    }
+    let kind = object.get_type().name()?;
+    Err(value(key, format!("is a {kind}; scenes have numbers, text, lists and dictionaries")))
+}
+
+/// The table that a dictionary is; keys whose value is None are left out.
+pub fn table_of(name: &str, dictionary: &Bound<'_, PyDict>) -> PyResult<Map<String, Value>> {
+    let mut table = Map::new();
+    for (key, object) in dictionary.iter() {
+        let Ok(key) = key.extract::<String>() else {
+            return Err(value(name, "keys must be text"));
+        };
+        let full = if name.is_empty() { key.clone() } else { format!("{name}.{key}") };
+        let found = table_value(&full, &object)?;
+        if !found.is_null() {
+            table.insert(key, found);
+        }
+    }
+    Ok(table)
+}
+
+/// The scene file with other tables laid over it: their keys replace its own.
+///
+/// # Errors
+/// `ValueError` about an unknown key, or a value that its key cannot have.
+pub fn overlaid(file: &SceneFile, tables: Map<String, Value>) -> PyResult<SceneFile> {
+    let refused = |error: serde_json::Error| {
+        // Places in a text that nobody has written.
+        let text = error.to_string();
+        value("scene", text.split(" at line ").next().unwrap_or_default())
+    };
+    if tables.is_empty() {
+        return Ok(file.clone());
+    }
+    let mut all = serde_json::to_value(file).map_err(refused)?;
+    overlay(&mut all, Value::Object(tables));
+    serde_json::from_value(all).map_err(refused)
+}
+
+fn overlay(under: &mut Value, over: Value) {
+    match (under, over) {
+        (Value::Object(under), Value::Object(over)) => {
+            for (key, value) in over {
+                overlay(under.entry(key).or_insert(Value::Null), value);
+            }
+        }
+        (under, over) => *under = over,
+    }
+}

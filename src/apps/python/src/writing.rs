@@ -1,0 +1,230 @@
+//! Writing of volumes, dense and sparse.
+
+use std::path::{Path, PathBuf};
+
+use deepshadow::Result;
+use deepshadow::glam::IVec3;
+use deepshadow::io::dense::{DEFAULT_MAX_BYTES, DenseGrid, DenseTarget};
+use deepshadow::io::number::ValueType;
+use deepshadow::io::vdb::{
+    Compression, Grid, MetaValue, Metadata, NewGrid, TreeBuilder, VdbWriter,
+};
+use deepshadow::io::{Inputs, PendingFile};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
+
+use crate::errors::{raised, value};
+use crate::metadata::meta_value;
+use crate::sparse::{SparseGrid, dense};
+use crate::volume::{Volume, volume_of};
+
+/// The name in OpenVDB files of a grid without a name, which programs look for.
+const DENSITY: &str = "density";
+
+/// Writes a volume to `path`, in the format that the ending of its name tells: .vdb, .npy, .nrrd,
+/// .nhdr, .mha, .mhd or .raw. Files appear whole or not at all.
+///
+/// Parameters
+/// ----------
+/// path : path-like
+/// volume : Volume, SparseGrid, array_like, or a list of them
+///     What is written; a .vdb may hold several grids. Sparse grids are written to .vdb as they
+///     are, without ever being dense.
+/// compression : str, optional
+///     "blosc" (the default), "zip", "mask" or "none" for .vdb; "gzip" for .nrrd, "zlib" for .mha.
+/// half : bool
+///     Whether floats are stored as half floats in a .vdb; as they were by default.
+/// name, spacing, origin, world_from_index, index, active, background, grid_class, metadata :
+///     Of an array: as of `Volume`.
+///
+/// Returns
+/// -------
+/// list of str
+///     What the format cannot store, one line each; empty if nothing is lost.
+#[pyfunction]
+#[pyo3(signature = (path, volume, *, compression = None, half = None, **place))]
+pub fn write(
+    py: Python<'_>,
+    path: PathBuf,
+    volume: &Bound<'_, PyAny>,
+    compression: Option<&str>,
+    half: Option<bool>,
+    place: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Vec<String>> {
+    let several = volume.is_instance_of::<PyList>() || volume.is_instance_of::<PyTuple>();
+    let items = match several && !is_array_like(volume) {
+        true => volume.try_iter()?.collect::<PyResult<Vec<_>>>()?,
+        false => vec![volume.clone()],
+    };
+    let grids = items.into_iter().map(|item| written(item, place));
+    let grids = grids.collect::<PyResult<Vec<_>>>()?;
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vdb")) {
+        let compression = vdb_compression(compression)?;
+        return write_vdb(py, &path, grids, compression, half);
+    }
+    let Some(format) = DenseTarget::of_path(&path) else {
+        let endings = ".vdb, .npy, .nrrd, .nhdr, .mha, .mhd, .raw";
+        let why = format!("the ending of '{}' is not one of {endings}", path.display());
+        return Err(value("path", why));
+    };
+    let packed = match (compression, format.compression()) {
+        (None | Some("none"), _) => false,
+        (Some(name), Some(own)) if name == own => true,
+        (Some(name), own) => {
+            let why = format!("'{name}' is not one of {}, none", own.unwrap_or("none"));
+            return Err(value("compression", why));
+        }
+    };
+    let volume = match &grids[..] {
+        [Item::Dense(volume)] => volume.clone(),
+        [Item::Sparse(sparse)] => {
+            Bound::new(py, dense(py, sparse.get(), None, DEFAULT_MAX_BYTES)?)?
+        }
+        _ => return Err(value("volume", "a file of this format holds one grid")),
+    };
+    let (mut grid, _) = volume.get().to_grid(py)?;
+    grid.metadata = volume.get().metadata_texts(py)?;
+    let write = || format.promise(&path, packed, &Inputs::default())?.write(grid);
+    Ok(py.detach(write).map_err(raised)?.lost)
+}
+
+enum Item<'py> {
+    Dense(Bound<'py, Volume>),
+    Sparse(Bound<'py, SparseGrid>),
+}
+
+/// Whether a list is one of numbers instead of grids.
+fn is_array_like(list: &Bound<'_, PyAny>) -> bool {
+    let first = list.get_item(0).ok();
+    first.is_some_and(|first| first.is_instance_of::<PyList>() || first.is_instance_of::<PyTuple>())
+}
+
+fn written<'py>(
+    item: Bound<'py, PyAny>,
+    place: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Item<'py>> {
+    let placed = place.is_some_and(|place| !place.is_empty());
+    if let Ok(sparse) = item.cast::<SparseGrid>()
+        && !placed
+    {
+        return Ok(Item::Sparse(sparse.clone()));
+    }
+    if !placed {
+        return volume_of(&item).map(Item::Dense);
+    }
+    if item.is_instance_of::<Volume>() || item.is_instance_of::<SparseGrid>() {
+        return Err(value("volume", "has its own place and name; they are given for arrays alone"));
+    }
+    let volume = item.py().get_type::<Volume>().call((item,), place)?;
+    Ok(Item::Dense(volume.cast_into()?))
+}
+
+fn vdb_compression(name: Option<&str>) -> PyResult<Compression> {
+    Ok(match name {
+        None | Some("blosc") => Compression::BLOSC,
+        Some("zip") => Compression::ZIP,
+        Some("mask") => Compression::ACTIVE_MASK,
+        Some("none") => Compression::NONE,
+        Some(name) => {
+            let why = format!("'{name}' is not one of blosc, zip, mask, none");
+            return Err(value("compression", why));
+        }
+    })
+}
+
+fn write_vdb(
+    py: Python<'_>,
+    path: &Path,
+    items: Vec<Item<'_>>,
+    compression: Compression,
+    half: Option<bool>,
+) -> PyResult<Vec<String>> {
+    let file = py.detach(|| PendingFile::create(path, &Inputs::default())).map_err(raised)?;
+    let name_of = |item: &Item<'_>| match item {
+        Item::Sparse(sparse) => sparse.get().header.name.clone(),
+        Item::Dense(volume) => match volume.get().grid_name() {
+            "" => DENSITY.to_owned(),
+            name => name.to_owned(),
+        },
+    };
+    let names: Vec<String> = items.iter().map(name_of).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut writer = VdbWriter::new(&names, compression, &Metadata::default());
+    let mut lost = Vec::new();
+    for item in items {
+        let new = match item {
+            Item::Sparse(sparse) => {
+                let sparse = sparse.get();
+                let mut new = NewGrid::like(&sparse.header, Grid::clone(&sparse.grid));
+                if let Some(half) = half {
+                    new = new.with_half(half);
+                }
+                new
+            }
+            Item::Dense(volume) => new_grid(py, &volume, half, &mut lost)?,
+        };
+        py.detach(|| writer.add(new)).map_err(raised)?;
+    }
+    let finish = || file.finish_with(&writer.finish()?);
+    py.detach(finish).map_err(raised)?;
+    Ok(lost)
+}
+
+fn new_grid(
+    py: Python<'_>,
+    volume: &Bound<'_, Volume>,
+    half: Option<bool>,
+    lost: &mut Vec<String>,
+) -> PyResult<NewGrid> {
+    let (grid, is_bool) = volume.get().to_grid(py)?;
+    let known = grid.without_bytes();
+    let (from, to) = (grid.value_type, grid.vdb_type());
+    if from != to && from != ValueType::F16 && !is_bool {
+        lost.push(format!("{} numbers (stored as {}, which holds them)", from.name(), to.name()));
+    }
+    let is_half = half.unwrap_or(known.value_type == ValueType::F16);
+    let tree = py.detach(|| if is_bool { booleans(&grid) } else { grid.into_vdb() });
+    let mut new = NewGrid::new(tree.map_err(raised)?, &known.world_from_index).with_half(is_half);
+    for (key, value) in volume.get().metadata.bind(py).iter() {
+        let key: String = key.extract()?;
+        if value.is_instance_of::<PyBytes>() {
+            lost.push(format!("metadata '{key}', whose type is not known"));
+            continue;
+        }
+        let value = meta_value(&key, &value)?;
+        new.metadata().set(&key, value);
+    }
+    if let Some(class) = &known.class {
+        new = new.with_class(class);
+    }
+    if let Some(space) = known.space {
+        new.metadata().set("space", MetaValue::String(space.name().to_owned()));
+    }
+    Ok(new)
+}
+
+/// The tree of a grid of booleans.
+fn booleans(grid: &DenseGrid) -> Result<Grid> {
+    let low = grid.bounds()?.min;
+    let background = grid.background.as_ref().is_some_and(|values| values.contains(&1.0));
+    let mut builder = TreeBuilder::new(background);
+    let [nx, ny, nz] = grid.dims.map(|n| n as i32);
+    let mut at = 0;
+    for z in 0..nz {
+        for y in 0..ny {
+            for x in 0..nx {
+                let on = grid.bytes[at] != 0;
+                let active = match &grid.active {
+                    Some(active) => active[at],
+                    None => grid.background.is_none() || on != background,
+                };
+                if active || on != background {
+                    let index = low + IVec3::new(x, y, z);
+                    builder.set(index, on, active);
+                }
+                at += 1;
+            }
+        }
+    }
+    Ok(Grid::Bool(builder.finish()))
+}

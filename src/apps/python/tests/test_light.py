@@ -1,0 +1,75 @@
+"""The light that arrives, against closed forms."""
+
+import numpy as np
+import pytest
+
+import deepshadow as ds
+
+SIGMA = 0.7
+
+
+def slab(tint=(1.0, 1.0, 1.0)):
+    """A uniform slab that light crosses along -y: 20 voxels of 0.1, density 1."""
+    volume = ds.Volume(np.ones((20, 20, 20), np.float32), spacing=0.1)
+    table = {"density_scale": SIGMA, "tint": tint}
+    return ds.Scene(volume, volume=table, light=(0.0, -1.0, 0.0))
+
+
+def points(count=50):
+    y = np.linspace(-0.04, 1.94, count)
+    return np.stack([np.full(count, 0.95), y, np.full(count, 0.95)], axis=1)
+
+
+def beer_lambert(at):
+    return np.exp(-SIGMA * (1.95 - at[:, 1]))
+
+
+def test_the_truth_follows_beer_and_lambert():
+    found = ds.transmittance(slab(), points(), exact=True, backend="cpu")
+    assert found.shape == (50, 1, 3) and found.dtype == np.float32
+    assert np.abs(found[:, 0, 1] - beer_lambert(points())).max() < 1e-6
+
+
+@pytest.mark.parametrize("kind, tolerance, bound", [
+    ("fragments", 0.002, 0.002), ("fragments", 0.01, 0.01),
+])
+def test_maps_keep_their_tolerance(kind, tolerance, bound):
+    found = ds.shadow_map(slab(), kind=kind, size=32, tolerance=tolerance, backend="cpu")
+    assert (found.kind, found.size, found.parts) == (kind, 32, 1)
+    light = found.transmittance(points())
+    # Steps end at depths of 32 bits.
+    assert np.abs(light - beer_lambert(points())).max() <= bound + 1e-5
+
+
+def test_lists_are_the_map():
+    found = ds.shadow_map(slab(), size=16, backend="cpu")
+    offsets, depth, optical_depth = found.lists()
+    assert offsets.shape == (16 * 16 + 1,) and offsets[-1] == len(depth) == len(optical_depth)
+    for t in range(16 * 16):
+        nodes = slice(offsets[t], offsets[t + 1])
+        assert (np.diff(depth[nodes]) >= 0).all() and (np.diff(optical_depth[nodes]) >= 0).all()
+    middle = 8 * 16 + 8
+    last = optical_depth[offsets[middle + 1] - 1]
+    # Two world lengths of it.
+    assert last == pytest.approx(SIGMA * 2.0, rel=0.01)
+
+
+def test_colours_are_three_columns():
+    found = ds.shadow_map(slab(tint=(1.0, 0.5, 0.0)), size=16, backend="cpu")
+    light = found.transmittance(points())
+    assert light.shape == (50, 3) and (light[:, 2] == 1.0).all()
+    assert np.abs(light[:, 1] - np.sqrt(beer_lambert(points()))).max() < 0.003
+
+
+def test_points_that_are_none():
+    built = ds.shadow_map(slab(), size=8, backend="cpu")
+    assert built.transmittance(np.zeros((0, 3))).shape == (0,)
+    for bad in [np.zeros(3), np.zeros((2, 2)), [["a", "b", "c"]], [[0.0, np.nan, 0.0]]]:
+        with pytest.raises(ValueError, match="points"):
+            built.transmittance(bad)
+        with pytest.raises(ValueError, match="points"):
+            ds.transmittance(slab(), bad, backend="cpu")
+    with pytest.raises(ValueError, match="1 lights"):
+        ds.shadow_map(slab(), light_index=3, backend="cpu")
+    with pytest.raises(ValueError, match="threshold"):
+        ds.shadow_map(slab(), kind="threshold", size=8, backend="cpu").lists()
