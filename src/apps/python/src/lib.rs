@@ -2,9 +2,11 @@
 //! conversion of values; what is computed is the library's.
 
 mod backends;
+mod comparison;
 mod errors;
 mod files;
 mod light;
+mod maps;
 mod metadata;
 mod numbers;
 mod picture;
@@ -20,9 +22,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    use super::comparison::compare;
+    #[pymodule_export]
     use super::files::{GridInfo, VolumeFile, open, read};
     #[pymodule_export]
-    use super::light::{ShadowMap, shadow_map, transmittance};
+    use super::light::transmittance;
+    #[pymodule_export]
+    use super::maps::{ShadowMap, choose, shadow_map};
     #[pymodule_export]
     use super::picture::{Image, render};
     #[pymodule_export]

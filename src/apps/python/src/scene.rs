@@ -45,6 +45,8 @@ pub struct Scene {
     held: Vec<(PathBuf, Py<Volume>)>,
 }
 
+/// Texels along each edge of maps that are made without a picture.
+const MAP_SIZE: u32 = 512;
 /// Names of tables that may be given as keywords.
 const TABLES: [&str; 10] = [
     "volume",
@@ -303,6 +305,17 @@ impl Scene {
         };
         let grids = self.held.iter().map(grid).collect::<PyResult<_>>()?;
         Ok(Request { described: self.described.clone(), grids })
+    }
+}
+
+impl Loaded {
+    /// The settings, for maps without a picture.
+    pub fn map_settings(&self) -> Settings {
+        let mut settings = self.settings.clone();
+        if self.file.shadow.size.is_none() {
+            settings.map.size = MAP_SIZE;
+        }
+        settings
     }
 }
 

@@ -69,7 +69,47 @@ def test_points_that_are_none():
             built.transmittance(bad)
         with pytest.raises(ValueError, match="points"):
             ds.transmittance(slab(), bad, backend="cpu")
-    with pytest.raises(ValueError, match="1 lights"):
+    with pytest.raises(ValueError, match="none of the scene's 1 lights"):
         ds.shadow_map(slab(), light_index=3, backend="cpu")
     with pytest.raises(ValueError, match="threshold"):
         ds.shadow_map(slab(), kind="threshold", size=8, backend="cpu").lists()
+
+
+def test_threshold_maps_show_their_depths():
+    found = ds.shadow_map(slab(), kind="threshold", size=16, backend="cpu")
+    depths = found.thresholds
+    assert depths.shape == (16, 16, 4)
+    middle = depths[8, 8]
+    # Depths between 10 and 50 % are apart by ln(0.9 / 0.5) / sigma.
+    assert middle[1] - middle[0] == pytest.approx(np.log(0.9 / 0.5) / SIGMA, abs=0.01)
+    assert middle[3] == pytest.approx(1 - np.exp(-SIGMA * 2.0), abs=0.005)
+    # 90 % are never lost; it is the depth of 85 % of A.
+    crossed = -np.log(1 - 0.85 * middle[3]) / SIGMA
+    assert middle[2] - middle[0] == pytest.approx(crossed + np.log(0.9) / SIGMA, abs=0.01)
+
+
+def test_a_chosen_map_keeps_its_limit():
+    found = ds.choose("bucky", max_error=0.01, backend="cpu")
+    assert found.certificate and found.certificate.count("\n") == 0
+    rng = np.random.default_rng(5)
+    at = rng.uniform(-0.3, 0.3, (4000, 3))
+    light = found.transmittance(at)
+    truth = ds.transmittance("bucky", at, exact=True, backend="cpu")[:, 0, 0]
+    assert np.sqrt(np.mean((light - truth) ** 2)) < 0.02
+    assert ds.choose("bucky", max_bytes=65536, backend="cpu").bytes <= 65536
+    with pytest.raises(ValueError, match="max_error"):
+        ds.choose("bucky", backend="cpu")
+    with pytest.raises(ValueError, match="max_error"):
+        ds.choose("bucky", max_error=-1, backend="cpu")
+
+
+def test_comparisons_are_records():
+    rows = ds.compare("bucky", maps="threshold,fragments@0.01,fragments@0.001", map_size=64,
+                      points=5000, size=32)
+    assert [set(row) for row in rows] == [set(rows[0])] * 4
+    by = {row["method"]: row for row in rows}
+    assert by["fragments@0.001"]["rays_rms"] < by["fragments@0.01"]["rays_rms"] <= 0.01
+    assert by["threshold"]["bytes"] == 16 * 64 * 64
+    assert by["exact texels"]["rays_rms"] < 1e-6
+    with pytest.raises(ValueError, match="nothing"):
+        ds.compare("bucky", maps="nothing")

@@ -13,6 +13,8 @@ __all__ = [
     "SparseGrid",
     "Volume",
     "VolumeFile",
+    "choose",
+    "compare",
     "open",
     "read",
     "render",
@@ -161,6 +163,10 @@ class ShadowMap:
     def bytes(self) -> int: ...
     @property
     def parts(self) -> int: ...
+    @property
+    def certificate(self) -> str | None: ...
+    @property
+    def thresholds(self) -> NDArray[np.float32]: ...
     def transmittance(self, points: ArrayLike) -> NDArray[np.float32]: ...
     def lists(
         self,
@@ -222,3 +228,25 @@ def shadow_map(
     progress: _Progress | None = None,
     **tables: Any,
 ) -> ShadowMap: ...
+def choose(
+    scene: _Source,
+    *,
+    max_error: float | None = None,
+    max_bytes: int | str | None = None,
+    kind: str | None = None,
+    size: int | None = None,
+    light_index: int = 0,
+    backend: _Backend = "auto",
+    progress: _Progress | None = None,
+    **tables: Any,
+) -> ShadowMap: ...
+def compare(
+    scene: _Source,
+    *,
+    maps: str | None = None,
+    map_size: int = 256,
+    points: int = 100_000,
+    seed: int = 1,
+    progress: _Progress | None = None,
+    **tables: Any,
+) -> list[dict[str, Any]]: ...
