@@ -1,6 +1,7 @@
 //! What the name of an input stands for: a preset, a scene file, or a file of a volume, of hair or of
 //! a mesh, as a scene file. Nothing large is read.
 
+use std::io;
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::str::FromStr;
@@ -155,5 +156,6 @@ pub fn frames_of(name: &NumberedName) -> Result<RangeInclusive<i64>> {
 /// The error for an input that is neither a file nor a preset.
 pub fn not_there(path: &Path) -> Error {
     let presets = Preset::ALL.map(Preset::name).join(", ");
-    Error::contents(path, format!("no such file, and not one of the presets ({presets})"))
+    let why = format!("no such file, and not one of the presets ({presets})");
+    Error::file(path, io::Error::new(io::ErrorKind::NotFound, why))
 }

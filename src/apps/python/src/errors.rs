@@ -17,7 +17,7 @@ pub fn raised(error: Error) -> PyErr {
                 let name = path.to_string_lossy().into_owned();
                 PyOSError::new_err((number, reason(source), name))
             }
-            None => PyOSError::new_err(error.to_string()),
+            None => std::io::Error::new(source.kind(), error.to_string()).into(),
         },
         ErrorKind::Limit { .. } => PyMemoryError::new_err(error.to_string()),
         ErrorKind::Gpu { .. } => PyRuntimeError::new_err(error.to_string()),

@@ -169,10 +169,11 @@ fn given_tables(
         }
         match name.as_str() {
             "size" => {
-                let size: [u32; 2] = match object.extract::<u32>() {
-                    Ok(size) => [size; 2],
-                    Err(_) => object.extract()?,
-                };
+                let square = object.extract::<u32>().map(|size| [size; 2]);
+                let size: [u32; 2] = square.or_else(|_| object.extract()).map_err(|_| {
+                    let why = format!("{object} is no number of pixels, and no (width, height)");
+                    value("size", why)
+                })?;
                 let image = table("image")?;
                 image.set_item("width", size[0])?;
                 image.set_item("height", size[1])?;

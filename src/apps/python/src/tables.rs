@@ -7,12 +7,19 @@ use serde_json::{Map, Number, Value};
 
 use crate::errors::value;
 
+/// Containers within containers; scene files have five.
+const DEEPEST: usize = 16;
+
 /// The value of a scene file that `object` is: a dictionary is a table; lists, tuples and arrays
 /// are lists; paths are text.
 ///
 /// # Errors
 /// `ValueError` for anything else, with the name of its key.
 pub fn table_value(key: &str, object: &Bound<'_, PyAny>) -> PyResult<Value> {
+    // A container may hold itself; each one adds to the key.
+    if key.matches(['.', '[']).count() > DEEPEST {
+        return Err(value("scene", "its tables are nested too deeply"));
+    }
     if object.is_none() {
         return Ok(Value::Null);
     }
@@ -34,7 +41,8 @@ pub fn table_value(key: &str, object: &Bound<'_, PyAny>) -> PyResult<Value> {
         return table_of(key, table).map(Value::Object);
     }
     if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
-        let items = object.try_iter()?.map(|item| table_value(key, &item?));
+        let key = format!("{key}[]");
+        let items = object.try_iter()?.map(|item| table_value(&key, &item?));
         return items.collect::<PyResult<Vec<_>>>().map(Value::Array);
     }
     if object.hasattr("tolist")? {

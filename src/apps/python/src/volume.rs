@@ -11,6 +11,9 @@ use crate::errors::{raised, value};
 use crate::metadata::meta_value;
 use crate::numbers::{self, BOOL, as_array, bytes_of, shape_of, type_of};
 
+/// What OpenVDB's grids can be.
+const CLASSES: [&str; 4] = ["level set", "fog volume", "staggered", "unknown"];
+
 /// Voxels on a regular grid, and the grid's place in the world.
 ///
 /// Parameters
@@ -101,6 +104,12 @@ impl Volume {
         if background.as_ref().is_some_and(|values: &Vec<f64>| values.len() != components) {
             let why = format!("must be as many numbers as a voxel has, {components}");
             return Err(value("background", why));
+        }
+        if let Some(class) = &grid_class
+            && !CLASSES.contains(&class.as_str())
+        {
+            let why = format!("'{class}' is not one of {}", CLASSES.join(", "));
+            return Err(value("grid_class", why));
         }
         let world_from_index = match world_from_index {
             Some(_) if spacing.is_some() || origin.is_some() => {
@@ -313,6 +322,10 @@ fn matrix_of(object: &Bound<'_, PyAny>) -> PyResult<DMat4> {
     let mut all = [0.0; 16];
     all.copy_from_slice(&numbers);
     let matrix = DMat4::from_cols_array(&all).transpose();
+    if matrix.row(3) != deepshadow::glam::DVec4::W {
+        let why = "is not affine: its last row must be 0, 0, 0, 1";
+        return Err(value("world_from_index", why));
+    }
     let determinant = matrix.determinant();
     if !matrix.is_finite() || !determinant.is_normal() {
         let why = format!("has no inverse (determinant {determinant})");

@@ -56,6 +56,9 @@ pub fn write(
         true => volume.try_iter()?.collect::<PyResult<Vec<_>>>()?,
         false => vec![volume.clone()],
     };
+    if items.is_empty() {
+        return Err(value("volume", "there is nothing to write"));
+    }
     let grids = items.into_iter().map(|item| written(item, place));
     let grids = grids.collect::<PyResult<Vec<_>>>()?;
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vdb")) {

@@ -110,7 +110,22 @@ def test_light_camera_and_ground_in_short(tmp_path):
     assert np.array_equal(image.array, expected)
 
 
+def test_inputs_that_are_not_there():
+    with pytest.raises(FileNotFoundError, match="no such file, and not one of the presets"):
+        ds.render("cloud", backend="cpu")
+
+
+def test_containers_that_hold_themselves():
+    table, several = {}, []
+    table["light"] = table
+    several.append(several)
+    for scene in [table, {"light": several}]:
+        with pytest.raises(ValueError, match="nested too deeply"):
+            ds.Scene(scene)
+
+
 @pytest.mark.parametrize("tables, what", [
+    ({"size": -1}, "no number of pixels"),
     ({"colour": 3}, "colour"),
     ({"light": {"directoin": (1, 0, 0)}}, "directoin"),
     ({"shadow": {"size": 0}}, "size"),

@@ -158,6 +158,22 @@ def test_what_is_no_volume_is_refused(array, what):
         ds.Volume(array)
 
 
+@pytest.mark.parametrize("place, what", [
+    ({"spacing": 0}, "spacing"),
+    ({"spacing": float("nan")}, "spacing"),
+    ({"world_from_index": np.zeros((4, 4))}, "affine"),
+    ({"world_from_index": np.diag([1.0, 0, 1, 1])}, "no inverse"),
+    ({"world_from_index": np.eye(3)}, "shape"),
+    ({"world_from_index": np.eye(4), "spacing": 1}, "not both"),
+    ({"background": (1, 2, 3)}, "background"),
+    ({"active": np.ones((2, 2, 2))}, "booleans"),
+    ({"grid_class": "fog"}, "level set"),
+])
+def test_places_that_are_none(place, what):
+    with pytest.raises(ValueError, match=what):
+        ds.Volume(np.ones((2, 2, 2)), **place)
+
+
 def test_files_that_are_none(tmp_path):
     with pytest.raises(FileNotFoundError):
         ds.read(tmp_path / "none.vdb")
@@ -166,6 +182,8 @@ def test_files_that_are_none(tmp_path):
         ds.read(tmp_path / "bad.vdb")
     with pytest.raises(ValueError, match="ending"):
         ds.write(tmp_path / "a.xyz", np.zeros((2, 2, 2)))
+    with pytest.raises(ValueError, match="nothing to write"):
+        ds.write(tmp_path / "a.vdb", [])
     with pytest.raises(ValueError, match="no grid 'fog'"):
         ds.read(FIXTURES / "vdb" / "bumps.vdb", "fog")
     with pytest.raises(MemoryError):
