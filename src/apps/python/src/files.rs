@@ -8,6 +8,7 @@ use deepshadow::io::number::{Endian, ValueType};
 use deepshadow::io::vdb::{Transform, VdbFile};
 use deepshadow::io::{Format, ReadOptions, fog};
 use deepshadow::{Error, Result};
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -189,7 +190,7 @@ impl VolumeFile {
     /// Reads a grid, dense, its voxels in their own type: the one called `grid`, by default
     /// "density" or else the first of numbers.
     #[pyo3(signature = (grid = None))]
-    fn read(&self, py: Python<'_>, grid: Option<&str>) -> PyResult<Volume> {
+    pub fn read(&self, py: Python<'_>, grid: Option<&str>) -> PyResult<Volume> {
         if self.vdb.is_some() {
             return dense(py, &self.sparse(py, grid)?, None, self.options.max_bytes);
         }
@@ -228,7 +229,31 @@ impl VolumeFile {
         py.detach(load).map_err(raised)
     }
 
+    /// The grids' names, in the order of the file. The third of several grids of one name is
+    /// ``file["name[2]"]``.
+    fn keys(&self) -> Vec<String> {
+        let sparse = self.vdb.iter().flat_map(VdbFile::grids).map(|grid| grid.name.clone());
+        sparse.chain(self.dense.iter().map(DenseFile::name)).collect()
+    }
+
+    fn __len__(&self) -> usize {
+        self.keys().len()
+    }
+
+    fn __contains__(&self, grid: &str) -> bool {
+        self.keys().iter().any(|name| name == grid)
+            || self.vdb.as_ref().is_some_and(|file| file.find(grid).is_some())
+    }
+
+    fn __iter__(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        Ok(PyList::new(py, self.keys())?.try_iter()?.into_any().unbind())
+    }
+
     fn __getitem__(&self, py: Python<'_>, grid: &str) -> PyResult<Volume> {
+        if self.vdb.is_some() && !self.__contains__(grid) {
+            let names = self.keys().join(", ");
+            return Err(PyKeyError::new_err(format!("no grid '{grid}'; there are {names}")));
+        }
         self.read(py, Some(grid))
     }
 

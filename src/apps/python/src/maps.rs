@@ -89,7 +89,7 @@ pub fn shadow_map(
 /// max_bytes : int or str, optional
 ///     Bytes that the map may take, or such per texel: "16/texel".
 /// kind, size, light_index, backend, progress, **tables :
-///     As of `shadow_map`; kind and size are chosen too unless given.
+///     As of `shadow_map`; kind and size are chosen too unless they, or the scene, say them.
 ///
 /// Returns
 /// -------
@@ -132,6 +132,11 @@ pub fn choose(
     done(py, progress, |watch| {
         let loaded = request.load()?;
         let settings = loaded.map_settings();
+        // What the scene says is given too.
+        let shadow = &loaded.file.shadow;
+        limits.kind = limits.kind.or(shadow.map.as_ref().and(settings.map.kind));
+        limits.size = limits.size.or(shadow.size);
+        limits.own_tolerance = shadow.tolerance.is_some();
         let kind = limits.kind.unwrap_or_default();
         let backend = named(backend, kind, !loaded.scene.surfaces.is_empty())?;
         let mut parts = Vec::new();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use deepshadow::glam::{DMat4, IVec3};
 use deepshadow::io::dense::{DEFAULT_MAX_BYTES, DenseGrid};
-use deepshadow::io::vdb::{Grid, GridHeader, IndexBox, Tree, Value};
+use deepshadow::io::vdb::{Grid, GridHeader, IndexBox, Tile, Tree, Value};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
@@ -60,7 +60,7 @@ macro_rules! with_tree {
 }
 
 /// A grid of an OpenVDB file as a tree: active voxels in leaves of 8 x 8 x 8, larger constant
-/// regions as tiles. It is read by `File.sparse`, and written as it is by `write`.
+/// regions as tiles. It is read by `VolumeFile.sparse`, and written as it is by `write`.
 #[pyclass(module = "deepshadow", frozen)]
 pub struct SparseGrid {
     pub grid: Arc<Grid>,
@@ -118,7 +118,32 @@ impl SparseGrid {
         with_tree!(&*self.grid, tree, name => active_values(py, tree, name, max_bytes))
     }
 
-    /// Iterates over the leaves: (index of the first voxel, values of shape (8, 8, 8) or
+    /// The tiles, which are constant regions larger than voxels: a list of (index of the first voxel,
+    /// edge in voxels, value, whether it is active). Voxels are in leaves, in tiles, or have the
+    /// background's value.
+    fn tiles<'py>(&self, py: Python<'py>) -> PyResult<Vec<TileOf<'py>>> {
+        with_tree!(&*self.grid, tree, name => {
+            let tile = |tile: Tile<_>| {
+                let edge = tile.bounds().dims()[0];
+                Ok((tile.origin.into(), edge, scalar(py, tile.value, name)?, tile.active))
+            };
+            tree.tiles().map(tile).collect()
+        })
+    }
+
+    /// The value outside of leaves and tiles.
+    #[getter]
+    fn background<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        with_tree!(&*self.grid, tree, name => scalar(py, tree.background(), name))
+    }
+
+    /// OpenVDB's class: "level set", "fog volume", "staggered" or "unknown".
+    #[getter]
+    fn grid_class(&self) -> &str {
+        self.header.class()
+    }
+
+    /// Iterates over the leaves, not over `tiles`: (index of the first voxel, values of shape (8, 8, 8) or
     /// (8, 8, 8, 3) by z, y, x, which of them are active).
     fn leaves(&self) -> PyResult<Leaves> {
         let boxes = with_tree!(&*self.grid, tree, _name => {
@@ -150,11 +175,7 @@ impl SparseGrid {
     /// The value at an index (i, j, k) along x, y, z.
     fn __getitem__<'py>(&self, py: Python<'py>, at: [i32; 3]) -> PyResult<Bound<'py, PyAny>> {
         let at = IVec3::from_array(at);
-        with_tree!(&*self.grid, tree, name => {
-            let shape: &[usize] = if components(tree) > 1 { &[3] } else { &[] };
-            let all = numbers::array(py, encoded(&[tree.get(at).0]), name, shape)?;
-            all.get_item(())
-        })
+        with_tree!(&*self.grid, tree, name => scalar(py, tree.get(at).0, name))
     }
 
     fn __repr__(&self) -> String {
@@ -172,6 +193,8 @@ pub struct Leaves {
 
 /// An index (i, j, k) as Python has it.
 type Index = (i32, i32, i32);
+/// First voxel, edge, value, activity.
+type TileOf<'py> = (Index, u64, Bound<'py, PyAny>, bool);
 type LeafArrays<'py> = (Index, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 #[pymethods]
@@ -186,8 +209,10 @@ impl Leaves {
     }
 }
 
-fn components<T: Value>(_: &Tree<T>) -> usize {
-    T::COMPONENTS
+/// A value as NumPy has it: a number, or an array of three.
+fn scalar<'py, T: Value>(py: Python<'py>, value: T, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    let shape: &[usize] = if T::COMPONENTS > 1 { &[3] } else { &[] };
+    numbers::array(py, encoded(&[value]), name, shape)?.get_item(())
 }
 
 fn encoded<T: Value>(values: &[T]) -> Vec<u8> {

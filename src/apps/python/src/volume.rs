@@ -1,15 +1,17 @@
 //! Voxels as an array, with their place and all else that files say about them.
 
 use deepshadow::glam::{DMat4, IVec3};
-use deepshadow::io::dense::DenseGrid;
+use deepshadow::io::dense::{DEFAULT_MAX_BYTES, DenseGrid};
 use deepshadow::io::number::ValueType;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use crate::errors::{raised, value};
+use crate::files::VolumeFile;
 use crate::metadata::meta_value;
 use crate::numbers::{self, BOOL, as_array, bytes_of, shape_of, type_of};
+use crate::sparse::{SparseGrid, dense};
 
 /// What OpenVDB's grids can be.
 const CLASSES: [&str; 4] = ["level set", "fog volume", "staggered", "unknown"];
@@ -179,7 +181,7 @@ impl Volume {
         Ok(match self.known.background.as_deref() {
             None => None,
             Some(&[one]) => Some(one.into_pyobject(py)?.into_any()),
-            Some(several) => Some(pyo3::types::PyTuple::new(py, several)?.into_any()),
+            Some(several) => Some(PyTuple::new(py, several)?.into_any()),
         })
     }
 
@@ -195,14 +197,43 @@ impl Volume {
         self.known.space.map(|space| space.name())
     }
 
-    fn __repr__(&self) -> String {
-        let [x, y, z] = self.known.dims;
-        let numbers = self.known.value_type.name();
-        let vector = match self.known.components {
-            1 => String::new(),
-            count => format!(" x {count}"),
-        };
-        format!("<Volume '{}': {x} x {y} x {z} voxels of {numbers}{vector}>", self.known.name)
+    /// The same volume with other values of what `Volume` takes: ``volume.replace(spacing=0.5)``.
+    #[pyo3(signature = (**changes))]
+    fn replace<'py>(
+        &self,
+        py: Python<'py>,
+        changes: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let fields = self.fields(py)?;
+        let mut array = self.array.bind(py).clone();
+        if let Some(changes) = changes {
+            for key in ["spacing", "origin"] {
+                if changes.contains(key)? && fields.contains("world_from_index")? {
+                    fields.del_item("world_from_index")?;
+                    fields.set_item("spacing", self.spacing())?;
+                    fields.set_item("origin", self.origin())?;
+                }
+            }
+            fields.update(changes.as_mapping())?;
+            if let Some(other) = fields.get_item("array")? {
+                fields.del_item("array")?;
+                array = other;
+            }
+        }
+        py.get_type::<Self>().call((array,), Some(&fields))
+    }
+
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        Ok((PyTuple::new(py, [&self.array])?, self.fields(py)?))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let array = self.array.bind(py);
+        let (shape, numbers) = (array.getattr("shape")?, array.getattr("dtype")?);
+        Ok(format!("<Volume '{}': shape {shape} of {numbers}>", self.known.name))
     }
 
     /// The array itself, so that NumPy takes a volume for one.
@@ -218,6 +249,24 @@ impl Volume {
 }
 
 impl Volume {
+    /// What [`Volume::new`] takes besides the array.
+    fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let fields = PyDict::new(py);
+        fields.set_item("name", &self.known.name)?;
+        fields.set_item("world_from_index", self.world_from_index(py)?)?;
+        fields.set_item("index", self.index())?;
+        fields.set_item("active", &self.active)?;
+        if self.all_active && self.known.background.is_some() {
+            let [x, y, z] = self.known.dims;
+            fields
+                .set_item("active", py.import("numpy")?.call_method1("ones", ((z, y, x), BOOL))?)?;
+        }
+        fields.set_item("background", self.background(py)?)?;
+        fields.set_item("grid_class", self.grid_class())?;
+        fields.set_item("metadata", self.metadata.bind(py).copy()?)?;
+        Ok(fields)
+    }
+
     /// The volume of a grid of the library's. Its numbers are booleans if `is_bool`.
     pub fn of_grid(
         py: Python<'_>,
@@ -339,10 +388,16 @@ pub fn matrix_array<'py>(py: Python<'py>, matrix: &DMat4) -> PyResult<Bound<'py,
     PyArray1::from_vec(py, rows).call_method1("reshape", (4, 4))
 }
 
-/// The volume that `object` is, or that of an array.
+/// The volume that `object` is, or that of an array, a tree or an opened file.
 pub fn volume_of<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Volume>> {
     if let Ok(volume) = object.cast::<Volume>() {
         return Ok(volume.clone());
+    }
+    if let Ok(sparse) = object.cast::<SparseGrid>() {
+        return Bound::new(object.py(), dense(object.py(), sparse.get(), None, DEFAULT_MAX_BYTES)?);
+    }
+    if let Ok(file) = object.cast::<VolumeFile>() {
+        return Bound::new(object.py(), file.get().read(object.py(), None)?);
     }
     let none = None;
     let volume = Volume::new(object, "", None, None, None, [0; 3], None, none, None, None)?;

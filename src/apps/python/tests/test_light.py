@@ -97,6 +97,8 @@ def test_a_chosen_map_keeps_its_limit():
     truth = ds.transmittance("bucky", at, exact=True, backend="cpu")[:, 0, 0]
     assert np.sqrt(np.mean((light - truth) ** 2)) < 0.02
     assert ds.choose("bucky", max_bytes=65536, backend="cpu").bytes <= 65536
+    given = ds.choose("bucky", max_error=0.05, backend="cpu", map="threshold", shadow={"size": 128})
+    assert (given.kind, given.size) == ("threshold", 128)
     with pytest.raises(ValueError, match="max_error"):
         ds.choose("bucky", backend="cpu")
     with pytest.raises(ValueError, match="max_error"):

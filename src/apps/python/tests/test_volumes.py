@@ -1,6 +1,8 @@
 """Files and arrays: what is written is what is read, bit for bit."""
 
+import copy
 import os
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -208,3 +210,45 @@ def test_metadata_of_every_kind_come_back(tmp_path):
     with pytest.raises(ValueError, match="'x' is a list"):
         ds.write(tmp_path / "b.vdb", np.ones((2, 2, 2), np.float32), metadata={"x": [1, 2, 3, 4, 5]})
     assert not (tmp_path / "b.vdb").exists()
+
+
+def test_tiles_are_no_leaves(tmp_path):
+    ds.write(tmp_path / "a.vdb", ds.Volume(np.full((16, 16, 16), 2.0, np.float32), background=0.0))
+    sparse = ds.open(tmp_path / "a.vdb").sparse()
+    assert sparse.leaf_count == 0 and list(sparse.leaves()) == []
+    tiles = sparse.tiles()
+    assert sum(edge**3 for _, edge, _, active in tiles if active) == 16**3
+    assert {float(value) for _, _, value, active in tiles if active} == {2.0}
+    assert sparse.background == 0.0
+
+
+def test_files_are_mappings(tmp_path):
+    ds.write(tmp_path / "a.vdb", [ds.Volume(numbers("f4"), name=name) for name in ["b", "a", "a"]])
+    file = ds.open(tmp_path / "a.vdb")
+    assert list(file) == file.keys() == ["b", "a", "a"] and len(file) == 3
+    assert "a" in file and "a[1]" in file and "c" not in file
+    with pytest.raises(KeyError, match="no grid 'c'"):
+        file["c"]
+
+
+def test_volumes_are_changed_copied_and_pickled(tmp_path):
+    array = numbers("f4")
+    volume = ds.Volume(array, name="a", spacing=0.5, origin=(1, 2, 3), index=(4, 5, 6),
+                       background=array[0, 0, 0], metadata={"frame": 3})
+    moved = volume.replace(spacing=2.0, name="b")
+    assert (moved.name, moved.spacing, moved.origin) == ("b", (2.0, 2.0, 2.0), (1.0, 2.0, 3.0))
+    assert moved.array is array and moved.index == (4, 5, 6) and moved.metadata == {"frame": 3}
+    ds.write(tmp_path / "a.vdb", volume)
+    for other in [copy.copy(volume), pickle.loads(pickle.dumps(volume)), ds.read(tmp_path / "a.vdb"),
+                  pickle.loads(pickle.dumps(ds.read(tmp_path / "a.vdb")))]:
+        ds.write(tmp_path / "b.vdb", other)
+        assert (tmp_path / "b.vdb").read_bytes() == (tmp_path / "a.vdb").read_bytes()
+
+
+def test_trees_and_opened_files_are_volumes(tmp_path):
+    array = numbers("u1").astype(np.float32)
+    ds.write(tmp_path / "a.vdb", array)
+    file = ds.open(tmp_path / "a.vdb")
+    for source in [file, file.sparse()]:
+        ds.write(tmp_path / "a.npy", source)
+        assert np.array_equal(np.load(tmp_path / "a.npy"), array)
