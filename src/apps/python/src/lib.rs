@@ -10,6 +10,7 @@ mod maps;
 mod metadata;
 mod numbers;
 mod picture;
+mod placement;
 mod scene;
 mod sparse;
 mod tables;

@@ -11,7 +11,8 @@ use pyo3::prelude::*;
 use crate::errors::{raised, value};
 use crate::metadata::dictionary;
 use crate::numbers::{self, BOOL};
-use crate::volume::{Volume, matrix_array};
+use crate::placement::matrix_array;
+use crate::volume::Volume;
 
 /// Runs the expression on the grid's tree, with its number's name for NumPy.
 macro_rules! with_tree {

@@ -1,9 +1,9 @@
 //! Voxels as an array, with their place and all else that files say about them.
 
-use deepshadow::glam::{DMat4, IVec3};
+use deepshadow::glam::IVec3;
 use deepshadow::io::dense::{DEFAULT_MAX_BYTES, DenseGrid};
 use deepshadow::io::number::ValueType;
-use numpy::{PyArray1, PyArrayMethods};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
@@ -11,6 +11,7 @@ use crate::errors::{raised, value};
 use crate::files::VolumeFile;
 use crate::metadata::meta_value;
 use crate::numbers::{self, BOOL, as_array, bytes_of, shape_of, type_of};
+use crate::placement::{matrix_array, matrix_of, place};
 use crate::sparse::{SparseGrid, dense};
 
 /// What OpenVDB's grids can be.
@@ -335,57 +336,6 @@ impl Volume {
             })
             .collect()
     }
-}
-
-fn place(
-    spacing: Option<&Bound<'_, PyAny>>,
-    origin: Option<[f64; 3]>,
-    index: [i32; 3],
-) -> PyResult<DMat4> {
-    let spacing: [f64; 3] = match spacing {
-        None => [1.0; 3],
-        Some(one) => one.extract::<f64>().map(|one| [one; 3]).or_else(|_| one.extract())?,
-    };
-    if !spacing.iter().all(|&edge| edge > 0.0 && edge.is_finite()) {
-        return Err(value("spacing", format!("{spacing:?} is not above 0 on every axis")));
-    }
-    let scaled = DMat4::from_scale(spacing.into());
-    // The origin is that of the first voxel, whatever its index.
-    let first = scaled.transform_point3(IVec3::from_array(index).as_dvec3());
-    let moved = origin.map_or(deepshadow::glam::DVec3::ZERO, |origin| {
-        deepshadow::glam::DVec3::from(origin) - first
-    });
-    Ok(DMat4::from_translation(moved) * scaled)
-}
-
-/// A matrix for column vectors from an array of rows.
-fn matrix_of(object: &Bound<'_, PyAny>) -> PyResult<DMat4> {
-    let array = as_array("world_from_index", object)?;
-    let shape = shape_of(&array)?;
-    if shape != [4, 4] {
-        let why = format!("has shape {shape:?}, expected (4, 4)");
-        return Err(value("world_from_index", why));
-    }
-    let rows = array.call_method1("astype", ("<f8",))?.call_method1("reshape", (-1,))?;
-    let numbers = rows.cast::<PyArray1<f64>>()?.to_vec()?;
-    let mut all = [0.0; 16];
-    all.copy_from_slice(&numbers);
-    let matrix = DMat4::from_cols_array(&all).transpose();
-    if matrix.row(3) != deepshadow::glam::DVec4::W {
-        let why = "is not affine: its last row must be 0, 0, 0, 1";
-        return Err(value("world_from_index", why));
-    }
-    let determinant = matrix.determinant();
-    if !matrix.is_finite() || !determinant.is_normal() {
-        let why = format!("has no inverse (determinant {determinant})");
-        return Err(value("world_from_index", why));
-    }
-    Ok(matrix)
-}
-
-pub fn matrix_array<'py>(py: Python<'py>, matrix: &DMat4) -> PyResult<Bound<'py, PyAny>> {
-    let rows = matrix.transpose().to_cols_array().to_vec();
-    PyArray1::from_vec(py, rows).call_method1("reshape", (4, 4))
 }
 
 /// The volume that `object` is, or that of an array, a tree or an opened file.
