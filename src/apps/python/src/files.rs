@@ -16,6 +16,7 @@ use crate::errors::raised;
 use crate::metadata::dictionary;
 use crate::sparse::{SparseGrid, dense};
 use crate::volume::Volume;
+use crate::work::done;
 
 /// Opens the volume file `path` and reads what it says about its grids, without their voxels.
 ///
@@ -57,7 +58,7 @@ pub fn open(
         options.spacing = spacing;
         options.max_bytes = max_bytes;
     });
-    py.detach(|| VolumeFile::open(path, options)).map_err(raised)
+    done(py, None, |_| VolumeFile::open(path, options))
 }
 
 /// Reads one grid of the volume file `path`, its voxels in their own type.
@@ -195,14 +196,11 @@ impl VolumeFile {
             return dense(py, &self.sparse(py, grid)?, None, self.options.max_bytes);
         }
         let options = self.options.with(|options| options.grid = grid.map(str::to_owned));
-        let read = py.detach(|| match (&self.dense, grid) {
+        let mut grid = done(py, None, |_| match (&self.dense, grid) {
             (Some(file), None) => DenseGrid::read(file),
             _ => DenseGrid::read(&DenseFile::open(&self.path, self.format, &options)?),
-        });
-        let mut grid = read.map_err(raised)?;
-        let metadata = texts(py, &grid.metadata)?;
-        // What is known of the place is that of the first voxel.
-        grid.metadata.clear();
+        })?;
+        let metadata = texts(py, &std::mem::take(&mut grid.metadata))?;
         Volume::of_grid(py, grid, false, metadata)
     }
 
@@ -213,7 +211,7 @@ impl VolumeFile {
             let why = format!("{} has no sparse grids", self.format.name());
             return Err(raised(Error::contents(&self.path, why)));
         };
-        let load = || {
+        done(py, None, |_| {
             let index = fog::chosen(file, grid)?;
             let header = file.grids()[index].clone();
             let world_from_index = match &header.transform {
@@ -225,8 +223,7 @@ impl VolumeFile {
             };
             let grid = Arc::new(file.load(index)?);
             Ok(SparseGrid { grid, header, world_from_index })
-        };
-        py.detach(load).map_err(raised)
+        })
     }
 
     /// The grids' names, in the order of the file. The third of several grids of one name is

@@ -5,7 +5,6 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::backends::named;
 use crate::errors::value;
 use crate::numbers::rows;
 use crate::scene::scene_of;
@@ -62,15 +61,13 @@ pub fn transmittance<'py>(
     let points: Vec<ProbePoint> = points.collect();
     let mut how = Probe::default();
     (how.exact, how.footprint) = (exact, footprint);
-    let found = done(py, progress, |watch| {
+    let (lights, found) = done(py, progress, |watch| {
         let loaded = request.load()?;
         let settings = loaded.map_settings();
-        let kind = settings.map.kind.unwrap_or_default();
-        let backend = named(backend, kind, !loaded.scene.surfaces.is_empty())?;
+        let backend = loaded.backend(backend, settings.map.kind)?;
         let found = probe(&loaded.scene, &settings, backend, &points, &how, watch)?;
         Ok((loaded.scene.lights.len(), found))
     })?;
-    let (lights, found) = found;
     let count = found.len();
     let flat: Vec<f32> = found.into_iter().flatten().flatten().collect();
     PyArray1::from_vec(py, flat).call_method1("reshape", ((count, lights, 3),))

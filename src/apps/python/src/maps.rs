@@ -10,7 +10,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
-use crate::backends::named;
 use crate::errors::{raised, value};
 use crate::numbers::rows;
 use crate::scene::scene_of;
@@ -65,7 +64,7 @@ pub fn shadow_map(
         let loaded = request.load()?;
         let settings = loaded.map_settings();
         let kind = settings.map.kind.unwrap_or_default();
-        let backend = named(backend, kind, !loaded.scene.surfaces.is_empty())?;
+        let backend = loaded.backend(backend, Some(kind))?;
         let beams = beams_of(&loaded.scene, light_index)?.into_iter();
         let map = |beam: Beam| {
             let map = backend.map(&beam, &settings, watch)?;
@@ -137,8 +136,7 @@ pub fn choose(
         limits.kind = limits.kind.or(shadow.map.as_ref().and(settings.map.kind));
         limits.size = limits.size.or(shadow.size);
         limits.own_tolerance = shadow.tolerance.is_some();
-        let kind = limits.kind.unwrap_or_default();
-        let backend = named(backend, kind, !loaded.scene.surfaces.is_empty())?;
+        let backend = loaded.backend(backend, limits.kind)?;
         let mut parts = Vec::new();
         let mut kinds = Vec::new();
         for beam in beams_of(&loaded.scene, light_index)? {

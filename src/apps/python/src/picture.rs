@@ -2,15 +2,14 @@
 
 use std::path::PathBuf;
 
+use deepshadow::Error;
 use deepshadow::image::{Exposure, Tone, ToneMap};
-use deepshadow::io::{PictureFormat, PictureOptions};
+use deepshadow::io::{Inputs, PendingFile, PictureFormat, PictureOptions};
 use deepshadow::scene::SceneFile;
-use deepshadow::{Backend, Error};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::backends::named;
 use crate::errors::{raised, value};
 use crate::numbers::{as_numpy, shape_of};
 use crate::scene::{in_memory, scene_of};
@@ -47,8 +46,7 @@ pub fn render(
     let request = scene.request(py)?;
     let (picture, loaded, by) = done(py, progress, |watch| {
         let loaded = request.load()?;
-        let kind = loaded.settings.map.kind.unwrap_or_default();
-        let backend: &dyn Backend = named(backend, kind, !loaded.scene.surfaces.is_empty())?;
+        let backend = loaded.backend(backend, loaded.settings.map.kind)?;
         let picture = backend.render(&loaded.scene, &loaded.settings, watch)?;
         Ok((picture, loaded, backend.description()))
     })?;
@@ -123,7 +121,7 @@ impl Image {
         let picture = self.picture(py)?;
         let tone = self.tone(&picture, exposure, tonemap)?;
         let options = PictureOptions::new(PictureFormat::Png).with(|options| options.tone = tone);
-        let bytes = py.detach(|| options.encode(&picture)).map_err(raised)?;
+        let bytes = done(py, None, |_| options.encode(&picture))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -148,12 +146,10 @@ impl Image {
             options.tone = tone;
             options.camera = Some(self.camera);
         });
-        let save = || {
-            let file =
-                deepshadow::io::PendingFile::create(&path, &deepshadow::io::Inputs::default())?;
+        done(py, None, |_| {
+            let file = PendingFile::create(&path, &Inputs::default())?;
             file.finish_with(&options.encode(&picture)?)
-        };
-        py.detach(save).map_err(raised)
+        })
     }
 
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {

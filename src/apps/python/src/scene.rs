@@ -10,11 +10,13 @@ use deepshadow::io::vdb::{Compression, Metadata, NewGrid, VdbWriter};
 use deepshadow::io::{self, Described, SceneLoader, at_frame};
 use deepshadow::scene::automatic::{Choice, Surroundings, complete};
 use deepshadow::scene::{self, SceneFile};
-use deepshadow::{Result, Settings};
+use deepshadow::settings::MapKind;
+use deepshadow::{Backend, Result, Settings};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString};
 use serde_json::{Map, Value};
 
+use crate::backends::named;
 use crate::errors::{raised, value};
 use crate::tables::{overlaid, table_of, table_value};
 use crate::volume::{Volume, volume_of};
@@ -191,7 +193,7 @@ fn given_tables(
             }
         }
     }
-    table_of("", &tables)
+    table_of(&tables)
 }
 
 /// A table as scene files have it.
@@ -215,24 +217,14 @@ fn in_full<'py>(
         "ground" if object.extract::<f64>().is_ok() => return alone("height"),
         "hair" | "mesh" if object.is_instance_of::<PyString>() => return alone("path"),
         "hair" | "mesh" if object.hasattr("__fspath__")? => return alone("path"),
-        "volume" if is_table => {
-            return with_array(&object.cast::<PyDict>()?.copy()?, held).map(Bound::into_any);
-        }
         "volume" if object.is_instance_of::<PyList>() => {
             let tables = PyList::empty(py);
             for one in object.try_iter()? {
-                tables.append(in_full(name, &one?, held)?)?;
+                tables.append(volume_table(&one?, held)?)?;
             }
             return Ok(tables.into_any());
         }
-        "volume" if object.is_instance_of::<PyString>() || object.hasattr("__fspath__")? => {
-            return alone("path");
-        }
-        "volume" => {
-            let table = PyDict::new(py);
-            table.set_item("path", hold(object, held)?)?;
-            return Ok(table.into_any());
-        }
+        "volume" => return volume_table(object, held).map(Bound::into_any),
         _ => {}
     }
     if is_table || object.is_instance_of::<PyList>() {
@@ -243,16 +235,27 @@ fn in_full<'py>(
     Err(value(name, "must be a dictionary with the keys of scene files, or a list of such"))
 }
 
-/// A table of a volume whose key "array", if it has one, is the name of what is held.
-fn with_array<'py>(
-    table: &Bound<'py, PyDict>,
+/// The table of a volume: of a dictionary, whose key "array" becomes the name of what is held, of a
+/// path, or of an array.
+fn volume_table<'py>(
+    object: &Bound<'py, PyAny>,
     held: &mut Vec<(PathBuf, Py<Volume>)>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    if let Some(array) = table.get_item("array")? {
-        table.del_item("array")?;
-        table.set_item("path", hold(&array, held)?)?;
+    if let Ok(given) = object.cast::<PyDict>() {
+        let table = given.copy()?;
+        if let Some(array) = table.get_item("array")? {
+            table.del_item("array")?;
+            table.set_item("path", hold(&array, held)?)?;
+        }
+        return Ok(table);
     }
-    Ok(table.clone())
+    let table = PyDict::new(object.py());
+    if object.is_instance_of::<PyString>() || object.hasattr("__fspath__")? {
+        table.set_item("path", object)?;
+    } else {
+        table.set_item("path", hold(object, held)?)?;
+    }
+    Ok(table)
 }
 
 /// Keeps a volume, and returns the name by which the scene's tables know it.
@@ -310,6 +313,14 @@ impl Scene {
 }
 
 impl Loaded {
+    /// The backend `name` for maps of `kind` of this scene.
+    ///
+    /// # Errors
+    /// As [`named`].
+    pub fn backend(&self, name: &str, kind: Option<MapKind>) -> Result<&'static dyn Backend> {
+        named(name, kind.unwrap_or_default(), !self.scene.surfaces.is_empty())
+    }
+
     /// The settings, for maps without a picture.
     pub fn map_settings(&self) -> Settings {
         let mut settings = self.settings.clone();

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use deepshadow::glam::{DMat4, IVec3};
 use deepshadow::io::dense::{DEFAULT_MAX_BYTES, DenseGrid};
+use deepshadow::io::number::ValueType;
+use deepshadow::io::remap::Remap;
 use deepshadow::io::vdb::{Grid, GridHeader, IndexBox, Tile, Tree, Value};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -13,6 +15,7 @@ use crate::metadata::dictionary;
 use crate::numbers::{self, BOOL};
 use crate::placement::matrix_array;
 use crate::volume::Volume;
+use crate::work::done;
 
 /// Runs the expression on the grid's tree, with its number's name for NumPy.
 macro_rules! with_tree {
@@ -295,12 +298,13 @@ pub fn dense(
     let Some(bounds) = bounds.or_else(|| grid.active_bounds()) else {
         return Err(value(&format!("grid '{}'", header.name), "it has no active voxels"));
     };
-    let dense = py.detach(|| DenseGrid::of_vdb(grid, bounds, *world_from_index, max_bytes));
-    let mut dense = dense.map_err(raised)?;
     let is_bool = matches!(**grid, Grid::Bool(_));
-    if header.saved_as_half && !is_bool {
-        dense = crate::volume::halved(dense)?;
-    }
+    let mut dense = done(py, None, |_| {
+        let dense = DenseGrid::of_vdb(grid, bounds, *world_from_index, max_bytes)?;
+        // Floats as halves, as the file has them.
+        let halved = header.saved_as_half && !is_bool;
+        if halved { dense.retyped(ValueType::F16, Remap::Cast) } else { Ok(dense) }
+    })?;
     dense.name.clone_from(&header.name);
     dense.class = Some(header.class().to_owned());
     Volume::of_grid(py, dense, is_bool, own_metadata(py, header)?)

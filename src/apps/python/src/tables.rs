@@ -16,8 +16,17 @@ const DEEPEST: usize = 16;
 /// # Errors
 /// `ValueError` for anything else, with the name of its key.
 pub fn table_value(key: &str, object: &Bound<'_, PyAny>) -> PyResult<Value> {
-    // A container may hold itself; each one adds to the key.
-    if key.matches(['.', '[']).count() > DEEPEST {
+    value_within(0, key, object)
+}
+
+/// The table that a dictionary is; keys whose value is None are left out.
+pub fn table_of(dictionary: &Bound<'_, PyDict>) -> PyResult<Map<String, Value>> {
+    table_within(0, "", dictionary)
+}
+
+/// Like [`table_value`], for what is within so many containers, one of which it may be itself.
+fn value_within(depth: usize, key: &str, object: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if depth > DEEPEST {
         return Err(value("scene", "its tables are nested too deeply"));
     }
     if object.is_none() {
@@ -38,32 +47,34 @@ pub fn table_value(key: &str, object: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Number::from_f64(number).map(Value::Number).ok_or_else(finite);
     }
     if let Ok(table) = object.cast::<PyDict>() {
-        return table_of(key, table).map(Value::Object);
+        return table_within(depth + 1, key, table).map(Value::Object);
     }
     if object.is_instance_of::<PyList>() || object.is_instance_of::<PyTuple>() {
-        let key = format!("{key}[]");
-        let items = object.try_iter()?.map(|item| table_value(&key, &item?));
+        let items = object.try_iter()?.map(|item| value_within(depth + 1, key, &item?));
         return items.collect::<PyResult<Vec<_>>>().map(Value::Array);
     }
     if object.hasattr("tolist")? {
-        return table_value(key, &object.call_method0("tolist")?);
+        return value_within(depth + 1, key, &object.call_method0("tolist")?);
     }
     if object.hasattr("__fspath__")? {
-        return table_value(key, &object.call_method0("__fspath__")?);
+        return value_within(depth + 1, key, &object.call_method0("__fspath__")?);
     }
     let kind = object.get_type().name()?;
     Err(value(key, format!("is a {kind}; scenes have numbers, text, lists and dictionaries")))
 }
 
-/// The table that a dictionary is; keys whose value is None are left out.
-pub fn table_of(name: &str, dictionary: &Bound<'_, PyDict>) -> PyResult<Map<String, Value>> {
+fn table_within(
+    depth: usize,
+    name: &str,
+    dictionary: &Bound<'_, PyDict>,
+) -> PyResult<Map<String, Value>> {
     let mut table = Map::new();
     for (key, object) in dictionary.iter() {
         let Ok(key) = key.extract::<String>() else {
             return Err(value(name, "keys must be text"));
         };
         let full = if name.is_empty() { key.clone() } else { format!("{name}.{key}") };
-        let found = table_value(&full, &object)?;
+        let found = value_within(depth, &full, &object)?;
         if !found.is_null() {
             table.insert(key, found);
         }

@@ -2,12 +2,11 @@
 
 use deepshadow::glam::IVec3;
 use deepshadow::io::dense::{DEFAULT_MAX_BYTES, DenseGrid};
-use deepshadow::io::number::ValueType;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
-use crate::errors::{raised, value};
+use crate::errors::value;
 use crate::files::VolumeFile;
 use crate::metadata::meta_value;
 use crate::numbers::{self, BOOL, as_array, bytes_of, shape_of, type_of};
@@ -349,13 +348,6 @@ pub fn volume_of<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Volume>
     if let Ok(file) = object.cast::<VolumeFile>() {
         return Bound::new(object.py(), file.get().read(object.py(), None)?);
     }
-    let none = None;
-    let volume = Volume::new(object, "", None, None, None, [0; 3], None, none, None, None)?;
+    let volume = Volume::new(object, "", None, None, None, [0; 3], None, None, None, None)?;
     Bound::new(object.py(), volume)
-}
-
-/// Floats of a grid as halves, as the file has them.
-pub fn halved(grid: DenseGrid) -> PyResult<DenseGrid> {
-    let to = ValueType::F16;
-    grid.retyped(to, deepshadow::io::remap::Remap::Cast).map_err(raised)
 }

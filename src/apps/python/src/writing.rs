@@ -17,6 +17,7 @@ use crate::errors::{raised, value};
 use crate::metadata::meta_value;
 use crate::sparse::{SparseGrid, dense};
 use crate::volume::{Volume, volume_of};
+use crate::work::done;
 
 /// The name in OpenVDB files of a grid without a name, which programs look for.
 const DENSITY: &str = "density";
@@ -87,8 +88,9 @@ pub fn write(
     };
     let (mut grid, _) = volume.get().to_grid(py)?;
     grid.metadata = volume.get().metadata_texts(py)?;
-    let write = || format.promise(&path, packed, &Inputs::default())?.write(grid);
-    Ok(py.detach(write).map_err(raised)?.lost)
+    let written =
+        done(py, None, |_| format.promise(&path, packed, &Inputs::default())?.write(grid))?;
+    Ok(written.lost)
 }
 
 enum Item<'py> {
@@ -142,7 +144,7 @@ fn write_vdb(
     compression: Compression,
     half: Option<bool>,
 ) -> PyResult<Vec<String>> {
-    let file = py.detach(|| PendingFile::create(path, &Inputs::default())).map_err(raised)?;
+    let file = PendingFile::create(path, &Inputs::default()).map_err(raised)?;
     let name_of = |item: &Item<'_>| match item {
         Item::Sparse(sparse) => sparse.get().header.name.clone(),
         Item::Dense(volume) => match volume.get().grid_name() {
@@ -166,10 +168,9 @@ fn write_vdb(
             }
             Item::Dense(volume) => new_grid(py, &volume, half, &mut lost)?,
         };
-        py.detach(|| writer.add(new)).map_err(raised)?;
+        done(py, None, |_| writer.add(new))?;
     }
-    let finish = || file.finish_with(&writer.finish()?);
-    py.detach(finish).map_err(raised)?;
+    done(py, None, |_| file.finish_with(&writer.finish()?))?;
     Ok(lost)
 }
 
@@ -186,8 +187,8 @@ fn new_grid(
         lost.push(format!("{} numbers (stored as {}, which holds them)", from.name(), to.name()));
     }
     let is_half = half.unwrap_or(known.value_type == ValueType::F16);
-    let tree = py.detach(|| if is_bool { booleans(&grid) } else { grid.into_vdb() });
-    let mut new = NewGrid::new(tree.map_err(raised)?, &known.world_from_index).with_half(is_half);
+    let tree = done(py, None, |_| if is_bool { booleans(&grid) } else { grid.into_vdb() })?;
+    let mut new = NewGrid::new(tree, &known.world_from_index).with_half(is_half);
     for (key, value) in volume.get().metadata.bind(py).iter() {
         let key: String = key.extract()?;
         if value.is_instance_of::<PyBytes>() {

@@ -95,6 +95,29 @@ print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
     assert run(code).stdout == "0\n"
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_children_of_a_fork_read_and_write(tmp_path):
+    # Everything that uses threads, in the parent and then in the child.
+    code = """
+import os, numpy as np, deepshadow as ds
+def work():
+    array = np.random.default_rng(1).random((40, 40, 40), dtype=np.float32)
+    ds.write("a.vdb", array)
+    ds.write("a.nrrd", array, compression="gzip")
+    file = ds.open("a.vdb")
+    assert np.array_equal(file.sparse().volume().array, array)
+    assert np.array_equal(ds.read("a.nrrd").array, array)
+    image = ds.render(array, size=64, backend="cpu")
+    return image.png()
+before = work()
+child = os.fork()
+if child == 0:
+    os._exit(0 if work() == before else 1)
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+    assert run(code, cwd=tmp_path).stdout == "0\n"
+
+
 def test_import_is_quick_enough_to_be_unnoticed():
     # What it imports beyond NumPy is one module.
     code = "import numpy, sys; a = set(sys.modules); import deepshadow; print(sorted(set(sys.modules) - a))"

@@ -119,9 +119,15 @@ def test_containers_that_hold_themselves():
     table, several = {}, []
     table["light"] = table
     several.append(several)
-    for scene in [table, {"light": several}]:
+    class Itself:
+        def tolist(self):
+            return self
+
+    for scene in [table, {"light": several}, {"light": Itself()}]:
         with pytest.raises(ValueError, match="nested too deeply"):
             ds.Scene(scene)
+    with pytest.raises(ValueError):
+        ds.Scene(volume=several)
 
 
 @pytest.mark.parametrize("tables, what", [

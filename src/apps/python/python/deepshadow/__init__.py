@@ -7,38 +7,5 @@
 World positions are (x, y, z), right-handed, y up; arrays of voxels are (z, y, x).
 """
 
-from ._native import (
-    GridInfo,
-    Image,
-    Scene,
-    ShadowMap,
-    SparseGrid,
-    Volume,
-    VolumeFile,
-    choose,
-    compare,
-    open,
-    read,
-    render,
-    shadow_map,
-    transmittance,
-    write,
-)
-
-__all__ = [
-    "GridInfo",
-    "Image",
-    "Scene",
-    "ShadowMap",
-    "SparseGrid",
-    "Volume",
-    "VolumeFile",
-    "choose",
-    "compare",
-    "open",
-    "read",
-    "render",
-    "shadow_map",
-    "transmittance",
-    "write",
-]
+from ._native import *
+from ._native import __all__ as __all__
