@@ -205,6 +205,8 @@ on("it is looked into", BOX, async (explorer) => {
   await explorer.act("end", "Button");
   const before = (await explorer.rest()).file.camera;
   await explorer.act("look from the light", "Button");
+  // A page at rest may not have heard of it yet.
+  await explorer.until(() => deepshadow.seen()?.file.camera?.position);
   const { camera } = (await explorer.rest()).file;
   assert.equal(camera.position.length, 3);
   assert.notDeepEqual(camera, before);
