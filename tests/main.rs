@@ -21,6 +21,7 @@ mod domains;
 mod editing;
 mod embedding;
 mod examples;
+mod fallback;
 mod formats;
 mod fragments;
 mod futures;

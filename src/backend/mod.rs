@@ -2,6 +2,7 @@
 //! pictures one after another.
 
 mod catcher;
+mod fallback;
 mod passes;
 mod stage;
 
@@ -12,6 +13,7 @@ use crate::scene::{Beam, Scene, Surfaces};
 use crate::settings::{MapKind, Settings};
 use crate::shadow::{Map, codec};
 pub use catcher::ShadowCatcher;
+pub use fallback::Fallback;
 pub use passes::Passes;
 use passes::{build_map, view_through};
 #[cfg(feature = "gpu")]

@@ -3,8 +3,7 @@
 use std::str::FromStr;
 use std::thread::{self, JoinHandle};
 
-use super::fallback::Fallback;
-use crate::backend::{Backend, Expected};
+use crate::backend::{Backend, Expected, Fallback};
 use crate::cpu::CpuBackend;
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
@@ -96,7 +95,7 @@ impl Opening {
         };
         match (found, kind) {
             (Some(gpu), _) if builds(&*gpu) && self.choice == BackendChoice::Auto => {
-                Ok(kept(Box::new(Fallback::new(gpu, say))))
+                Ok(kept(Box::new(Fallback::new(gpu, Box::new(CpuBackend), say))))
             }
             (Some(gpu), _) if builds(&*gpu) => Ok(kept(gpu)),
             (Some(_), kind) if surfaces && self.choice == BackendChoice::Gpu => {

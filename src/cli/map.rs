@@ -1,6 +1,5 @@
 //! Command `map`: writes a volume's shadow map as OpenEXR.
 
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -10,13 +9,9 @@ use super::job::{Request, default_output};
 use super::limits::LimitArguments;
 use crate::compare::Certified;
 use crate::error::{Error, Result};
-use crate::io::coded_map::encode_coded_map;
-use crate::io::exr;
-use crate::io::fragment_map::{encode_fragment_map, encode_fragment_statistics};
+use crate::io::map_files::{MapFile, NamedMap, check_map_kind, encode_maps};
 use crate::io::output::{PendingFile, commit};
-use crate::scene::Media;
 use crate::settings::MapKind;
-use crate::shadow::{FragmentMap, Map, Shadow, TexelMap};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -54,30 +49,31 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
         let usual = if bare { MapKind::Threshold } else { MapKind::Fragments };
         job.settings.map.kind.get_or_insert(usual);
     }
-    if let Some(kind) = job.settings.map.kind.filter(|&kind| !written(kind)) {
-        return Err(unwritten(kind));
+    if let Some(kind) = job.settings.map.kind {
+        check_map_kind(kind)?;
     }
     let no_picture = job.settings.with(|s| s.image.size = [1; 2]);
     job.backend.check_room(&no_picture)?;
     let beams = job.scene.beams()?;
-    let mut built = Vec::new();
+    let mut maps = Vec::new();
     let begun = Instant::now();
     for beam in &beams {
-        let (map, certificate) = match limits.choose(&job, beam, &scene, written)? {
-            Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
-            None => (job.backend.map(beam, &job.settings, &*job.progress)?, None),
-        };
-        built.push(Built { label: beam.label(&beams), map, certificate });
+        let (map, certificate) =
+            match limits.choose(&job, beam, &scene, |kind| check_map_kind(kind).is_ok())? {
+                Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
+                None => (job.backend.map(beam, &job.settings, &*job.progress)?, None),
+            };
+        maps.push(NamedMap { label: beam.label(&beams), map, certificate });
     }
     let time = begun.elapsed();
-    let files = encode(&job.scene.media, &built, &path, statistics)?;
+    let files = encode_maps(&job.scene.media, &maps, &path, statistics)?;
     drop(tried);
     let pending = files.iter().map(|file| {
         let mut pending = PendingFile::create(&file.path, &inputs)?;
         pending.put(&file.contents).map(|()| pending)
     });
     commit(pending.collect::<Result<_>>()?)?;
-    for Encoded { path, what, size, .. } in &files {
+    for MapFile { path, what, size, .. } in &files {
         job.note(&format!(
             "wrote {}: {what} {size}x{size} in {:.2} s, {}",
             path.display(),
@@ -85,98 +81,11 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
             job.backend.description(),
         ));
     }
-    for Built { label, certificate, .. } in &built {
+    for NamedMap { label, certificate, .. } in &maps {
         if let Some(certificate) = certificate {
             let label = label.as_ref().map(|label| format!("{label}: ")).unwrap_or_default();
             job.note(&format!("{label}{certificate}"));
         }
     }
     Ok(())
-}
-
-/// The map of a beam.
-struct Built {
-    label: Option<String>,
-    map: Map,
-    certificate: Option<String>,
-}
-
-/// A file to be written.
-struct Encoded {
-    path: PathBuf,
-    contents: Vec<u8>,
-    what: String,
-    size: u32,
-}
-
-/// The maps as files: threshold maps as layers of one file, others as one file each, with the
-/// beam's label in front of the ending.
-fn encode(media: &Media, built: &[Built], path: &Path, statistics: bool) -> Result<Vec<Encoded>> {
-    let (index_from_world, domain) = (media.world_from_index().inverse(), media.domain());
-    let layers: Vec<_> = built
-        .iter()
-        .filter_map(|Built { label, map, certificate }| match (label, map) {
-            (Some(label), Map::Threshold(map)) => {
-                Some((label.clone(), map, certificate.as_deref()))
-            }
-            _ => None,
-        })
-        .collect();
-    if layers.len() == built.len() {
-        let contents = exr::encode_threshold_maps(&layers, &index_from_world, &domain)?;
-        let what = format!(
-            "threshold maps {}",
-            layers.iter().map(|l| &*l.0).collect::<Vec<_>>().join(", ")
-        );
-        let size = layers.first().map_or(0, |(_, map, _)| map.size());
-        return Ok(vec![Encoded { path: path.to_owned(), contents, what, size }]);
-    }
-    let one = |Built { label, map, certificate }: &Built| {
-        let certified = certificate.as_deref();
-        let (contents, what) = match map {
-            Map::Threshold(map) => (
-                exr::encode_threshold_map(map, &index_from_world, &domain, certified)?,
-                "threshold map".to_owned(),
-            ),
-            Map::Fragments(map) => {
-                let contents = if statistics {
-                    encode_fragment_statistics(map)?
-                } else {
-                    encode_fragment_map(map, &index_from_world, &domain, certified)?
-                };
-                (contents, format!("fragment map, {}", held(map)))
-            }
-            Map::Coded(map) => (
-                encode_coded_map(map, &index_from_world, &domain, certified)?,
-                format!("{} map", map.kind()),
-            ),
-            Map::Visibility(_) => return Err(unwritten(MapKind::Visibility)),
-            Map::Grid(map) => return Err(unwritten(MapKind::Grid(map.longest() as u16))),
-        };
-        let path = match label {
-            Some(label) => path.with_extension(format!("{label}.exr")),
-            None => path.to_owned(),
-        };
-        Ok(Encoded { path, contents, what, size: map.size() })
-    };
-    built.iter().map(one).collect()
-}
-
-/// Whether maps of `kind` can be written to files.
-fn written(kind: MapKind) -> bool {
-    !matches!(kind, MapKind::Visibility | MapKind::Grid(_))
-}
-
-fn unwritten(kind: MapKind) -> Error {
-    let why = "maps can be rendered with, but not written to files";
-    Error::value("map", format!("'{kind}' {why}"))
-}
-
-/// A description of a fragment map's contents, for people.
-fn held(map: &FragmentMap) -> String {
-    let runs = map.runs();
-    let most = runs.starts().windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
-    let mean = runs.nodes().len() as f64 / runs.texels().max(1) as f64;
-    let mebibytes = map.bytes() as f64 / f64::from(1 << 20);
-    format!("{mean:.1} nodes per texel, at most {most}, {mebibytes:.1} MiB,")
 }

@@ -8,7 +8,6 @@ mod completions;
 mod convert;
 mod deep;
 mod explore;
-mod fallback;
 mod figures;
 mod goal;
 mod hair_figures;

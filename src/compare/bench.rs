@@ -4,7 +4,8 @@ use web_time::Instant;
 
 use super::method::Method;
 use crate::accuracy::{
-    Difference, Errors, ExactPoints, ExactTexels, Place, Points, Sample, TruePicture, lookup_time,
+    self, Difference, Errors, ExactPoints, ExactTexels, Place, Points, Sample, TruePicture,
+    lookup_time,
 };
 use crate::backend::Backend;
 use crate::cpu::CpuBackend;
@@ -31,6 +32,8 @@ pub struct Bench<'a> {
     picture: TruePicture,
     /// The picture marched through exact transmittances.
     pub true_image: Image,
+    /// The seed of the points.
+    pub seed: u64,
     window: u32,
 }
 
@@ -130,7 +133,14 @@ impl<'a> Bench<'a> {
         let picture = TruePicture::new(&true_image, settings.image.exposure as f32);
         let (window, _) = settings.map.filter.window();
         let settings = settings.clone();
-        Ok(Self { scene, settings, parts, picture, true_image, window })
+        Ok(Self { scene, settings, parts, picture, true_image, seed, window })
+    }
+
+    /// The largest optical depth of a light ray through the maps.
+    pub fn largest_optical_depth(&self) -> f64 {
+        let deepest =
+            |part: &Part| accuracy::largest_optical_depth(&part.beam, self.settings.map.size);
+        self.parts.iter().map(deepest).fold(0.0, f64::max)
     }
 
     /// The mean number of points of a place at which each beam's map is looked up.

@@ -1,5 +1,5 @@
 //! Compares ways to make shadow maps with each other and with the truth: measurements of each
-//! ([`Bench`]), the choice of the map that keeps a limit ([`choose`]), and that of a picture
+//! ([`Bench`]), a report of them ([`report::Report`]), the choice of the map that keeps a limit ([`choose`]), and that of a picture
 //! ([`choose_picture`]).
 
 mod bench;
@@ -7,6 +7,7 @@ mod budget;
 mod choose;
 mod method;
 mod picture;
+pub mod report;
 
 pub use bench::{Bench, Curve, Row};
 pub use budget::Budget;

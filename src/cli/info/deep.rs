@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_json::{Value as Json, json};
 
-use super::json::number;
 use super::text::{Lines, in_memory};
 use crate::error::Result;
 use crate::io::deep_exr::{Attribute, Channel, DeepFile, DeepHeader, DeepStatistics, Window};
+use crate::io::json::number;
 
 /// What is known of a deep image; `None` for what is not known.
 pub(super) struct DeepReport {

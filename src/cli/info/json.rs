@@ -4,6 +4,7 @@ use glam::DMat4;
 use serde_json::{Map, Value as Json, json};
 
 use super::report::{GridReport, Report};
+use crate::io::json::number;
 use crate::io::vdb::{AnyValue, MetaValue, Metadata, Statistics};
 
 pub(super) fn write(report: &Report) -> String {
@@ -55,17 +56,6 @@ fn grid(grid: &GridReport) -> Json {
 
 fn object(entries: &[(String, Json)]) -> Json {
     Json::Object(entries.iter().cloned().collect::<Map<_, _>>())
-}
-
-/// A number, or its name if JSON cannot represent it.
-pub(in crate::cli) fn number(value: f64) -> Json {
-    if value.is_nan() {
-        "nan".into()
-    } else if value.is_infinite() {
-        if value > 0.0 { "inf".into() } else { "-inf".into() }
-    } else {
-        value.into()
-    }
 }
 
 fn rows(matrix: &DMat4) -> Json {

@@ -17,7 +17,6 @@ use crate::io::ReadOptions;
 use crate::io::not_there;
 use crate::scene::file::VolumeTable;
 use crate::volume::presets::Preset;
-pub(super) use json::number;
 use report::Report;
 
 #[derive(Debug, Args)]

@@ -12,6 +12,7 @@ use crate::cli::say;
 use crate::error::{Error, Result};
 use crate::io::dense::DenseFile;
 use crate::io::format::Format;
+use crate::io::json::number;
 use crate::io::number::ValueType;
 use crate::io::vdb::{GridHeader, Statistics, SurveyDepth, Transform, VdbFile};
 use crate::io::{FiniteRange, Histogram, ReadOptions};
@@ -265,7 +266,7 @@ impl GridReport {
             report.active_voxels = Some(sparse.active_voxels);
             report.active_bounds =
                 Some([bounds.min, bounds.max].map(|corner| corner.to_array().map(i64::from)));
-            report.background = json::number(sparse.background.into());
+            report.background = number(sparse.background.into());
             // The box begins one voxel before the active ones.
             let first = bounds.padded(1).min.as_dvec3();
             let world_from_index = header.world_from_index * DMat4::from_translation(-first);

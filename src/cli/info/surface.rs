@@ -5,10 +5,10 @@ use std::path::Path;
 use glam::Vec3;
 use serde_json::{Value as Json, json};
 
-use super::json::number;
 use super::text::Lines;
 use crate::cli::say;
 use crate::error::Result;
+use crate::io::json::number;
 use crate::io::{Format, SurfaceFile, read_surface_as};
 use crate::surface::{Material, Mesh, Strands};
 

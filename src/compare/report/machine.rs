@@ -1,6 +1,6 @@
 //! The machine and the time of a report.
 
-use std::time::{SystemTime, UNIX_EPOCH};
+use web_time::{SystemTime, UNIX_EPOCH};
 
 /// The processor's name, for people.
 pub(super) fn processor() -> String {

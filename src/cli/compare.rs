@@ -1,16 +1,6 @@
 //! Command `compare`: measures every kind of shadow map against the exact line integral, and writes
 //! a report.
 
-mod axis;
-mod curves;
-mod heat;
-mod labels;
-mod machine;
-mod plot;
-mod report;
-mod results;
-mod tables;
-
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -20,10 +10,10 @@ use super::backend::BackendChoice;
 use super::job::Request;
 use super::print_json;
 use crate::accuracy::largest_optical_depth;
-use crate::compare::{Bench, Method, Row, check_filter};
+use crate::compare::report::Report;
+use crate::compare::{Bench, Method, check_filter};
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
-use crate::scene::{Light, LightKind, Scene};
 use crate::settings::{Filter, MapKind};
 
 /// Defaults: texels along each edge of the maps, pixels of the pictures, and points of each place.
@@ -78,27 +68,6 @@ fn known(text: &str) -> Result<String, String> {
     Method::list(text).map(|_| text.to_owned()).map_err(|error| error.to_string())
 }
 
-/// Everything that a report is made of.
-struct Findings<'a> {
-    bench: &'a Bench<'a>,
-    about: About,
-    /// The error of the map's resolution alone.
-    floor: Row,
-    /// Sorted by rising size.
-    rows: Vec<Row>,
-}
-
-/// The circumstances of the measurement.
-struct About {
-    program: &'static str,
-    date: String,
-    machine: String,
-    input: String,
-    light: String,
-    seed: u64,
-    largest_optical_depth: f64,
-}
-
 impl Arguments {
     /// The requested number of threads.
     pub(super) fn threads(&self) -> Option<u32> {
@@ -121,12 +90,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         methods.retain(|method| !matches!(method.kind, MapKind::Grid(_)));
     }
     let settings = job.settings.clone();
-    let mut deepest = 0.0;
-    for beam in job.scene.beams()? {
-        deepest = f64::max(deepest, largest_optical_depth(&beam, settings.map.size));
-    }
     if let Some(depth) = arguments.depth {
-        let scale = depth / deepest;
+        let beams = job.scene.beams()?.into_iter();
+        let deepest = beams.map(|beam| largest_optical_depth(&beam, settings.map.size));
+        let scale = depth / deepest.fold(0.0, f64::max);
         if !(scale.is_finite() && scale > 0.0) {
             let why = "no light ray through the map meets a medium to scale";
             return Err(Error::value("depth", why));
@@ -134,7 +101,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         for medium in job.scene.media.mediums_mut() {
             medium.density_scale *= scale;
         }
-        deepest = depth;
         if let Some(body) = job.scene.media.first() {
             let scaled = body.medium.density_scale;
             job.note(&format!("density scale {scaled} (--depth {depth})"));
@@ -143,29 +109,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let count = u64::from(arguments.points.unwrap_or(POINTS));
     let seed = arguments.seed.unwrap_or(SEED);
     let bench = Bench::new(&job.scene, &settings, [count, seed], &*job.progress)?;
-    job.progress.begin("maps", methods.len() as u64 + 1);
-    let floor = bench.floor()?;
-    job.progress.advance(1);
-    let mut rows = Vec::new();
-    for method in &methods {
-        rows.push(bench.measure(method)?);
-        job.progress.advance(1);
-    }
-    rows.sort_by_key(|row| row.bytes);
-    let about = About {
-        program: concat!("deepshadow ", env!("CARGO_PKG_VERSION")),
-        date: machine::now(),
-        machine: machine::processor(),
-        input: arguments.source.input.clone(),
-        light: light(&job.scene),
-        seed,
-        largest_optical_depth: deepest,
-    };
-    let findings = Findings { bench: &bench, about, floor, rows };
-    let (html, csv) = (report::html(&findings)?, results::csv(&findings));
-    let json = results::json(&findings);
+    let report = Report::measure(&bench, &methods, &arguments.source.input, &*job.progress)?;
+    let (html, csv, json) = (report.html()?, report.csv(), report.json());
     folder.finish_with(&[html.as_bytes(), csv.as_bytes(), json.as_bytes()])?;
-    job.note(&format!("wrote {}: {} maps", path.display(), findings.rows.len()));
+    job.note(&format!("wrote {}: {} maps", path.display(), report.rows.len()));
     if arguments.json { print_json(&json) } else { Ok(()) }
 }
 
@@ -187,17 +134,4 @@ fn default_folder(input: &str) -> PathBuf {
     let mut name = Path::new(input).file_stem().unwrap_or_default().to_owned();
     name.push("-compare");
     PathBuf::from(name)
-}
-
-/// Description of the lights, for people.
-fn light(scene: &Scene) -> String {
-    let short = |v: glam::DVec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
-    let light = |light: &Light| match light.kind {
-        LightKind::Directional { direction } => {
-            format!("directional, travelling along {}", short(direction.normalize_or_zero()))
-        }
-        LightKind::Point { position } => format!("point at {}", short(position)),
-        LightKind::Spot { position, .. } => format!("spot at {}", short(position)),
-    };
-    scene.lights.iter().map(light).collect::<Vec<_>>().join("; ")
 }

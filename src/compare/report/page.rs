@@ -6,16 +6,16 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::plot::{Plot, Point, short};
-use super::{Findings, curves, heat, tables};
+use super::{Report, curves, heat, tables};
 use crate::accuracy::Place;
-use crate::compare::Row;
+use crate::compare::bench::Row;
 use crate::error::Result;
 
 /// The fixed part of the page; `{{name}}` stands for a variable part.
-const TEMPLATE: &str = include_str!("report.html");
+const TEMPLATE: &str = include_str!("page.html");
 
 /// The report as HTML.
-pub(super) fn html(findings: &Findings<'_>) -> Result<String> {
+pub(super) fn html(report: &Report<'_>) -> Result<String> {
     let places = Place::ALL.iter().map(|&place| {
         let about = match place {
             Place::Volume => {
@@ -34,24 +34,24 @@ pub(super) fn html(findings: &Findings<'_>) -> Result<String> {
                 "random points behind the volume: the shadow that it casts on the ground and on others"
             }
         };
-        let count = findings.bench.points(place);
+        let count = report.bench.points(place);
         format!(
             "<h3 id=\"{0}\">{0}</h3><p>{count} {about}.</p>{1}",
             place.name(),
-            tables::of_place(findings, place)
+            tables::of_place(report, place)
         )
     });
     let parts = [
-        ("title", escaped(&format!("{}: shadow maps compared", name(&findings.about.input)))),
-        ("about", about(findings)),
-        ("summary", tables::summary(findings)),
-        ("plots", plots(findings)),
-        ("places", places.chain([tables::of_channels(findings)]).collect()),
-        ("curves", worst(findings)),
+        ("title", escaped(&format!("{}: shadow maps compared", name(&report.about.input)))),
+        ("about", about(report)),
+        ("summary", tables::summary(report)),
+        ("plots", plots(report)),
+        ("places", places.chain([tables::of_channels(report)]).collect()),
+        ("curves", worst(report)),
         ("gradient", heat::gradient()),
         ("least", heat::LEAST.to_string()),
-        ("pictures", pictures(findings)?),
-        ("program", escaped(findings.about.program)),
+        ("pictures", pictures(report)?),
+        ("program", escaped(report.about.program)),
     ];
     Ok(filled(TEMPLATE, &parts))
 }
@@ -90,8 +90,8 @@ pub(super) fn escaped(text: &str) -> String {
     html
 }
 
-fn about(findings: &Findings<'_>) -> String {
-    let Findings { bench, about, .. } = findings;
+fn about(report: &Report<'_>) -> String {
+    let Report { bench, about, .. } = report;
     let (scene, settings) = (bench.scene, &bench.settings);
     let [nx, ny, nz] = scene.media.dims();
     let [width, height] = settings.image.size;
@@ -120,7 +120,7 @@ fn about(findings: &Findings<'_>) -> String {
             "picture",
             format!("{width} \u{d7} {height} pixels, exposure {}", settings.image.exposure),
         ),
-        ("points", format!("{}; seed {}", counts.join(", "), about.seed)),
+        ("points", format!("{}; seed {}", counts.join(", "), bench.seed)),
         ("machine", about.machine.clone()),
         ("made", format!("{} by {}", about.date, about.program)),
     ];
@@ -132,13 +132,13 @@ fn about(findings: &Findings<'_>) -> String {
     html
 }
 
-fn plots(findings: &Findings<'_>) -> String {
+fn plots(report: &Report<'_>) -> String {
     let points = |x: fn(&Row) -> f64, place: Place| -> Vec<Point<'_>> {
         let row = |row: &'_ Row| (x(row), row.at(place).rms);
-        let rows = findings.rows.iter();
+        let rows = report.rows.iter();
         rows.map(|r| (r, row(r))).map(|(r, (x, y))| Point { label: &r.label, x, y }).collect()
     };
-    let floor = Some((findings.floor.at(Place::Volume).rms, "the map's resolution alone"));
+    let floor = Some((report.floor.at(Place::Volume).rms, "the map's resolution alone"));
     let on_rays = "RMS error on texel-centre rays";
     let in_volume = "RMS error in the volume";
     let plots = [
@@ -181,9 +181,9 @@ fn plots(findings: &Findings<'_>) -> String {
     plots.iter().map(figure).collect()
 }
 
-fn worst(findings: &Findings<'_>) -> String {
+fn worst(report: &Report<'_>) -> String {
     let mut html = String::new();
-    for (i, row) in findings.rows.iter().enumerate() {
+    for (i, row) in report.rows.iter().enumerate() {
         let (Some(curve), Some(svg)) = (&row.worst, curves::svg(row, i)) else { continue };
         let [x, y] = curve.texel;
         let _ = write!(
@@ -196,8 +196,8 @@ fn worst(findings: &Findings<'_>) -> String {
     html
 }
 
-fn pictures(findings: &Findings<'_>) -> Result<String> {
-    let settings = &findings.bench.settings;
+fn pictures(report: &Report<'_>) -> Result<String> {
+    let settings = &report.bench.settings;
     let exposure = settings.image.exposure as f32;
     let [width, height] = settings.image.size;
     let image = |uri: &str, alt: &str| {
@@ -206,13 +206,13 @@ fn pictures(findings: &Findings<'_>) -> Result<String> {
             escaped(alt)
         )
     };
-    let truth = heat::picture(&findings.bench.true_image, exposure)?;
+    let truth = heat::picture(&report.bench.true_image, exposure)?;
     let mut html = format!(
         "<figure><figcaption><b>truth</b> lit through the exact integral</figcaption>\
          <div class=\"pair\">{}</div></figure>",
         image(&truth, "The true picture")
     );
-    for row in std::iter::once(&findings.floor).chain(&findings.rows) {
+    for row in std::iter::once(&report.floor).chain(&report.rows) {
         let difference = &row.difference;
         let picture = heat::picture(&row.image, exposure)?;
         let heat = heat::differences(width, &difference.map)?;

@@ -3,8 +3,8 @@
 
 use std::fmt::Write;
 
-use super::report::escaped;
-use crate::compare::{Curve, Row};
+use super::page::escaped;
+use crate::compare::bench::{Curve, Row};
 
 const WIDTH: f64 = 320.0;
 const HEIGHT: f64 = 200.0;

@@ -4,20 +4,20 @@ use std::fmt::Write;
 
 use serde_json::{Value as Json, json};
 
-use super::Findings;
+use super::Report;
 use crate::accuracy::{Errors, Place};
-use crate::cli::info::number;
-use crate::compare::Row;
+use crate::compare::bench::Row;
+use crate::io::json::number;
 
 /// The version of the JSON's layout.
 const LAYOUT: u32 = 1;
 
 /// Everything except pictures and curves. JSON has no infinity, so the PSNR of equal pictures is
 /// "inf".
-pub(super) fn json(findings: &Findings<'_>) -> String {
-    let Findings { bench, about, .. } = findings;
+pub(super) fn json(report: &Report<'_>) -> String {
+    let Report { bench, about, .. } = report;
     let settings = &bench.settings;
-    let methods: Vec<Json> = findings.rows.iter().map(row).collect();
+    let methods: Vec<Json> = report.rows.iter().map(row).collect();
     let points = Place::ALL.map(|place| (place.name(), bench.points(place)));
     let points: serde_json::Map<String, Json> =
         points.into_iter().map(|(name, count)| (name.to_owned(), count.into())).collect();
@@ -36,9 +36,9 @@ pub(super) fn json(findings: &Findings<'_>) -> String {
         "filter": settings.map.filter.name(),
         "image_size": settings.image.size,
         "exposure": number(settings.image.exposure),
-        "seed": about.seed,
+        "seed": bench.seed,
         "points": points,
-        "floor": row(&findings.floor),
+        "floor": row(&report.floor),
         "methods": methods,
     });
     format!("{object:#}\n")
@@ -90,7 +90,7 @@ fn errors(errors: &Errors) -> Json {
 }
 
 /// One line per method; the first one is the floor.
-pub(super) fn csv(findings: &Findings<'_>) -> String {
+pub(super) fn csv(report: &Report<'_>) -> String {
     let mut text = "method,bytes,bytes_per_texel,build_seconds,lookup_nanoseconds".to_owned();
     for place in Place::ALL {
         for measure in ["rms", "mean", "p99_9", "max", "above_1_255"] {
@@ -98,13 +98,13 @@ pub(super) fn csv(findings: &Findings<'_>) -> String {
         }
     }
     text.push_str(",psnr,ssim,flip");
-    for (name, _) in &findings.floor.channels {
+    for (name, _) in &report.floor.channels {
         for place in Place::ALL {
             let _ = write!(text, ",{name}_{}_rms", place.name());
         }
     }
     text.push('\n');
-    for row in std::iter::once(&findings.floor).chain(&findings.rows) {
+    for row in std::iter::once(&report.floor).chain(&report.rows) {
         let numbers = [row.bytes_per_texel(), row.build_seconds, row.lookup_nanoseconds];
         let errors = row.errors.iter().flat_map(|e| [e.rms, e.bias, e.p999, e.max, e.visible]);
         let picture = [row.difference.psnr, row.difference.ssim, row.difference.flip];

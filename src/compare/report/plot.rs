@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::axis::{LogAxis, tick_label};
 use super::labels::{Area, place};
-use super::report::escaped;
+use super::page::escaped;
 
 const WIDTH: f64 = 680.0;
 const HEIGHT: f64 = 420.0;

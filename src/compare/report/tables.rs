@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::Findings;
+use super::Report;
+use super::page::escaped;
 use super::plot::short;
-use super::report::escaped;
 use crate::accuracy::{Errors, Place};
-use crate::compare::Row;
+use crate::compare::bench::Row;
 
 /// A column: its heading, the value of a row (`None` if it has no such number), and the number
 /// format.
@@ -37,7 +37,7 @@ fn percent(value: f64) -> String {
 }
 
 /// Bytes, times, the RMS error of each place and the picture's errors.
-pub(super) fn summary(findings: &Findings<'_>) -> String {
+pub(super) fn summary(report: &Report<'_>) -> String {
     let cost = |head, pick: fn(&Row) -> f64| {
         column(head, move |row| (row.bytes > 0).then(|| pick(row)), short, Best::Least)
     };
@@ -56,11 +56,11 @@ pub(super) fn summary(findings: &Findings<'_>) -> String {
         column("FLIP", |r| Some(r.difference.flip), error, Best::Least),
     ];
     let groups = [("", 1), ("cost", 3), ("RMS error of transmittance", 4), ("picture", 3)];
-    table("All methods", &groups, &columns, findings)
+    table("All methods", &groups, &columns, report)
 }
 
 /// All error measures at one place.
-pub(super) fn of_place(findings: &Findings<'_>, place: Place) -> String {
+pub(super) fn of_place(report: &Report<'_>, place: Place) -> String {
     let measure = |head, pick: fn(&Errors) -> f64, write, best| {
         let value = move |row: &Row| {
             let errors = row.at(place);
@@ -75,12 +75,12 @@ pub(super) fn of_place(findings: &Findings<'_>, place: Place) -> String {
         measure("largest", |e| e.max, error, Best::Least),
         measure("above 1/255, %", |e| e.visible, percent, Best::Least),
     ];
-    table(&format!("Errors: {}", place.name()), &[], &columns, findings)
+    table(&format!("Errors: {}", place.name()), &[], &columns, report)
 }
 
 /// RMS errors of each channel or light separately; empty if there is only one.
-pub(super) fn of_channels(findings: &Findings<'_>) -> String {
-    let names = findings.floor.channels.iter().map(|(name, _)| name.as_str());
+pub(super) fn of_channels(report: &Report<'_>) -> String {
+    let names = report.floor.channels.iter().map(|(name, _)| name.as_str());
     let groups: Vec<(&str, u32)> = std::iter::once(("", 1)).chain(names.map(|n| (n, 4))).collect();
     let count = groups.len() - 1;
     if count == 0 {
@@ -96,7 +96,7 @@ pub(super) fn of_channels(findings: &Findings<'_>) -> String {
             })
         })
         .collect();
-    let html = table("RMS errors by channel", &groups, &columns, findings);
+    let html = table("RMS errors by channel", &groups, &columns, report);
     format!("<h3 id=\"channels\">channels</h3><p>Each has a map of its own.</p>{html}")
 }
 
@@ -109,12 +109,7 @@ fn column(
     Column { head, value: Box::new(value), write, best }
 }
 
-fn table(
-    name: &str,
-    groups: &[(&str, u32)],
-    columns: &[Column],
-    findings: &Findings<'_>,
-) -> String {
+fn table(name: &str, groups: &[(&str, u32)], columns: &[Column], report: &Report<'_>) -> String {
     let mut html = format!(
         "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"{0}\"><table>\
          <caption>{0}</caption><thead>",
@@ -133,12 +128,12 @@ fn table(
         let _ = write!(html, "<th scope=\"col\">{}</th>", escaped(column.head));
     }
     html.push_str("</tr></thead><tbody>");
-    let best: Vec<Option<f64>> = columns.iter().map(|c| best_of(c, &findings.rows)).collect();
-    for row in &findings.rows {
+    let best: Vec<Option<f64>> = columns.iter().map(|c| best_of(c, &report.rows)).collect();
+    for row in &report.rows {
         line(&mut html, row, columns, &best, "");
     }
     let none = vec![None; columns.len()];
-    line(&mut html, &findings.floor, columns, &none, " class=\"floor-row\"");
+    line(&mut html, &report.floor, columns, &none, " class=\"floor-row\"");
     html.push_str("</tbody></table></div>");
     html
 }
