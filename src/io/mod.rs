@@ -42,4 +42,6 @@ pub use output::{Inputs, PendingFile, PendingFolder};
 pub use picture::{PictureFormat, PictureOptions};
 pub use placed::{LoadedShape, load_shape, load_surfaces, place_shape};
 pub use scene_loader::SceneLoader;
-pub use surface::{SurfaceFile, read_surface, read_surface_as, surface_files, surface_up};
+pub use surface::{
+    SurfaceFile, encode_gltf, encode_hair, read_surface, read_surface_as, surface_files, surface_up,
+};

@@ -183,6 +183,11 @@ impl Mesh {
         &self.materials
     }
 
+    /// The index of each triangle's material.
+    pub fn material_indices(&self) -> &[u32] {
+        &self.material_of
+    }
+
     /// A triangle's material.
     ///
     /// # Panics

@@ -17,6 +17,7 @@ mod surface_fixtures;
 mod surfaces;
 mod surfaces_hostile;
 mod surfaces_mesh;
+mod surfaces_write;
 mod vdb_blocks;
 mod vdb_bytes;
 mod vdb_dense;

@@ -16,7 +16,8 @@ use crate::error::Result;
 use crate::error::memory;
 use crate::surface::Mesh;
 
-const MAGIC: &[u8] = b"glTF";
+/// The first bytes of a `.glb` file.
+pub(super) const MAGIC: &[u8] = b"glTF";
 
 /// Keys of a document, one of which comes first.
 const KEYS: [&str; 17] = [

@@ -16,7 +16,8 @@ use crate::surface::{Strands, Varying};
 /// The first bytes of a file.
 pub(super) const MAGIC: &[u8] = b"HAIR";
 
-const HEADER: usize = 128;
+/// Bytes of the header.
+pub(super) const HEADER: usize = 128;
 
 /// The most bytes that one byte of a gzip file can hold.
 const DEFLATE_RATIO: u64 = 1032;
@@ -31,6 +32,14 @@ const COLOR: u32 = 16;
 /// Arrays and the bytes of each item.
 const ARRAYS: [(u32, u64); 5] =
     [(SEGMENTS, 2), (POINTS, 12), (THICKNESS, 4), (TRANSPARENCY, 4), (COLOR, 12)];
+
+/// The flags of a file that has the segments and points of its strands, and some of the other
+/// arrays.
+pub(super) fn flags(thickness: bool, transparency: bool, color: bool) -> u32 {
+    let optional = [(thickness, THICKNESS), (transparency, TRANSPARENCY), (color, COLOR)];
+    let held = optional.into_iter().filter(|(held, _)| *held).map(|(_, flag)| flag);
+    SEGMENTS | POINTS | held.sum::<u32>()
+}
 
 /// The header. Numbers for all points count where there is no array of them.
 struct Header {

@@ -1,5 +1,5 @@
 //! Files with surfaces: hair (`.hair`, `.tfx`) and meshes (`.obj`, `.gltf`, `.glb`). Each format
-//! has a module that reads it; this one has what they share. Positions are those of the file, in
+//! has a module that reads it, and two have one that writes it; this one has what they share. Positions are those of the file, in
 //! its own unit and axes. Knows nothing of rendering.
 //!
 //! Whatever the bytes are, memory is bounded by a limit, and by the bytes of the file before they
@@ -9,7 +9,9 @@ mod gltf;
 mod gltf_accessor;
 mod gltf_buffers;
 mod gltf_scene;
+mod gltf_write;
 mod hair;
+mod hair_write;
 mod input;
 mod mtl;
 mod obj;
@@ -27,6 +29,8 @@ use crate::error::memory;
 use crate::error::{Error, Result};
 use crate::surface::{Mesh, Strands};
 use crate::volume::Axis;
+pub use gltf_write::encode_gltf;
+pub use hair_write::encode_hair;
 use input::Input;
 
 /// What a file of a surface holds.
