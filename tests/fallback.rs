@@ -55,7 +55,8 @@ fn the_processor_takes_over_what_a_gpu_has_no_room_for_and_says_why() {
         let [what, needed, limit] = ["picture", "16384x16384", "8192"].map(str::to_owned);
         ErrorKind::Limit { what, needed, limit }.into()
     };
-    let backend = Fallback::new(Box::new(Small(limit)), Box::new(CpuBackend), say);
+    let gpu = Small(limit);
+    let backend = Fallback::new(&gpu, &CpuBackend, say);
     let (scene, settings) = scene();
     assert_eq!(backend.description(), "a small GPU");
     let expected = CpuBackend.render(&scene, &settings, &Silent).unwrap();
@@ -74,7 +75,8 @@ fn the_processor_takes_over_what_a_gpu_has_no_room_for_and_says_why() {
 #[test]
 fn what_is_wrong_for_every_backend_stays_an_error() {
     let wrong = || Error::value("light", "no such light");
-    let backend = Fallback::new(Box::new(Small(wrong)), Box::new(CpuBackend), |_| ());
+    let gpu = Small(wrong);
+    let backend = Fallback::new(&gpu, &CpuBackend, |_| ());
     let (scene, settings) = scene();
     let error = backend.render(&scene, &settings, &Silent).unwrap_err();
     assert_eq!(error.to_string(), "light: no such light");

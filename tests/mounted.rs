@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use deepshadow::glam::Vec3;
-use deepshadow::io::{self, Described, FileSource, SceneLoader, frames_of, is_numbered};
+use deepshadow::io::{self, Described, FileSource, SceneLoader, files_of, frames_of, is_numbered};
 use deepshadow::scene::automatic::Loaded;
 use deepshadow::scene::{NumberedName, Shape};
 
@@ -99,12 +99,13 @@ fn scenes_meshes_and_sequences_find_what_they_name() {
     let table = described.file.volume.iter().next().unwrap();
     assert!(is_numbered(table));
     let name = NumberedName::of(table.path.as_deref().unwrap()).unwrap();
-    assert_eq!(frames_of(&name).unwrap(), 7..=12);
+    assert_eq!(files_of(&name).unwrap(), [7, 12]);
+    assert_eq!(frames_of(&described.file).unwrap(), Some(vec![7, 12]));
     let of = io::at_frame(&described.file, 7).unwrap();
     let (loaded, _) = SceneLoader::default().load(&of, true).unwrap();
     assert_eq!(loaded.volumes[0].volume.largest(), 7.0);
 
-    let none = frames_of(&NumberedName::of("set/dust.####.nrrd".as_ref()).unwrap()).unwrap_err();
+    let none = files_of(&NumberedName::of("set/dust.####.nrrd".as_ref()).unwrap()).unwrap_err();
     assert!(none.to_string().contains("no file has a name like this"), "{none}");
     let folder = load("set/scenes").unwrap_err().to_string();
     assert_eq!(folder, "set/scenes: a folder, not a file");
@@ -117,8 +118,8 @@ fn frames_on_the_disk_are_found() {
         fs::write(folder.path().join(name), "").unwrap();
     }
     let name = NumberedName::of(&folder.path().join("a.##.vdb")).unwrap();
-    assert_eq!(frames_of(&name).unwrap(), 2..=11);
-    assert!(frames_of(&NumberedName::of("no such/a.##.vdb".as_ref()).unwrap()).is_err());
+    assert_eq!(files_of(&name).unwrap(), [2, 11]);
+    assert!(files_of(&NumberedName::of("no such/a.##.vdb".as_ref()).unwrap()).is_err());
 }
 
 #[test]

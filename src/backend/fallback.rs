@@ -13,20 +13,20 @@ use crate::shadow::Map;
 
 /// A backend that works on a GPU until that has no room for something, or fails; the processor does
 /// that and everything after it.
-pub struct Fallback {
-    gpu: Box<dyn Backend>,
-    processor: Box<dyn Backend>,
+pub struct Fallback<'a> {
+    gpu: &'a dyn Backend,
+    processor: &'a dyn Backend,
     /// Set when the GPU has failed.
     failed: OnceLock<()>,
-    say: Box<dyn Fn(&str) + Send + Sync>,
+    say: Box<dyn Fn(&str) + Send + Sync + 'a>,
 }
 
-impl Fallback {
+impl<'a> Fallback<'a> {
     /// A backend with fallback; `say` receives the reason when the processor takes over.
     pub fn new(
-        gpu: Box<dyn Backend>,
-        processor: Box<dyn Backend>,
-        say: impl Fn(&str) + Send + Sync + 'static,
+        gpu: &'a dyn Backend,
+        processor: &'a dyn Backend,
+        say: impl Fn(&str) + Send + Sync + 'a,
     ) -> Self {
         Self { gpu, processor, failed: OnceLock::new(), say: Box::new(say) }
     }
@@ -34,12 +34,12 @@ impl Fallback {
     /// Does `work` on the GPU, or on the processor if the GPU cannot.
     fn run<T>(&self, work: impl Fn(&dyn Backend) -> Result<T>) -> Result<T> {
         if !self.has_failed() {
-            match work(&*self.gpu) {
+            match work(self.gpu) {
                 Err(error) if is_of_gpu(&error) => self.fail(&error),
                 done => return done,
             }
         }
-        work(&*self.processor)
+        work(self.processor)
     }
 
     fn has_failed(&self) -> bool {
@@ -58,7 +58,7 @@ fn is_of_gpu(error: &Error) -> bool {
     matches!(error.kind(), ErrorKind::Gpu { .. } | ErrorKind::Limit { .. })
 }
 
-impl Backend for Fallback {
+impl Backend for Fallback<'_> {
     fn description(&self) -> String {
         match self.failed.get() {
             Some(()) => self.processor.description(),
@@ -108,7 +108,7 @@ impl Backend for Fallback {
 
 /// Makes pictures on the GPU, and on the processor from the first one that the GPU cannot make.
 struct FallbackStage<'a> {
-    fallback: &'a Fallback,
+    fallback: &'a Fallback<'a>,
     /// `None` after a failure.
     gpu: Option<Box<dyn Stage + 'a>>,
     processor: Box<dyn Stage + 'a>,

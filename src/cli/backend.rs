@@ -95,7 +95,7 @@ impl Opening {
         };
         match (found, kind) {
             (Some(gpu), _) if builds(&*gpu) && self.choice == BackendChoice::Auto => {
-                Ok(kept(Box::new(Fallback::new(gpu, Box::new(CpuBackend), say))))
+                Ok(kept(Box::new(Fallback::new(kept(gpu), &CpuBackend, say))))
             }
             (Some(gpu), _) if builds(&*gpu) => Ok(kept(gpu)),
             (Some(_), kind) if surfaces && self.choice == BackendChoice::Gpu => {

@@ -2,14 +2,12 @@
 //! a mesh, as a scene file. Nothing large is read.
 
 use std::io;
-use std::ops::RangeInclusive;
 use std::path::Path;
 use std::str::FromStr;
 
 use super::files;
 use super::format::Format;
 use super::load::superior_axis;
-use super::output::folder_of;
 use crate::error::{Error, Result};
 use crate::scene::automatic::Surroundings;
 use crate::scene::file::VolumeTable;
@@ -136,21 +134,6 @@ pub fn at_frame(file: &SceneFile, frame: i64) -> Result<SceneFile> {
 pub fn is_numbered(table: &VolumeTable) -> bool {
     let path = table.path.as_deref();
     path.is_some_and(|path| NumberedName::of(path).is_some() && !files::exists(path))
-}
-
-/// The first and the last frame of a sequence of which there is a file.
-///
-/// # Errors
-/// If the folder cannot be read, or if no file has such a name.
-pub fn frames_of(name: &NumberedName) -> Result<RangeInclusive<i64>> {
-    let folder = folder_of(name.pattern());
-    let names = files::names_in(folder).map_err(|error| Error::file(folder, error))?;
-    let mut frames = names.iter().filter_map(|file| name.frame_of(file.to_str()?));
-    let none = || Error::contents(name.pattern(), "no file has a name like this");
-    let one = frames.next().ok_or_else(none)?;
-    let [first, last] =
-        frames.fold([one; 2], |[first, last], frame| [first.min(frame), last.max(frame)]);
-    Ok(first..=last)
 }
 
 /// The error for an input that is neither a file nor a preset.

@@ -1,45 +1,9 @@
 //! The files of a sequence: which there are, and what they are called.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::frames::MOST_FRAMES;
 use crate::error::{Error, Result};
 use crate::scene::NumberedName;
-
-/// The numbers of the files that there are.
-pub(super) fn on_disk(name: &NumberedName) -> Result<Vec<i64>> {
-    let here = Path::new(".");
-    let folder = if name.folder() == Path::new("") { here } else { name.folder() };
-    let failed = |error| Error::file(folder, error);
-    let mut numbers = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let found = entry.map_err(failed)?.file_name();
-        numbers.extend(found.to_str().and_then(|found| name.frame_of(found)));
-        if numbers.len() > MOST_FRAMES {
-            return Err(Error::value("frames", format!("there are more than {MOST_FRAMES}")));
-        }
-    }
-    if numbers.is_empty() {
-        let why = match with_other_digits(name, folder) {
-            Some(other) => format!("no file has a name like this, but {other} is there"),
-            None => "no file has a name like this, with a number in place of # or %d".to_owned(),
-        };
-        return Err(Error::contents(name.pattern(), why));
-    }
-    numbers.sort_unstable();
-    Ok(numbers)
-}
-
-/// A file in `folder` that has the name with another number of digits.
-fn with_other_digits(name: &NumberedName, folder: &Path) -> Option<String> {
-    let mut found: Vec<String> = std::fs::read_dir(folder)
-        .ok()?
-        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .filter(|found| name.is_near(found))
-        .collect();
-    found.sort();
-    found.into_iter().next()
-}
 
 /// What to say of numbers between the first and the last for which there is no file, if there is
 /// one for every other number or more.

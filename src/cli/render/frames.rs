@@ -5,14 +5,11 @@ use std::str::FromStr;
 
 use clap::Args;
 
-use super::files::{check_files, common_name, gaps, on_disk};
+use super::files::{check_files, common_name, gaps};
 use crate::cli::arguments::parse;
 use crate::error::{Error, Result};
-use crate::io::{at_frame, is_numbered, is_scene_file};
+use crate::io::{MOST_FRAMES, at_frame, files_of, is_numbered, is_scene_file, numbered_names};
 use crate::scene::{NumberedName, SceneFile};
-
-/// Most frames of a sequence.
-pub(super) const MOST_FRAMES: usize = 100_000;
 
 /// Options on sequences of pictures.
 #[derive(Debug, Args)]
@@ -128,14 +125,9 @@ impl FrameArguments {
     pub(super) fn wanted(&self, input: &str, file: &mut SceneFile) -> Result<Option<Wanted>> {
         let (mut numbers, listed) = self.inputs(input, file)?;
         let keyframes = file.keyframes()?;
-        let numbered: Vec<NumberedName> = file
-            .volume
-            .iter()
-            .filter(|table| is_numbered(table))
-            .filter_map(|table| NumberedName::of(table.path.as_deref()?))
-            .collect();
+        let numbered: Vec<NumberedName> = numbered_names(file).collect();
         if let (None, Some(first)) = (&numbers, numbered.first()) {
-            numbers = Some(on_disk(first)?);
+            numbers = Some(files_of(first)?);
         }
         let note = numbers.as_deref().filter(|_| self.frames.is_none()).and_then(gaps);
         let is_sequence = numbers.is_some() || keyframes.is_some() || self.turntable.is_some();
@@ -251,15 +243,6 @@ impl Wanted {
     pub(super) fn is_in_file(&self) -> bool {
         self.listed.is_empty()
     }
-
-    /// A few frames that stand for all: the ends, and others between them.
-    pub(super) fn some(&self, most: usize) -> Vec<i64> {
-        let frames = &self.chosen_for;
-        let last = frames.len().saturating_sub(1);
-        let count = most.min(frames.len());
-        let at = |i: usize| frames[(i * last + (count - 1) / 2) / (count - 1).max(1)];
-        (0..count).map(at).collect()
-    }
 }
 
 fn listed_at(listed: &[PathBuf], frame: i64) -> Option<&PathBuf> {
@@ -305,20 +288,5 @@ mod tests {
         for text in ["0/3", "4/3", "1", "1/", "a/b", "1/0"] {
             assert!(Shard::from_str(text).is_err(), "{text}");
         }
-    }
-
-    #[test]
-    fn a_few_frames_stand_for_all() {
-        let of = |count: i64, most: usize| {
-            let (all, mine, listed) = (Vec::new(), Vec::new(), Vec::new());
-            let (chosen_for, name) = ((1..=count).collect(), String::new());
-            let (turns, resume, note) = (None, false, None);
-            Wanted { all, mine, chosen_for, listed, turns, resume, name, note }.some(most)
-        };
-        assert_eq!(of(9, 5), [1, 3, 5, 7, 9]);
-        assert_eq!(of(3, 5), [1, 2, 3]);
-        assert_eq!(of(100, 5), [1, 26, 51, 75, 100]);
-        assert_eq!(of(1, 5), [1]);
-        assert_eq!(of(8, 1), [1]);
     }
 }

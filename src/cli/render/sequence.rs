@@ -15,14 +15,12 @@ use crate::cli::tone::tone;
 use crate::error::{Error, Result};
 use crate::image::{Exposure, Image, Tone};
 use crate::io::output::{is_sealed, sealed};
-use crate::io::{Inputs, SceneLoader, source_files};
+use crate::io::{ChosenShot, Inputs, SceneLoader, choose_shot, some_of, source_files};
 use crate::progress::Silent;
 use crate::scene::SceneFile;
-use crate::scene::automatic::{Shot, Surroundings};
+use crate::scene::automatic::Surroundings;
 use crate::scene::file::ExposureValue;
 
-/// Most frames from which is chosen what all have in common.
-const MOST_SAMPLES: usize = 5;
 /// Edge in pixels, and in texels of the map, of the pictures from which a tone is chosen.
 const PREVIEW: u32 = 128;
 
@@ -97,27 +95,19 @@ pub(super) fn render(
 impl Sequence<'_> {
     /// Chooses what all frames have in common.
     fn choose(&mut self) -> Result<()> {
-        let scan = self.surroundings == Surroundings::Studio;
-        let mut shot = Shot::new(&self.file, &self.wanted.chosen_for, self.surroundings)?;
-        let mut looked_at = None;
-        for frame in self.wanted.some(MOST_SAMPLES) {
-            let file = self.wanted.file_at(&self.file, frame)?;
-            let casters = (file.volume.clone(), file.mesh.clone(), file.hair.clone());
-            let look = (casters, file.light.clone());
-            // A camera alone makes no difference.
-            if looked_at.as_ref() == Some(&look) {
-                continue;
-            }
-            let (loaded, notes) = self.loader.load(&file, scan)?;
-            if looked_at.is_none() {
-                for note in &notes {
-                    self.crew.note(note);
-                }
-            }
-            shot.look_at(frame, &loaded)?;
-            looked_at = Some(look);
+        let Self { wanted, surroundings, .. } = *self;
+        let file_at = |frame| wanted.file_at(&self.file, frame);
+        let ChosenShot { file, choices, notes } = choose_shot(
+            &self.file,
+            &wanted.chosen_for,
+            surroundings,
+            wanted.turns,
+            &mut self.loader,
+            &file_at,
+        )?;
+        for note in &notes {
+            self.crew.note(note);
         }
-        let (file, choices) = shot.chosen(self.wanted.turns)?;
         self.crew.report(choices);
         self.file = file;
         self.choose_tone()
@@ -133,7 +123,7 @@ impl Sequence<'_> {
         let mut stage = self.drawing.stage(self.crew.backend);
         let mut pixels = Vec::new();
         let mut last = None;
-        for frame in self.wanted.some(MOST_SAMPLES) {
+        for frame in some_of(&self.wanted.chosen_for) {
             let mut file = self.wanted.file_at(&self.file, frame)?;
             shrink(&mut file);
             let job = self.job(&file)?;

@@ -4,10 +4,10 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use deepshadow::io::{Described, at_frame, frames_of, is_numbered, is_scene_file};
+use deepshadow::io::{Described, at_frame, files_of, is_numbered, is_scene_file, numbered_names};
 use deepshadow::scene::automatic::Surroundings;
 use deepshadow::scene::file::{CameraTable, LightTable};
-use deepshadow::scene::{Camera, Light, LightKind, NumberedName, Projection, SceneFile};
+use deepshadow::scene::{Camera, Light, LightKind, Projection, SceneFile};
 use deepshadow::{Error, Result};
 use serde::{Deserialize, Serialize};
 
@@ -49,10 +49,9 @@ impl Document {
     pub fn open(input: &str) -> Result<Self> {
         let mut described = Described::of(input, false)?;
         let mut frames = described.file.keyframes()?;
-        if let Some(name) = described.file.volume.iter().find(|table| is_numbered(table))
-            && let Some(name) = name.path.as_deref().and_then(NumberedName::of)
-        {
-            frames = Some(frames_of(&name)?);
+        if let Some(name) = numbered_names(&described.file).next() {
+            let files = files_of(&name)?;
+            frames = Some(files[0]..=files[files.len() - 1]);
         }
         let frame = frames.as_ref().map_or(0, |frames| *frames.start());
         let of = at_frame(&described.file, frame)?;
