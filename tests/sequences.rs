@@ -104,6 +104,28 @@ fn the_camera_sees_all_of_what_grows() {
 }
 
 #[test]
+fn a_saved_sequence_keeps_its_surroundings() {
+    let folder = Folder::new();
+    for age in 1..3 {
+        folder.write_npy(&format!("p{age}.npy"), &puff(age));
+    }
+    // From below, where the background is seen.
+    let below = "--elevation -20 -o p#.png --save-scene s.toml";
+    must_succeed(&folder.run(&format!("render p#.npy {SMALL} {below}")));
+    must_succeed(&folder.run("render s.toml --backend cpu -o q#.png"));
+    for age in 1..3 {
+        let open = |name: &str| Picture::open(folder.path().join(format!("{name}{age}.png")));
+        assert!(open("p").pixels().next().unwrap()[2] > 40, "the sky is seen");
+        assert!(open("p").pixels().eq(open("q").pixels()), "{age}");
+    }
+    let wrong = "surroundings = \"sea\"\n[volume]\npreset = \"bucky\"\n";
+    fs::write(folder.path().join("wrong.toml"), wrong).unwrap();
+    let refused = folder.run("render wrong.toml");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(stderr(&refused).contains("expected `void` or `studio`"), "{}", stderr(&refused));
+}
+
+#[test]
 fn empty_frames_are_pictures() {
     let folder = Folder::new();
     folder.write_npy("e.1.npy", &Array3::zeros((24, 32, 24)));

@@ -68,7 +68,8 @@ impl Described {
         ];
         let unsaid: Vec<&str> =
             unsaid.iter().filter_map(|(what, is)| is.then_some(*what)).collect();
-        if surroundings == Surroundings::Void && !unsaid.is_empty() && !file.is_bare() {
+        let is_chosen = file.surroundings.is_none() && !file.is_bare();
+        if surroundings == Surroundings::Void && !unsaid.is_empty() && is_chosen {
             let unsaid = unsaid.join(" and no ");
             notes.push(format!("no {unsaid}, as the scene file has absolute numbers (chosen)"));
         }

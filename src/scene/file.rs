@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::Tables;
+use super::automatic::Surroundings;
 use super::keyframes::{CameraKeyframe, LightKeyframe, VolumeKeyframe};
 pub use super::surface_tables::SurfaceTable;
 use crate::error::{Error, Result};
@@ -39,6 +40,10 @@ fn is_default<T: Default + PartialEq>(table: &T) -> bool {
 #[serde(default, deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct SceneFile {
+    /// What surrounds everything where that is left out: `studio` or `void`; by default `void` if the
+    /// file has absolute numbers, else `studio`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub surroundings: Option<Surroundings>,
     /// `[volume]`, or `[[volume]]` for several; empty for a scene without volumes.
     #[serde(skip_serializing_if = "is_default")]
     pub volume: Tables<VolumeTable>,

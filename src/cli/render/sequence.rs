@@ -78,15 +78,12 @@ pub(super) fn render(
         Sequence { drawing, wanted, target, crew, loader, file, surroundings, inputs };
     sequence.choose()?;
     if let Some(saved) = saved {
-        let text = sequence.file.with_absolute_paths()?.to_text()?;
-        saved.finish_with(text.as_bytes())?;
+        let mut file = sequence.file.with_absolute_paths()?;
+        // The background follows the light of each frame.
+        file.surroundings = Some(sequence.surroundings);
+        saved.finish_with(file.to_text()?.as_bytes())?;
         if drawing.scene.source.transparent {
             sequence.crew.note(NO_BACKGROUND);
-        } else if sequence.file.background.radiance.is_none() {
-            sequence.crew.note(
-                "the background follows the light, which the saved scene does not say: it is black \
-                 there unless --background gives one",
-            );
         }
     }
     sequence.run()

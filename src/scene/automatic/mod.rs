@@ -45,6 +45,7 @@ const AMBIENT: DVec3 = DVec3::new(0.055, 0.07, 0.095);
 
 /// What surrounds volumes where ambient light, background and the ground's albedo are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Surroundings {
     /// An opaque black background without ambient light, for scenes with absolute parameters. There
     /// still is a ground.
@@ -55,10 +56,14 @@ pub enum Surroundings {
 }
 
 impl Surroundings {
-    /// What surrounds the volumes of a scene file as it was written: a studio, unless it says how
-    /// bright a light is or where it stands, or what the surroundings or a file's density scale
-    /// are. Its values are then absolute, and what it leaves out adds no light.
+    /// What surrounds the volumes of a scene file as it was written: what it says, else a studio,
+    /// unless it says how bright a light is or where it stands, or what the ambient light, the
+    /// background or a file's density scale are. Its values are then absolute, and what it leaves out
+    /// adds no light.
     pub fn of(file: &SceneFile) -> Self {
+        if let Some(said) = file.surroundings {
+            return said;
+        }
         let is_scaled = |table: &VolumeTable| table.path.is_some() && table.density_scale.is_some();
         let is_absolute = file.is_bare()
             || file.volume.iter().any(is_scaled)
