@@ -10,7 +10,7 @@ use super::backend::BackendChoice;
 use super::job::Request;
 use super::print_json;
 use crate::accuracy::largest_optical_depth;
-use crate::compare::report::Report;
+use crate::compare::report::{FILES, Report};
 use crate::compare::{Bench, Method, check_filter};
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
@@ -22,8 +22,6 @@ const IMAGE_SIZE: [u32; 2] = [256, 256];
 const POINTS: u32 = 100_000;
 /// The default seed of random numbers.
 const SEED: u64 = 1;
-/// The files of a report.
-const FILES: [&str; 3] = ["report.html", "results.csv", "results.json"];
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {

@@ -55,7 +55,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let no_picture = job.settings.with(|s| s.image.size = [1; 2]);
     job.backend.check_room(&no_picture)?;
     let beams = job.scene.beams()?;
-    let mut maps = Vec::new();
+    let mut built = Vec::new();
     let begun = Instant::now();
     for beam in &beams {
         let (map, certificate) =
@@ -63,9 +63,15 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
                 Some(Certified { map, certificate, .. }) => (map, Some(certificate)),
                 None => (job.backend.map(beam, &job.settings, &*job.progress)?, None),
             };
-        maps.push(NamedMap { label: beam.label(&beams), map, certificate });
+        built.push((beam.label(&beams), map, certificate));
     }
     let time = begun.elapsed();
+    let maps = built.iter().map(|(label, map, certificate)| NamedMap {
+        label: label.clone(),
+        map,
+        certificate: certificate.as_deref(),
+    });
+    let maps: Vec<_> = maps.collect();
     let files = encode_maps(&job.scene.media, &maps, &path, statistics)?;
     drop(tried);
     let pending = files.iter().map(|file| {

@@ -7,6 +7,7 @@ mod budget;
 mod choose;
 mod method;
 mod picture;
+#[cfg(feature = "io")]
 pub mod report;
 
 pub use bench::{Bench, Curve, Row};

@@ -11,14 +11,14 @@ use crate::settings::MapKind;
 use crate::shadow::{FragmentMap, Map, Shadow, TexelMap};
 
 /// A map that is to be written.
-pub struct NamedMap {
+pub struct NamedMap<'a> {
     /// What distinguishes it from other maps of the same scene
     /// ([`Beam::label`](crate::scene::Beam::label)).
     pub label: Option<String>,
     /// The map.
-    pub map: Map,
+    pub map: &'a Map,
     /// What was measured of it, for the file's header.
-    pub certificate: Option<String>,
+    pub certificate: Option<&'a str>,
 }
 
 /// A file that is to be written.
@@ -41,7 +41,7 @@ pub struct MapFile {
 /// If there are no files for a map's kind ([`check_map_kind`]), or one cannot be encoded.
 pub fn encode_maps(
     media: &Media,
-    maps: &[NamedMap],
+    maps: &[NamedMap<'_>],
     path: &Path,
     statistics: bool,
 ) -> Result<Vec<MapFile>> {
@@ -49,9 +49,7 @@ pub fn encode_maps(
     let layers: Vec<_> = maps
         .iter()
         .filter_map(|NamedMap { label, map, certificate }| match (label, map) {
-            (Some(label), Map::Threshold(map)) => {
-                Some((label.clone(), map, certificate.as_deref()))
-            }
+            (Some(label), Map::Threshold(map)) => Some((label.clone(), map, *certificate)),
             _ => None,
         })
         .collect();
@@ -64,8 +62,8 @@ pub fn encode_maps(
         let size = layers.first().map_or(0, |(_, map, _)| map.size());
         return Ok(vec![MapFile { path: path.to_owned(), contents, what, size }]);
     }
-    let one = |NamedMap { label, map, certificate }: &NamedMap| {
-        let certified = certificate.as_deref();
+    let one = |NamedMap { label, map, certificate }: &NamedMap<'_>| {
+        let certified = *certificate;
         let (contents, what) = match map {
             Map::Threshold(map) => (
                 exr::encode_threshold_map(map, &index_from_world, &domain, certified)?,

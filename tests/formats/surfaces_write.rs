@@ -2,6 +2,7 @@
 
 use deepshadow::io::{encode_gltf, encode_hair};
 use deepshadow::surface::{Material, Mesh, Strands, Varying};
+use deepshadow::volume::Axis;
 use glam::{DVec3, Vec3};
 
 use super::surface_fixtures::{mesh, read, strands};
@@ -30,7 +31,7 @@ fn hair_comes_back_whichever_numbers_vary() {
             if held & 2 == 0 { same.1.clone() } else { varying.1.clone() },
             if held & 4 == 0 { same.2.clone() } else { varying.2.clone() },
         );
-        let (back, notes) = strands(read("m.hair", &encode_hair(&own).unwrap()));
+        let (back, notes) = strands(read("m.hair", &encode_hair(&own, Axis::Z).unwrap()));
         assert!(notes.is_empty(), "{notes:?}");
         assert_eq!(back.points(), own.points());
         let runs = |of: &Strands| (0..of.count()).map(|i| of.strand(i)).collect::<Vec<_>>();
@@ -54,7 +55,7 @@ fn a_strand_too_long_for_the_format_is_an_error() {
         Varying::Same(1.0),
         Varying::Same(Vec3::ONE),
     );
-    let error = encode_hair(&own.unwrap()).unwrap_err().to_string();
+    let error = encode_hair(&own.unwrap(), Axis::Z).unwrap_err().to_string();
     assert_eq!(error, "hair: a strand of 65537 points; .hair files have at most 65536");
 }
 
@@ -73,7 +74,7 @@ fn meshes_come_back_with_materials_and_normals() {
     let turned = |x: f32| [Vec3::X, Vec3::Y, Vec3::new(0.0, x.sin(), x.cos())];
     let smooth = (0..4).map(|i| turned(i as f32)).collect();
     for own in [corner(None), corner(Some(smooth))] {
-        let (back, notes) = mesh(read("m.glb", &encode_gltf(&own).unwrap()));
+        let (back, notes) = mesh(read("m.glb", &encode_gltf(&own, Axis::Y).unwrap()));
         assert!(notes.is_empty(), "{notes:?}");
         assert_eq!(back.is_flat(), own.is_flat());
         // Triangles come by their materials.
@@ -91,4 +92,18 @@ fn meshes_come_back_with_materials_and_normals() {
             assert_eq!(back.positions(), own.positions());
         }
     }
+}
+
+#[test]
+fn what_points_up_points_up_in_the_file() {
+    let own = corner(Some(vec![[Vec3::Z; 3]; 4]));
+    let (back, _) = mesh(read("m.glb", &encode_gltf(&own, Axis::Z).unwrap()));
+    // A file's z is the world's y, and its y goes to the back.
+    let turned = |v: Vec3| Vec3::new(v.x, v.z, -v.y);
+    assert_eq!(back.corners(0), own.corners(0).map(turned));
+    assert_eq!(back.normals(0), [Vec3::Y; 3]);
+    let own = hair(Varying::Same(1.0), Varying::Same(1.0), Varying::Same(Vec3::ONE));
+    let (back, _) = strands(read("m.hair", &encode_hair(&own, Axis::Y).unwrap()));
+    let turned: Vec<Vec3> = own.points().iter().map(|v| Vec3::new(v.x, -v.z, v.y)).collect();
+    assert_eq!(back.points(), turned);
 }

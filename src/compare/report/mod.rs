@@ -17,6 +17,9 @@ use crate::error::{ErrorKind, Result};
 use crate::progress::Progress;
 use crate::scene::{Light, LightKind, Scene};
 
+/// The names of a report's files: the page, the CSV and the JSON.
+pub const FILES: [&str; 3] = ["report.html", "results.csv", "results.json"];
+
 /// The measurements of one scene's maps, and the circumstances.
 pub struct Report<'a> {
     /// The scene and its truth.

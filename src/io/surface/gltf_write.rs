@@ -6,8 +6,10 @@ use glam::Vec3;
 use serde_json::{Value as Json, json};
 
 use super::gltf::MAGIC;
+use super::turn;
 use crate::error::{Error, Result};
 use crate::surface::{Material, Mesh};
+use crate::volume::Axis;
 
 /// Constants of the specification (5.11 and 5.24): component types, and what a view's bytes are for.
 const FLOAT: u32 = 5126;
@@ -15,13 +17,16 @@ const UNSIGNED_INT: u32 = 5125;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
-/// The bytes of a `.glb` file of `mesh`: a primitive for each of its materials, with normals if it
-/// has some of its own. Vertices at which triangles have different normals become several.
+/// The bytes of a `.glb` file of `mesh`, whose axis `up` points up, as y does in such files: a
+/// primitive for each of its materials, with normals if it has some of its own. Vertices at which
+/// triangles have different normals become several.
 ///
 /// # Errors
 /// If it does not fit the 4 GiB of such a file.
-pub fn encode_gltf(mesh: &Mesh) -> Result<Vec<u8>> {
-    let Vertices { positions, normals, triangles } = Vertices::of(mesh);
+pub fn encode_gltf(mesh: &Mesh, up: Axis) -> Result<Vec<u8>> {
+    let Vertices { mut positions, mut normals, triangles } = Vertices::of(mesh);
+    turn(&mut positions, up, Axis::Y);
+    turn(&mut normals, up, Axis::Y);
     let mut document = Document::default();
     let mut attributes = json!({});
     attributes["POSITION"] = document.vectors(&positions, true).into();

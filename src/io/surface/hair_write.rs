@@ -3,16 +3,17 @@
 use glam::Vec3;
 
 use super::hair::{HEADER, MAGIC, flags};
+use super::turn;
 use crate::error::{Error, Result};
 use crate::surface::{Strands, Varying};
+use crate::volume::Axis;
 
-/// The bytes of a `.hair` file of `strands`. Its axes are those of the strands; in such files z
-/// points up ([`surface_up`](super::surface_up)). Opacities are stored as transparencies, which may
-/// change their last digit.
+/// The bytes of a `.hair` file of `strands`, whose axis `up` points up, as z does in such files.
+/// Opacities are stored as transparencies, which may change their last digit.
 ///
 /// # Errors
 /// If a strand has more than 65,536 points, which the format has no number for.
-pub fn encode_hair(strands: &Strands) -> Result<Vec<u8>> {
+pub fn encode_hair(strands: &Strands, up: Axis) -> Result<Vec<u8>> {
     let counts = (0..strands.count()).map(|index| strands.strand(index).len());
     let mut segments = Vec::with_capacity(2 * strands.count());
     for count in counts {
@@ -41,7 +42,9 @@ pub fn encode_hair(strands: &Strands) -> Result<Vec<u8>> {
     let mut floats = |values: &mut dyn Iterator<Item = f32>| {
         values.for_each(|value| bytes.extend(value.to_le_bytes()));
     };
-    floats(&mut strands.points().iter().flat_map(Vec3::to_array));
+    let mut points = strands.points().to_vec();
+    turn(&mut points, up, Axis::Z);
+    floats(&mut points.iter().flat_map(Vec3::to_array));
     if let Varying::PerPoint(values) = thickness {
         floats(&mut values.iter().copied());
     }

@@ -118,6 +118,16 @@ pub fn surface_up(format: Format) -> Axis {
     if format == Format::Hair { Axis::Z } else { Axis::Y }
 }
 
+/// Turns vectors so that what pointed up by the axis `from` does so by the axis `to`.
+fn turn(vectors: &mut [Vec3], from: Axis, to: Axis) {
+    if from != to {
+        let turn = (to.world_from_file().transpose() * from.world_from_file()).as_mat3();
+        for vector in vectors {
+            *vector = turn * *vector;
+        }
+    }
+}
+
 /// The format of a surface in a file of `size` bytes that begins with `start`.
 pub(super) fn recognized(start: &[u8], size: u64) -> Option<Format> {
     if start.starts_with(hair::MAGIC) {

@@ -1,10 +1,14 @@
 //! All kinds of maps of a scene, measured against the truth.
 
+use std::path::PathBuf;
+
 use deepshadow::accuracy::{Errors, Place};
+use deepshadow::compare::report::{FILES, Report};
 use deepshadow::compare::{Bench, Method, Row, check_filter};
+use deepshadow::io::{Inputs, PendingFolder};
 use deepshadow::settings::MapKind;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyIterator, PyList};
 
 use crate::errors::raised;
 use crate::scene::scene_of;
@@ -30,8 +34,8 @@ use crate::work::done;
 ///
 /// Returns
 /// -------
-/// list of dict
-///     One record for each map, by rising bytes, which pandas takes as they are: "method", "bytes",
+/// Comparison
+///     One record (a dict) for each map, by rising bytes: "method", "bytes",
 ///     "bytes_per_texel", "build_seconds", "lookup_nanoseconds"; for each place ("volume",
 ///     "medium", "rays", "behind") errors of transmittance such as "medium_rms"; "psnr", "ssim" and
 ///     "flip" of the picture. "exact texels" is the error of the resolution alone.
@@ -40,22 +44,22 @@ use crate::work::done;
     scene, *, maps = None, map_size = 256, points = 100_000, seed = 1, progress = None, **tables,
 ))]
 #[allow(clippy::too_many_arguments)]
-pub fn compare<'py>(
-    scene: &Bound<'py, PyAny>,
+pub fn compare(
+    scene: &Bound<'_, PyAny>,
     maps: Option<&str>,
     map_size: u32,
     points: u64,
     seed: u64,
-    progress: Option<&Bound<'py, PyAny>>,
-    tables: Option<&Bound<'py, PyDict>>,
-) -> PyResult<Bound<'py, PyList>> {
+    progress: Option<&Bound<'_, PyAny>>,
+    tables: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Comparison> {
     let py = scene.py();
     let given = maps.map(Method::list).transpose().map_err(raised)?;
     let usual = PyDict::new(py);
     usual.set_item("size", 256)?;
     let scene = Bound::new(py, scene_of(scene, Some(&usual))?)?;
     let request = scene_of(&scene, tables)?.request(py)?;
-    let rows = done(py, progress, |watch| {
+    let found = done(py, progress, |watch| {
         let loaded = request.load()?;
         let settings = loaded.settings.with(|settings| settings.map.size = map_size);
         check_filter(&settings)?;
@@ -67,20 +71,73 @@ pub fn compare<'py>(
             all
         });
         let bench = Bench::new(&loaded.scene, &settings, [points, seed], watch)?;
-        watch.begin("maps", methods.len() as u64 + 1);
-        let mut rows = vec![bench.floor()?];
-        for method in &methods {
-            if watch.cancelled() {
-                return Err(deepshadow::ErrorKind::Cancelled.into());
-            }
-            watch.advance(1);
-            rows.push(bench.measure(method)?);
-        }
+        let name = loaded.scene.media.name();
+        let report = Report::measure(&bench, &methods, &name, watch)?;
+        let (html, csv, json) = (report.html()?, report.csv(), report.json());
+        let Report { floor, rows, .. } = report;
+        let mut rows: Vec<Row> = std::iter::once(floor).chain(rows).collect();
         rows.sort_by_key(|row| row.bytes);
-        Ok(rows)
+        Ok((rows, html, csv, json))
     })?;
+    let (rows, html, csv, json) = found;
     let records = rows.iter().map(|row| record(py, row)).collect::<PyResult<Vec<_>>>()?;
-    PyList::new(py, records)
+    Ok(Comparison { records: PyList::new(py, records)?.unbind(), html, csv, json })
+}
+
+/// Kinds of shadow maps of a scene, measured: a sequence of records, which ``pandas.DataFrame`` takes
+/// as it is, and a report that notebooks show.
+#[pyclass(module = "deepshadow", frozen, sequence)]
+pub struct Comparison {
+    records: Py<PyList>,
+    /// The report: a page of HTML that needs no other file.
+    #[pyo3(get)]
+    html: String,
+    /// The numbers as CSV.
+    #[pyo3(get)]
+    csv: String,
+    /// The numbers as JSON.
+    #[pyo3(get)]
+    json: String,
+}
+
+#[pymethods]
+impl Comparison {
+    /// Writes the report as the program does: report.html, results.csv and results.json in the
+    /// folder `path`. An older report there is replaced.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        done(py, None, |_| {
+            let folder = PendingFolder::create(&path, &FILES, &Inputs::default())?;
+            folder.finish_with(&[self.html.as_bytes(), self.csv.as_bytes(), self.json.as_bytes()])
+        })
+    }
+
+    fn __len__(&self, py: Python<'_>) -> usize {
+        self.records.bind(py).len()
+    }
+
+    fn __getitem__<'py>(
+        &self,
+        py: Python<'py>,
+        index: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.records.bind(py).as_any().get_item(index)
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        self.records.bind(py).try_iter()
+    }
+
+    /// The report in a frame, which keeps its style from the page around it.
+    fn _repr_html_(&self) -> String {
+        let page = self.html.replace('&', "&amp;").replace('"', "&quot;");
+        format!(
+            "<iframe srcdoc=\"{page}\" width=\"100%\" height=\"720\" frameborder=\"0\"></iframe>"
+        )
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        format!("<Comparison of {} maps>", self.records.bind(py).len())
+    }
 }
 
 fn record<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> {

@@ -22,8 +22,22 @@ pub fn raised(error: Error) -> PyErr {
         ErrorKind::Limit { .. } => PyMemoryError::new_err(error.to_string()),
         ErrorKind::Gpu { .. } => PyRuntimeError::new_err(error.to_string()),
         ErrorKind::Cancelled => PyInterruptedError::new_err("cancelled"),
-        _ => PyValueError::new_err(error.to_string()),
+        _ => PyValueError::new_err(as_keyword(&error.to_string())),
     }
+}
+
+/// Names of limits as keywords, where the program has options.
+const KEYWORDS: [(&str, &str); 2] =
+    [("max-map-bytes:", "max_bytes:"), ("max-error:", "max_error:")];
+
+/// A message whose first word is a keyword.
+fn as_keyword(message: &str) -> String {
+    for (option, keyword) in KEYWORDS {
+        if let Some(rest) = message.strip_prefix(option) {
+            return format!("{keyword}{rest}");
+        }
+    }
+    message.to_owned()
 }
 
 /// The text of a system's error without its number, which Python adds.

@@ -132,7 +132,7 @@ impl GridInfo {
     fn __repr__(&self) -> String {
         let dims = self
             .dims
-            .map_or_else(|| "sparse".to_owned(), |(x, y, z)| format!("{x} x {y} x {z} voxels"));
+            .map_or_else(|| "sparse".to_owned(), |(x, y, z)| format!("shape ({z}, {y}, {x})"));
         format!("<GridInfo '{}': {dims} of {}>", self.name, self.r#type)
     }
 }
@@ -195,6 +195,13 @@ impl VolumeFile {
         if self.vdb.is_some() {
             return dense(py, &self.sparse(py, grid)?, None, self.options.max_bytes);
         }
+        if let (Some(name), Some(own)) = (grid, self.dense.as_ref().map(DenseFile::name))
+            && self.format != Format::NanoVdb
+            && name != own
+        {
+            let why = format!("no grid '{name}'; its only one is called '{own}'");
+            return Err(raised(Error::contents(&self.path, why)));
+        }
         let options = self.options.with(|options| options.grid = grid.map(str::to_owned));
         let mut grid = done(py, None, |_| match (&self.dense, grid) {
             (Some(file), None) => DenseGrid::read(file),
@@ -247,7 +254,7 @@ impl VolumeFile {
     }
 
     fn __getitem__(&self, py: Python<'_>, grid: &str) -> PyResult<Volume> {
-        if self.vdb.is_some() && !self.__contains__(grid) {
+        if self.format != Format::NanoVdb && !self.__contains__(grid) {
             let names = self.keys().join(", ");
             return Err(PyKeyError::new_err(format!("no grid '{grid}'; there are {names}")));
         }

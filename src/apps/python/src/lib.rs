@@ -5,15 +5,22 @@ mod backends;
 mod comparison;
 mod errors;
 mod files;
+mod held;
+mod keywords;
 mod light;
+mod loading;
 mod maps;
+mod mesh;
 mod metadata;
 mod numbers;
 mod picture;
 mod placement;
 mod scene;
 mod sparse;
+mod strands;
+mod surfaces;
 mod tables;
+mod vectors;
 mod volume;
 mod work;
 mod writing;
@@ -23,7 +30,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use super::comparison::compare;
+    use super::comparison::{Comparison, compare};
     #[pymodule_export]
     use super::files::{GridInfo, VolumeFile, open, read};
     #[pymodule_export]
@@ -31,11 +38,17 @@ mod _native {
     #[pymodule_export]
     use super::maps::{ShadowMap, choose, shadow_map};
     #[pymodule_export]
+    use super::mesh::Mesh;
+    #[pymodule_export]
     use super::picture::{Image, render};
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
     use super::sparse::SparseGrid;
+    #[pymodule_export]
+    use super::strands::Strands;
+    #[pymodule_export]
+    use super::surfaces::read_surface;
     #[pymodule_export]
     use super::volume::Volume;
     #[pymodule_export]

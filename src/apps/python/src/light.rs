@@ -16,11 +16,11 @@ use crate::work::done;
 /// ----------
 /// scene : Scene, Volume, array_like, path-like, str or dict
 ///     As of `Scene`.
-/// points : array_like, shape (n, 3)
+/// points : array_like, shape (..., 3)
 ///     World positions.
 /// exact : bool
 ///     Whether rays are traced in f64, which is the truth, instead of lookups in maps.
-/// normals : array_like, shape (n, 3), optional
+/// normals : array_like, shape (..., 3), optional
 ///     Of the surfaces that the points lie on: light from behind does not arrive.
 /// footprint : float, optional
 ///     Edge, in world lengths, of a square across the ray over which the mean is taken.
@@ -30,7 +30,7 @@ use crate::work::done;
 /// Returns
 /// -------
 /// numpy.ndarray
-///     float32 of shape (n, lights, 3), for red, green and blue; 0..1.
+///     float32 of shape (..., lights, 3), for red, green and blue; 0..1.
 #[pyfunction]
 #[pyo3(signature = (
     scene, points, *, exact = false, normals = None, footprint = None, backend = "auto",
@@ -49,8 +49,9 @@ pub fn transmittance<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = scene.py();
     let request = scene_of(scene, tables)?.request(py)?;
-    let positions = rows("points", points)?;
+    let (positions, mut shape) = rows("points", points)?;
     let normals = normals.map(|normals| rows("normals", normals)).transpose()?;
+    let normals = normals.map(|(normals, _)| normals);
     if normals.as_ref().is_some_and(|normals| normals.len() != positions.len()) {
         return Err(value("normals", "must be as many as points"));
     }
@@ -65,10 +66,10 @@ pub fn transmittance<'py>(
         let loaded = request.load()?;
         let settings = loaded.map_settings();
         let backend = loaded.backend(backend, settings.map.kind)?;
-        let found = probe(&loaded.scene, &settings, backend, &points, &how, watch)?;
+        let found = probe(&loaded.scene, &settings, &*backend, &points, &how, watch)?;
         Ok((loaded.scene.lights.len(), found))
     })?;
-    let count = found.len();
+    shape.extend([lights, 3]);
     let flat: Vec<f32> = found.into_iter().flatten().flatten().collect();
-    PyArray1::from_vec(py, flat).call_method1("reshape", ((count, lights, 3),))
+    PyArray1::from_vec(py, flat).call_method1("reshape", (shape,))
 }

@@ -1,8 +1,13 @@
 //! Shadow maps: built, chosen and asked.
 
+use std::path::PathBuf;
+
 use deepshadow::compare::{self, Limits};
 use deepshadow::glam::DVec3;
-use deepshadow::scene::{Beam, Channels, Scene};
+use deepshadow::io::map_files::{NamedMap, encode_maps};
+use deepshadow::io::output::commit;
+use deepshadow::io::{Inputs, PendingFile};
+use deepshadow::scene::{Beam, Channels, Media, Scene};
 use deepshadow::shadow::{Map, Shadow};
 use deepshadow::{Error, Result};
 use numpy::PyArray1;
@@ -72,7 +77,8 @@ pub fn shadow_map(
             Ok(Part { beam, map, certificate: None })
         };
         let parts = beams.map(map).collect::<Result<Vec<_>>>()?;
-        Ok(ShadowMap { parts, window: settings.map.filter.window().0, kind: kind.to_string() })
+        let (window, media) = (settings.map.filter.window().0, loaded.scene.media);
+        Ok(ShadowMap { parts, window, media, kind: kind.to_string(), by: backend.description() })
     })
 }
 
@@ -140,14 +146,15 @@ pub fn choose(
         let mut parts = Vec::new();
         let mut kinds = Vec::new();
         for beam in beams_of(&loaded.scene, light_index)? {
-            let found = compare::choose(backend, &beam, &settings, &limits, |_| true, watch)?;
+            let found = compare::choose(&*backend, &beam, &settings, &limits, |_| true, watch)?;
             found.map.prepare();
             kinds.push(found.settings.map.kind.unwrap_or_default().to_string());
             parts.push(Part { beam, map: found.map, certificate: Some(found.certificate) });
         }
         kinds.dedup();
-        let window = settings.map.filter.window().0;
-        Ok(ShadowMap { parts, window, kind: kinds.join(", ") })
+        let (window, media) = (settings.map.filter.window().0, loaded.scene.media);
+        let (kind, by) = (kinds.join(", "), backend.description());
+        Ok(ShadowMap { parts, window, media, kind, by })
     })
 }
 
@@ -173,9 +180,14 @@ struct Part {
 pub struct ShadowMap {
     parts: Vec<Part>,
     window: u32,
+    /// What its files say of the scene.
+    media: Media,
     /// The kind of map, such as "fragments".
     #[pyo3(get)]
     kind: String,
+    /// What built it: the processor or the graphics adapter.
+    #[pyo3(get, name = "backend")]
+    by: String,
 }
 
 #[pymethods]
@@ -224,18 +236,18 @@ impl ShadowMap {
     ///
     /// Parameters
     /// ----------
-    /// points : array_like, shape (n, 3)
+    /// points : array_like, shape (..., 3)
     ///
     /// Returns
     /// -------
     /// numpy.ndarray
-    ///     float32 of shape (n,), or (n, 3) where extinction is coloured.
+    ///     float32 of shape (...,), or (..., 3) where extinction is coloured.
     fn transmittance<'py>(
         &self,
         py: Python<'py>,
         points: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let points = rows("points", points)?;
+        let (points, mut shape) = rows("points", points)?;
         if let Some(bad) = points.iter().position(|point| !point.iter().all(|x| x.is_finite())) {
             return Err(value("points", format!("point {bad} is not finite")));
         }
@@ -254,8 +266,10 @@ impl ShadowMap {
             }
             Ok(found)
         })?;
-        let array = PyArray1::from_vec(py, found);
-        if coloured { array.call_method1("reshape", ((count, 3),)) } else { Ok(array.into_any()) }
+        if coloured {
+            shape.push(3);
+        }
+        PyArray1::from_vec(py, found).call_method1("reshape", (shape,))
     }
 
     /// The lists of a fragment map.
@@ -280,6 +294,37 @@ impl ShadowMap {
         };
         let offsets = PyArray1::from_slice(py, runs.starts()).into_any();
         Ok((offsets, column(|node| node.depth), column(|node| node.optical_depth)))
+    }
+
+    /// Writes the map as OpenEXR: threshold maps as images, lists as deep images. Of a light with
+    /// several maps, each becomes a file with its name in front of the ending, or a layer. The files
+    /// appear whole or not at all.
+    ///
+    /// Returns
+    /// -------
+    /// list of path
+    ///     The files.
+    #[pyo3(signature = (path))]
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<Vec<PathBuf>> {
+        if path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("exr")) {
+            return Err(value("path", format!("'{}' does not end in .exr", path.display())));
+        }
+        done(py, None, |_| {
+            let beams: Vec<Beam> = self.parts.iter().map(|part| part.beam.clone()).collect();
+            let maps = self.parts.iter().map(|part| NamedMap {
+                label: part.beam.label(&beams),
+                map: &part.map,
+                certificate: part.certificate.as_deref(),
+            });
+            let maps: Vec<_> = maps.collect();
+            let files = encode_maps(&self.media, &maps, &path, false)?;
+            let pending = files.iter().map(|file| {
+                let mut pending = PendingFile::create(&file.path, &Inputs::default())?;
+                pending.put(&file.contents).map(|()| pending)
+            });
+            commit(pending.collect::<Result<_>>()?)?;
+            Ok(files.into_iter().map(|file| file.path).collect())
+        })
     }
 
     fn __repr__(&self) -> String {

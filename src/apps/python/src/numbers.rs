@@ -105,17 +105,18 @@ pub fn shape_of(array: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
     Ok(array.cast::<PyUntypedArray>()?.shape().to_vec())
 }
 
-/// World positions or directions: the rows of an array of n x 3 numbers.
+/// World positions or directions, and the shape without the last axis of an array (..., 3).
 ///
 /// # Errors
 /// `ValueError` if it has another shape, or no numbers.
-pub fn rows(what: &str, object: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
+pub fn rows(what: &str, object: &Bound<'_, PyAny>) -> PyResult<(Vec<[f64; 3]>, Vec<usize>)> {
     let array = as_array(what, object)?;
-    let shape = shape_of(&array)?;
-    if !matches!(shape.as_slice(), [_, 3]) {
-        return Err(value(what, format!("has shape {shape:?}, expected (n, 3)")));
+    let mut shape = shape_of(&array)?;
+    if shape.pop() != Some(3) {
+        let shape = shape_of(&array)?;
+        return Err(value(what, format!("has shape {shape:?}, expected (..., 3)")));
     }
     let numbers = array.call_method1("astype", ("<f8",))?.call_method1("reshape", (-1,))?;
     let numbers = numbers.cast::<PyArray1<f64>>()?.to_vec()?;
-    Ok(numbers.as_chunks().0.to_vec())
+    Ok((numbers.as_chunks().0.to_vec(), shape))
 }

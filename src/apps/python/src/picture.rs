@@ -27,7 +27,8 @@ use crate::work::done;
 ///     Called as ``progress(what, done, total)`` while it works. If it raises, the work ends.
 /// **tables :
 ///     Tables and short forms, as of `Scene`: ``light=(-1, -1, 0)``, ``size=512``,
-///     ``camera={"azimuth_degrees": 30}``, ``shadow={"map": "threshold"}``.
+///     ``camera={"azimuth_degrees": 30}``, ``shadow={"map": "threshold"}``, and ``frame=7`` of a
+///     sequence.
 ///
 /// Returns
 /// -------
@@ -45,9 +46,10 @@ pub fn render(
     let has_arrays = scene.has_arrays();
     let request = scene.request(py)?;
     let (picture, loaded, by) = done(py, progress, |watch| {
-        let loaded = request.load()?;
+        let mut loaded = request.load()?;
         let backend = loaded.backend(backend, loaded.settings.map.kind)?;
         let picture = backend.render(&loaded.scene, &loaded.settings, watch)?;
+        loaded.notes.extend(backend.said());
         Ok((picture, loaded, backend.description()))
     })?;
     let file = &loaded.file;
@@ -84,7 +86,8 @@ pub struct Image {
     /// Remarks on the scene's files, one line each.
     #[pyo3(get)]
     notes: Vec<String>,
-    /// What drew the picture: the processor or the graphics adapter.
+    /// What drew the picture: the processor or the graphics adapter. If a GPU failed while nobody
+    /// had asked for it, that is the processor, and `notes` says why.
     #[pyo3(get)]
     backend: String,
     exposure: Exposure,

@@ -87,17 +87,17 @@ fn table_within(
 /// # Errors
 /// `ValueError` about an unknown key, or a value that its key cannot have.
 pub fn overlaid(file: &SceneFile, tables: Map<String, Value>) -> PyResult<SceneFile> {
-    let refused = |error: serde_json::Error| {
-        // Places in a text that nobody has written.
-        let text = error.to_string();
-        value("scene", text.split(" at line ").next().unwrap_or_default())
-    };
     if tables.is_empty() {
         return Ok(file.clone());
     }
+    let refused = |error: serde_json::Error| value("scene", error.to_string());
     let mut all = serde_json::to_value(file).map_err(refused)?;
     overlay(&mut all, Value::Object(tables));
-    serde_json::from_value(all).map_err(refused)
+    serde_path_to_error::deserialize(all).map_err(|error| {
+        let key = error.path().to_string();
+        let key = if key == "." { "scene" } else { &key };
+        value(key, error.inner().to_string())
+    })
 }
 
 fn overlay(under: &mut Value, over: Value) {

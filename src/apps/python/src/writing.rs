@@ -11,11 +11,14 @@ use deepshadow::io::vdb::{
 };
 use deepshadow::io::{Inputs, PendingFile};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyList, PyString, PyTuple};
 
 use crate::errors::{raised, value};
+use crate::mesh::Mesh;
 use crate::metadata::meta_value;
 use crate::sparse::{SparseGrid, dense};
+use crate::strands::Strands;
+use crate::surfaces::write_surface;
 use crate::volume::{Volume, volume_of};
 use crate::work::done;
 
@@ -28,9 +31,9 @@ const DENSITY: &str = "density";
 /// Parameters
 /// ----------
 /// path : path-like
-/// volume : Volume, SparseGrid, array_like, or a list of them
+/// volume : Volume, SparseGrid, array_like, a list of them, Mesh, or Strands
 ///     What is written; a .vdb may hold several grids. Sparse grids are written to .vdb as they
-///     are, without ever being dense.
+///     are, without ever being dense. Meshes are written to .glb, and strands to .hair.
 /// compression : str, optional
 ///     "blosc" (the default), "zip", "mask" or "none" for .vdb; "gzip" for .nrrd, "zlib" for .mha.
 /// half : bool
@@ -52,6 +55,10 @@ pub fn write(
     half: Option<bool>,
     place: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<String>> {
+    if volume.is_instance_of::<Mesh>() || volume.is_instance_of::<Strands>() {
+        write_surface(py, &path, volume)?;
+        return Ok(Vec::new());
+    }
     let several = volume.is_instance_of::<PyList>() || volume.is_instance_of::<PyTuple>();
     let items = match several && !is_array_like(volume) {
         true => volume.try_iter()?.collect::<PyResult<Vec<_>>>()?,
@@ -88,9 +95,36 @@ pub fn write(
     };
     let (mut grid, _) = volume.get().to_grid(py)?;
     grid.metadata = volume.get().metadata_texts(py)?;
+    let mut lost = unplaced(py, volume.get(), format, &grid)?;
     let written =
         done(py, None, |_| format.promise(&path, packed, &Inputs::default())?.write(grid))?;
-    Ok(written.lost)
+    lost.extend(written.lost);
+    Ok(lost)
+}
+
+/// What a format has no place for, of what Python knows of a grid.
+fn unplaced(
+    py: Python<'_>,
+    volume: &Volume,
+    format: DenseTarget,
+    grid: &DenseGrid,
+) -> PyResult<Vec<String>> {
+    let mut lost = Vec::new();
+    let has_sidecar = matches!(format, DenseTarget::Npy | DenseTarget::Raw);
+    if grid.origin != IVec3::ZERO && !has_sidecar {
+        lost.push(format!(
+            "the first voxel's index {:?} (its place is kept)",
+            grid.origin.to_array()
+        ));
+    }
+    let metadata = volume.metadata.bind(py).iter();
+    let other = metadata.filter(|(_, value)| !value.is_instance_of::<PyString>());
+    let keys = other.map(|(key, _)| key.extract()).collect::<PyResult<Vec<String>>>()?;
+    // Others say that they lose all of it.
+    if matches!(format, DenseTarget::Nrrd { .. }) && !keys.is_empty() {
+        lost.push(format!("the types of metadata {} (stored as text)", keys.join(", ")));
+    }
+    Ok(lost)
 }
 
 enum Item<'py> {

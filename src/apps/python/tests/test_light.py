@@ -1,5 +1,10 @@
 """The light that arrives, against closed forms."""
 
+import html
+import json
+import os
+import subprocess
+
 import numpy as np
 import pytest
 
@@ -64,7 +69,7 @@ def test_colours_are_three_columns():
 def test_points_that_are_none():
     built = ds.shadow_map(slab(), size=8, backend="cpu")
     assert built.transmittance(np.zeros((0, 3))).shape == (0,)
-    for bad in [np.zeros(3), np.zeros((2, 2)), [["a", "b", "c"]], [[0.0, np.nan, 0.0]]]:
+    for bad in [np.zeros(2), np.zeros((2, 2)), 3.0, [["a", "b", "c"]], [[0.0, np.nan, 0.0]]]:
         with pytest.raises(ValueError, match="points"):
             built.transmittance(bad)
         with pytest.raises(ValueError, match="points"):
@@ -73,6 +78,39 @@ def test_points_that_are_none():
         ds.shadow_map(slab(), light_index=3, backend="cpu")
     with pytest.raises(ValueError, match="threshold"):
         ds.shadow_map(slab(), kind="threshold", size=8, backend="cpu").lists()
+
+
+def test_points_have_any_shape():
+    built = ds.shadow_map(slab(), size=16, backend="cpu")
+    rows = points()
+    one = built.transmittance(rows[7])
+    assert one.shape == () and one == built.transmittance(rows)[7]
+    assert np.array_equal(built.transmittance(rows.reshape(5, 10, 3)),
+                          built.transmittance(rows).reshape(5, 10))
+    truth = ds.transmittance(slab(), rows.reshape(5, 10, 3), exact=True, backend="cpu")
+    assert truth.shape == (5, 10, 1, 3)
+
+
+def test_maps_are_saved_as_the_program_does(tmp_path):
+    """Both write the same file, but for the program's own name of the input."""
+    def program(*arguments):
+        command = [os.environ["DEEPSHADOW"], "map", *arguments, "--backend", "cpu", "--quiet"]
+        subprocess.run(command, check=True, cwd=tmp_path)
+
+    for kind in ["threshold", "fragments", "nested"]:
+        program("bucky", "--map", kind, "--map-size", "32", "-o", f"{kind}.exr")
+        built = ds.shadow_map("bucky", kind=kind, size=32, backend="cpu")
+        assert built.save(tmp_path / "own.exr") == [tmp_path / "own.exr"]
+        assert (tmp_path / "own.exr").read_bytes() == (tmp_path / f"{kind}.exr").read_bytes()
+    coloured = ds.shadow_map(slab(tint=(1.0, 0.5, 0.0)), size=8, backend="cpu")
+    saved = coloured.save(tmp_path / "c.exr")
+    assert len(saved) == coloured.parts == len(set(saved)) and all(p.exists() for p in saved)
+    with pytest.raises(ValueError, match="does not end in .exr"):
+        built.save(tmp_path / "own.png")
+    grid = ds.shadow_map("bucky", kind="grid:16", size=8, backend="cpu")
+    with pytest.raises(ValueError, match="not written to files"):
+        grid.save(tmp_path / "grid.exr")
+    assert not (tmp_path / "grid.exr").exists()
 
 
 def test_threshold_maps_show_their_depths():
@@ -103,6 +141,8 @@ def test_a_chosen_map_keeps_its_limit():
         ds.choose("bucky", backend="cpu")
     with pytest.raises(ValueError, match="max_error"):
         ds.choose("bucky", max_error=-1, backend="cpu")
+    with pytest.raises(ValueError, match="^max_bytes: "):
+        ds.choose("bucky", max_bytes="much", backend="cpu")
 
 
 def test_comparisons_are_records():
@@ -115,3 +155,19 @@ def test_comparisons_are_records():
     assert by["exact texels"]["rays_rms"] < 1e-6
     with pytest.raises(ValueError, match="nothing"):
         ds.compare("bucky", maps="nothing")
+
+
+def test_comparisons_are_reports(tmp_path):
+    found = ds.compare("bucky", maps="threshold,moments:4", map_size=32, points=2000, size=16)
+    assert len(found) == 3 and found[-1] == list(found)[2]
+    shown = found._repr_html_()
+    assert shown.startswith("<iframe srcdoc=") and shown.count('"') == 8
+    assert html.unescape(shown.split('"')[1]) == found.html
+    found.save(tmp_path / "report")
+    names = {path.name: path.read_text() for path in (tmp_path / "report").iterdir()}
+    assert names == {"report.html": found.html, "results.csv": found.csv,
+                     "results.json": found.json}
+    methods = {row["label"] for row in json.loads(found.json)["methods"]}
+    assert methods == {row["method"] for row in found} - {"exact texels"}
+    with pytest.raises(ValueError):
+        found.save(tmp_path)

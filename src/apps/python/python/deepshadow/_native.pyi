@@ -6,17 +6,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "Comparison",
     "GridInfo",
     "Image",
+    "Mesh",
     "Scene",
     "ShadowMap",
     "SparseGrid",
+    "Strands",
     "Volume",
     "VolumeFile",
     "choose",
     "compare",
     "open",
     "read",
+    "read_surface",
     "render",
     "shadow_map",
     "transmittance",
@@ -28,7 +32,8 @@ _Index: TypeAlias = tuple[int, int, int]
 _Vector: TypeAlias = tuple[float, float, float]
 _Progress: TypeAlias = Callable[[str, int, int], object]
 _Backend: TypeAlias = Literal["auto", "gpu", "cpu"]
-_Source: TypeAlias = Scene | Volume | ArrayLike | _Path | Mapping[str, Any]
+_Up: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
+_Source: TypeAlias = Scene | Volume | ArrayLike | Mesh | Strands | _Path | Mapping[str, Any]
 
 @final
 class Volume:
@@ -138,8 +143,83 @@ class VolumeFile:
     def __getitem__(self, grid: str, /) -> Volume: ...
 
 @final
+class Mesh:
+    def __new__(
+        cls,
+        positions: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        normals: ArrayLike | None = None,
+        smooth_degrees: float | None = None,
+        albedo: ArrayLike | None = None,
+        opacity: ArrayLike | None = None,
+        up: _Up = "y",
+        name: str = "",
+    ) -> Mesh: ...
+    @property
+    def positions(self) -> NDArray[np.float32]: ...
+    @property
+    def triangles(self) -> NDArray[np.uint32]: ...
+    @property
+    def normals(self) -> NDArray[np.float32] | None: ...
+    @property
+    def albedo(self) -> NDArray[np.float32]: ...
+    @property
+    def opacity(self) -> NDArray[np.float32]: ...
+    @property
+    def up(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def notes(self) -> list[str]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
+
+@final
+class Strands:
+    def __new__(
+        cls,
+        points: ArrayLike,
+        counts: ArrayLike | None = None,
+        *,
+        thickness: ArrayLike,
+        opacity: ArrayLike | None = None,
+        albedo: ArrayLike | None = None,
+        up: _Up = "y",
+        name: str = "",
+    ) -> Strands: ...
+    @property
+    def points(self) -> NDArray[np.float32]: ...
+    @property
+    def counts(self) -> NDArray[np.uint32]: ...
+    @property
+    def thickness(self) -> float | NDArray[np.float32]: ...
+    @property
+    def opacity(self) -> float | NDArray[np.float32]: ...
+    @property
+    def albedo(self) -> NDArray[np.float32]: ...
+    @property
+    def up(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def notes(self) -> list[str]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
+    def __len__(self) -> int: ...
+
+@final
 class Scene:
-    def __new__(cls, source: _Source | None = None, **tables: Any) -> Scene: ...
+    def __new__(
+        cls, source: _Source | None = None, *, frame: int | None = None, **tables: Any
+    ) -> Scene: ...
+    @property
+    def frames(self) -> list[int]: ...
+    def shot(
+        self,
+        frames: Sequence[int] | None = None,
+        *,
+        turns: int | None = None,
+        progress: _Progress | None = None,
+    ) -> Scene: ...
     def to_toml(self) -> str: ...
     @staticmethod
     def from_toml(text: str, folder: _Path = ...) -> Scene: ...
@@ -169,6 +249,8 @@ class ShadowMap:
     @property
     def kind(self) -> str: ...
     @property
+    def backend(self) -> str: ...
+    @property
     def size(self) -> int: ...
     @property
     def bytes(self) -> int: ...
@@ -182,6 +264,21 @@ class ShadowMap:
     def lists(
         self,
     ) -> tuple[NDArray[np.uint32], NDArray[np.float32], NDArray[np.float32]]: ...
+    def save(self, path: _Path) -> list[PathLike[str]]: ...
+
+@final
+class Comparison:
+    @property
+    def html(self) -> str: ...
+    @property
+    def csv(self) -> str: ...
+    @property
+    def json(self) -> str: ...
+    def save(self, path: _Path) -> None: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: Any, /) -> Any: ...
+    def __iter__(self) -> Iterator[dict[str, Any]]: ...
+    def _repr_html_(self) -> str: ...
 
 def open(
     path: _Path,
@@ -202,9 +299,10 @@ def read(
     spacing: Sequence[float] | None = None,
     max_bytes: int = ...,
 ) -> Volume: ...
+def read_surface(path: _Path, *, max_bytes: int = ...) -> Mesh | Strands: ...
 def write(
     path: _Path,
-    volume: Volume | SparseGrid | ArrayLike | Sequence[Volume | SparseGrid],
+    volume: Volume | SparseGrid | ArrayLike | Sequence[Volume | SparseGrid] | Mesh | Strands,
     *,
     compression: str | None = None,
     half: bool | None = None,
@@ -260,4 +358,4 @@ def compare(
     seed: int = 1,
     progress: _Progress | None = None,
     **tables: Any,
-) -> list[dict[str, Any]]: ...
+) -> Comparison: ...
