@@ -6,7 +6,7 @@ use deepshadow::io::ReadOptions;
 use deepshadow::io::dense::{DenseFile, DenseGrid, DenseTarget};
 use deepshadow::io::number::{Endian, ValueType};
 use deepshadow::io::remap::{Remap, Span};
-use deepshadow::io::vdb::{Grid, IndexBox};
+use deepshadow::io::vdb::{Compression, Grid, IndexBox, Metadata, NewGrid, VdbFile, VdbWriter};
 use deepshadow::io::{Format, Inputs};
 use deepshadow::volume::Axis;
 use glam::{DMat4, DVec3, IVec3};
@@ -203,6 +203,25 @@ fn dense_voxels_become_a_tree_and_dense_again() {
     grid.components = 4;
     grid.dims = [5, 1, 3];
     assert!(grid.into_vdb().err().unwrap().to_string().contains("`magnitude`"));
+}
+
+/// Arithmetic leaves -0 where nothing is; it is no voxel of its own, and stays what it is.
+#[test]
+fn minus_zero_is_the_background_zero() {
+    let numbers = |at: DVec3| [-0.0, 0.0, f64::NAN, 1e-300][at.x as usize];
+    for background in [0.0, -0.0] {
+        let mut grid = floats([4, 3, 2], numbers);
+        grid.background = Some(vec![background]);
+        let bytes = grid.bytes.clone();
+        let bounds = grid.bounds().unwrap();
+        let mut writer = VdbWriter::new(&["g"], Compression::BLOSC, &Metadata::default());
+        writer.add(NewGrid::new(grid.into_vdb().unwrap(), &DMat4::IDENTITY)).unwrap();
+        let file = VdbFile::from_bytes("memory", writer.finish().unwrap()).unwrap();
+        let tree = file.load(0).unwrap();
+        assert_eq!(tree.active_voxel_count(), 12, "NaN and the least number");
+        let found = DenseGrid::of_vdb(&tree, bounds, DMat4::IDENTITY, 1 << 20).unwrap();
+        assert!(found.bytes == bytes, "{background}");
+    }
 }
 
 fn floats(dims: [usize; 3], value: impl Fn(DVec3) -> f64) -> DenseGrid {

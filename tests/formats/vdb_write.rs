@@ -380,3 +380,16 @@ fn an_instance_written_again_shares_its_parents_voxels() {
     assert_eq!(again.grids()[1].transform, file.grids()[1].transform);
     assert_same_voxels(&again.load(1).unwrap(), &file.load(1).unwrap(), "instance");
 }
+
+/// OpenVDB says so of grids of whole numbers too, and stores them as they are.
+#[test]
+fn whole_numbers_are_never_halves() {
+    let mut tree = TreeBuilder::new(0_i32);
+    tree.set(IVec3::ONE, 123_456_789, true);
+    let grid = NewGrid::new(tree.finish().into(), &DMat4::IDENTITY).with_half(true);
+    let mut writer = VdbWriter::new(&["a"], Compression::BLOSC, &Metadata::default());
+    writer.add(grid).unwrap();
+    let file = VdbFile::from_bytes("memory", writer.finish().unwrap()).unwrap();
+    assert!(!file.grids()[0].saved_as_half);
+    assert_eq!(file.load(0).unwrap().get(IVec3::ONE), (AnyValue::Int32(123_456_789), true));
+}

@@ -28,7 +28,8 @@ impl DenseGrid {
     }
 
     /// Converts the voxels to a tree. Active are the voxels that are marked so. Without marks, it
-    /// is those that differ from the background; without a background, all.
+    /// is those that are other numbers than the background (-0 is 0, and keeps its sign); without a
+    /// background, all.
     ///
     /// # Errors
     /// If a voxel has neither 1 nor 3 numbers, or if a number does not fit.
@@ -114,7 +115,7 @@ impl DenseGrid {
                     values[slot] = value;
                     let on = match &self.active {
                         Some(active) => active[first + step],
-                        None => self.background.is_none() || !value.same_bits(background),
+                        None => self.background.is_none() || differs(value, background),
                     };
                     active[slot / 64] |= u64::from(on) << (slot % 64);
                 }
@@ -122,6 +123,11 @@ impl DenseGrid {
         }
         active
     }
+}
+
+/// Whether a value is another number than the background; -0 is the number 0.
+fn differs<T: Value>(value: T, background: T) -> bool {
+    value != background && !value.same_bits(background)
 }
 
 /// Origins, along an axis, of the leaves that touch a box.

@@ -40,6 +40,11 @@ impl ValueType {
         }
     }
 
+    /// Whether its numbers may be stored as half floats.
+    fn is_floating(&self) -> bool {
+        matches!(self, Self::Float | Self::Double | Self::Vec3s | Self::Vec3d)
+    }
+
     /// The type's name in the file.
     pub fn name(&self) -> &str {
         match self {
@@ -143,6 +148,8 @@ impl GridType {
             Some((value, shape)) => (ValueType::from_name(value), TreeShape::parse(shape)),
             None => (ValueType::Unsupported(text.to_owned()), None),
         };
+        // OpenVDB marks grids of whole numbers too, and stores these as they are.
+        let half = half && value.is_floating();
         Self { value, shape, half }
     }
 }
