@@ -6,13 +6,12 @@ use crate::settings::{Settings, Shading};
 
 /// The largest distance, in pixels.
 const MOST: u32 = 8;
-/// The same as a multiple of a voxel's edge as it appears in the picture. What a single voxel adds
-/// to a picture is two voxels wide, so some of these pixels see it.
-const VOXELS: f64 = 1.5;
-/// That multiple in a picture that may be wrong by [`COARSE`] or more, such as one of something that
-/// moves: it may miss single voxels.
-const COARSE_VOXELS: f64 = 6.0;
-const COARSE: f64 = 0.02;
+/// The same as a multiple of a voxel's edge as it appears in the picture, at a tolerance of [`FINE`]
+/// and below. What a single voxel adds to a picture is two voxels wide, so some of these pixels see
+/// it. The more a picture may be wrong, the more of its single voxels it may miss: the multiple
+/// grows with the tolerance, up to the second one.
+const VOXELS: [f64; 2] = [1.5, 6.0];
+const FINE: f64 = 0.002;
 
 /// The distance of those pixels, a power of two; 1 marches all. Shadows of surfaces may be as thin
 /// as a pixel.
@@ -28,7 +27,8 @@ pub(super) fn spacing(beam: &Beam, settings: &Settings) -> u32 {
     let depths = media.world_bounds().corners().map(|corner| (corner - rays.origin).dot(forward));
     let farthest = depths.into_iter().fold(0.0, f64::max);
     let pixel = (rays.origin_y.length() + rays.direction_y.length() * farthest) / height;
-    let voxels = if settings.image.tolerance < COARSE { VOXELS } else { COARSE_VOXELS };
+    let [least, most] = VOXELS;
+    let voxels = (least * settings.image.tolerance / FINE).clamp(least, most);
     let widest = voxels * smallest_voxel(media) / pixel;
     let powers = (0..=MOST.ilog2()).rev().map(|power| 1_u32 << power);
     powers.into_iter().find(|&power| f64::from(power) <= widest).unwrap_or(1)

@@ -15,6 +15,8 @@ use crate::volume::{Volume, Voxels};
 #[derive(Clone, Debug)]
 pub struct Cells<'a> {
     voxels: &'a Voxels,
+    /// All voxels, x fastest; empty if they are sparse.
+    dense: &'a [f32],
     dims: [usize; 3],
     domain: crate::math::Aabb,
     index_from_world: DMat4,
@@ -35,8 +37,13 @@ pub struct Stretch {
 impl<'a> Cells<'a> {
     /// Prepares `volume` for integration.
     pub fn of(volume: &'a Volume) -> Self {
+        let dense = match volume.voxels() {
+            Voxels::Dense(values) => values.as_slice().unwrap_or_default(),
+            Voxels::Sparse(_) => &[],
+        };
         Self {
             voxels: volume.voxels(),
+            dense,
             dims: volume.dims(),
             domain: volume.domain(),
             index_from_world: volume.world_from_index().inverse(),
@@ -96,7 +103,10 @@ impl<'a> Cells<'a> {
     #[inline]
     fn stretch(&self, [x, y, z]: &[Axis; 3], [enter, exit]: [f64; 2]) -> Stretch {
         let row = |y: usize, z: usize| match self.voxels {
-            Voxels::Dense(values) => x.layers.each(|x| values[[z, y, x]]),
+            Voxels::Dense(_) => {
+                let row = &self.dense[(z * self.dims[1] + y) * self.dims[0]..][..self.dims[0]];
+                x.layers.each(|x| row[x])
+            }
             Voxels::Sparse(voxels) => x.layers.each(|x| voxels.get([x, y, z])),
         };
         let [z0, z1] = z.layers;

@@ -15,6 +15,9 @@ const FEWER: u64 = 64;
 /// Outliers are larger than the next value by more than this factor.
 const GAP: f32 = 1.5;
 
+/// Values that are looked at together.
+const RUN: usize = 32;
+
 /// Finite values, counted by class, in rising order.
 #[derive(Clone, Debug)]
 pub(super) struct Ranks {
@@ -38,8 +41,19 @@ impl Ranks {
                 let parts = values.chunks((values.len() / 16).max(1 << 20));
                 let parts = parallel::map(parts, |part| {
                     let mut classes = nothing();
-                    for &value in part {
-                        add(&mut classes, value, 1);
+                    let mut zeros = 0;
+                    for run in part.chunks(RUN) {
+                        // Much of most volumes is empty.
+                        if run.iter().all(|value| value.to_bits() == 0) {
+                            zeros += run.len() as u64;
+                        } else {
+                            for &value in run {
+                                add(&mut classes, value, 1);
+                            }
+                        }
+                    }
+                    if zeros > 0 {
+                        add(&mut classes, 0.0, zeros);
                     }
                     classes
                 });

@@ -1,9 +1,10 @@
 //! Statistics of a volume's values, for automatic choices and for people.
 
 use glam::DVec3;
-use ndarray::{Array3, Axis};
+use ndarray::Array3;
 
 use super::{Held, SparseVoxels, Voxels};
+use crate::parallel;
 
 /// Range, mean and border level of a volume's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,9 +91,41 @@ pub(super) fn nonempty_column_sums(voxels: &Voxels, axis: usize) -> Vec<f64> {
 /// The largest number of columns that are summed.
 const MOST_COLUMNS: usize = 1 << 25;
 
+/// In each column, values are added one after another along the axis.
 fn column_sums(values: &Array3<f32>, axis: usize) -> Vec<f64> {
-    let sum = |lane: ndarray::ArrayView1<'_, f32>| lane.iter().map(|&v| f64::from(v)).sum();
-    values.lanes(Axis(2 - axis)).into_iter().map(sum).collect()
+    let (nz, ny, nx) = values.dim();
+    let values = values.as_slice().unwrap_or_default();
+    let row = |y: usize, z: usize| &values[(z * ny + y) * nx..][..nx];
+    let add = |sums: &mut [f64], row: &[f32]| {
+        sums.iter_mut().zip(row).for_each(|(sum, &value)| *sum += f64::from(value));
+    };
+    let layers = match axis {
+        0 => parallel::map(0..nz, |z| {
+            // Four rows at once, because each sum waits for the one before.
+            let mut sums = vec![0.0; ny];
+            for (part, sums) in sums.chunks_mut(4).enumerate() {
+                let rows = [0, 1, 2, 3].map(|i| row((4 * part + i).min(ny - 1), z));
+                let mut four = [0.0; 4];
+                for x in 0..nx {
+                    add(&mut four, &rows.map(|row| row[x]));
+                }
+                let count = sums.len();
+                sums.copy_from_slice(&four[..count]);
+            }
+            sums
+        }),
+        1 => parallel::map(0..nz, |z| {
+            let mut sums = vec![0.0; nx];
+            (0..ny).for_each(|y| add(&mut sums, row(y, z)));
+            sums
+        }),
+        _ => parallel::map(0..ny, |y| {
+            let mut sums = vec![0.0; nx];
+            (0..nz).for_each(|z| add(&mut sums, row(y, z)));
+            sums
+        }),
+    };
+    layers.concat()
 }
 
 fn stride_of(across: [usize; 2]) -> usize {

@@ -19,13 +19,14 @@ use crate::math::three_digits;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::settings::{MapKind, Settings, Shading};
+use sampled::LOOKS;
 pub use sampled::{PictureError, Sampled};
 use scouts::Scouts;
 
 /// Lit pixels that scouts look at.
 const SCOUTED: usize = 40;
-/// Lit pixels that certify a picture.
-const CERTIFIED: usize = 160;
+/// Lit pixels that certify a picture: so many, and if the answer is not clear, so many in all.
+const CERTIFIED: [usize; LOOKS] = [160, 320];
 /// With fewer lit pixels, but for none at all, there is no certificate.
 const FEWEST: usize = 30;
 /// Share of the allowed error that a choice aims at: scouts are few, and the certificate is the
@@ -38,13 +39,17 @@ const NEXT_AIM: f64 = 0.8;
 const KEPT: f64 = 0.9;
 /// Attempts to keep an error.
 const ATTEMPTS: u64 = 5;
-/// The tolerance of pixels, as a share of the allowed error. The RMS error that they add is about a
-/// fifth of it.
-const PIXELS: f64 = 0.8;
+/// The tolerance of pixels, as a share of the allowed error, and the RMS error that they add, as a
+/// share of their tolerance; as measured. Half of it takes up to half as long again, twice as much
+/// hardly less.
+const PIXELS: f64 = 1.0;
+const ADDED: f64 = 0.35;
 /// The allowed qualities.
 const QUALITIES: [f64; 2] = [0.125, 8.0];
-/// Seed of the pixels' random numbers; each purpose and attempt has its own stream.
+/// Seed of the pixels' random numbers; each purpose and attempt has its own stream, and later looks
+/// are so many streams further.
 const SEED: u64 = 1;
+const STREAMS: u64 = 100;
 
 /// What a picture is chosen for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,24 +110,30 @@ pub fn choose_picture(
         Goal::Seconds(seconds) => {
             let settings = scouts.within(seconds, given)?;
             let image = stage.render(scene, &settings, progress)?;
-            let error = certified(scene, &settings, &image, 2)?;
+            let error = picture_error(scene, &settings, &image)?;
             Ok(Chosen { image, settings, error })
         }
         Goal::Error(most) => {
             let mut aim = AIM * most;
             let mut closest = None;
             for attempt in 0..ATTEMPTS {
-                let mut settings = scouts.keeping(aim, given)?;
-                if !given.tolerance {
-                    settings.image.tolerance = pixel_tolerance(most, settings.quality);
-                }
+                let tolerance = if given.tolerance {
+                    settings.image.tolerance
+                } else {
+                    three_digits(PIXELS * most).min(0.5)
+                };
+                let added = ADDED * tolerance;
+                // If that alone is too much, the certificate will say so.
+                let rest = (aim.powi(2) - added.powi(2)).max(0.1 * aim.powi(2)).sqrt();
+                let mut settings = scouts.keeping(rest, given)?;
+                settings.image.tolerance = tolerance;
                 let image = stage.render(scene, &settings, progress)?;
-                let error = certified(scene, &settings, &image, 2 + attempt)?;
+                let error = certified(scene, &settings, &image, 2 + attempt, [KEPT * most, most])?;
                 if error.bound <= KEPT * most {
                     return Ok(Chosen { image, settings, error });
                 }
                 // What was not expected may come from steps or from texels.
-                scouts.learn(&settings, error.rms);
+                scouts.learn(&settings, (error.rms.powi(2) - added.powi(2)).max(0.0).sqrt());
                 aim = NEXT_AIM * most * (error.rms / error.bound);
                 closest = Some((settings, error));
             }
@@ -136,28 +147,48 @@ pub fn choose_picture(
     }
 }
 
-/// The tolerance of pixels with which a picture of this quality keeps an error.
-fn pixel_tolerance(most: f64, quality: f64) -> f64 {
-    three_digits(PIXELS * most * quality * quality).min(0.5)
-}
-
 /// The error of `image`, the picture of `scene` under `settings`, at random lit pixels.
 ///
 /// # Errors
 /// If a light cannot be fitted to the media, or if too few lit pixels are found.
 pub fn picture_error(scene: &Scene, settings: &Settings, image: &Image) -> Result<PictureError> {
-    certified(scene, settings, image, 2)
+    let once = &CERTIFIED[..1];
+    looked_at(scene, settings, image, (2, once), |_| true)
 }
 
-/// The error of a picture, at pixels of their own stream of random numbers.
+/// The error of a picture, at pixels of their own stream of random numbers. More of them are looked
+/// at until its bound is below the first of two limits, or it is above the second.
 fn certified(
     scene: &Scene,
     settings: &Settings,
     image: &Image,
     stream: u64,
+    [low, high]: [f64; 2],
 ) -> Result<PictureError> {
-    let sampled = Sampled::draw_for(image, scene, settings, CERTIFIED, [SEED, stream])?;
-    let error = sampled.error(image);
+    let clear = |error: &PictureError| error.bound <= low || error.rms > high;
+    looked_at(scene, settings, image, (stream, &CERTIFIED), clear)
+}
+
+/// The error of a picture at rising numbers of pixels, until that says enough.
+fn looked_at(
+    scene: &Scene,
+    settings: &Settings,
+    image: &Image,
+    (stream, counts): (u64, &[usize]),
+    says_enough: impl Fn(&PictureError) -> bool,
+) -> Result<PictureError> {
+    let mut sampled = Sampled::draw_for(image, scene, settings, 0, [SEED, stream])?;
+    let mut error = PictureError::default();
+    for (look, &count) in counts.iter().enumerate() {
+        // Each look draws from numbers of its own.
+        let stream = stream + STREAMS * look as u64;
+        let missing = count.saturating_sub(sampled.pixels().len());
+        sampled.join(Sampled::draw_for(image, scene, settings, missing, [SEED, stream])?);
+        error = sampled.error(image);
+        if says_enough(&error) {
+            break;
+        }
+    }
     if (1..FEWEST).contains(&error.pixels) {
         let why = format!("only {} lit pixels were found, too few to certify", error.pixels);
         return Err(Error::value("max-picture-error or time", why));

@@ -16,8 +16,12 @@ use crate::shadow::Shadow;
 const FINER: f64 = 2.0;
 /// Pixels that are drawn in the hope of one that is lit.
 const PATIENCE: usize = 16;
-/// The standard normal distribution's 95 % quantile.
-const NORMAL_95: f64 = 1.645;
+/// How often a sample that grows may be looked at.
+pub(super) const LOOKS: usize = 2;
+/// Deviations of a normal distribution that are exceeded in 5 % of all cases at any of two looks
+/// at a growing sample (Pocock 1977, "Group Sequential Methods in the Design and Analysis of Clinical
+/// Trials", table 1, for both sides at 10 %). At a single one it is 1.645.
+const DEVIATIONS_95: f64 = 1.875;
 /// The share of pixels that are drawn evenly, if a picture says where it changes.
 const EVEN: f64 = 0.5;
 
@@ -42,7 +46,7 @@ pub struct PictureError {
     /// Their RMS error.
     pub rms: f64,
     /// The upper end of the interval in which the RMS error of all lit pixels lies, with 95 %
-    /// confidence.
+    /// confidence, also if it was looked at twice while pixels were added.
     pub bound: f64,
     /// The largest error of a pixel among them.
     pub largest: f64,
@@ -73,9 +77,10 @@ impl Sampled {
         })
     }
 
-    /// As [`Sampled::draw`], for the picture `image`: half of the pixels are drawn evenly, and half
-    /// more often where the picture changes from pixel to pixel. Errors are large at the edges of
-    /// shadows, which few pixels of an even sample hit. Weights make up for it.
+    /// As [`Sampled::draw`], for the picture `image`, which may be a smaller one: half of the pixels
+    /// are drawn evenly, and half more often where the picture changes from pixel to pixel. Errors
+    /// are large at the edges of shadows, which few pixels of an even sample hit. Weights make up
+    /// for it.
     ///
     /// # Errors
     /// As [`Sampled::draw`].
@@ -108,8 +113,16 @@ impl Sampled {
                 sums.partition_point(|&sum| sum <= at).min(last)
             };
             let density = EVEN + (1.0 - EVEN) * shares[index] / sum * all;
-            let place = [index as u32 % image.width, index as u32 / image.width];
-            (place, 1.0 / density)
+            // One of those that a pixel of a smaller picture stands for.
+            let mut place = |at: u32, n: u32, of: u32| {
+                let [first, next] =
+                    [at, at + 1].map(|at| u64::from(at) * u64::from(of) / u64::from(n));
+                (first + random.below((next - first).max(1))) as u32
+            };
+            let [width, height] = settings.image.size;
+            let x = place(index as u32 % image.width, image.width, width);
+            let y = place(index as u32 / image.width, image.height, height);
+            ([x, y], 1.0 / density)
         })
     }
 
@@ -147,23 +160,34 @@ impl Sampled {
         Ok(found)
     }
 
+    /// Adds the pixels of another sample, drawn alike.
+    pub(super) fn join(&mut self, other: Self) {
+        self.pixels.extend(other.pixels);
+        self.truths.extend(other.truths);
+        self.weights.extend(other.weights);
+        self.drawn += other.drawn;
+    }
+
     /// The lit pixels (x, y).
     pub(super) fn pixels(&self) -> &[[u32; 2]] {
         &self.pixels
     }
 
-    /// The share of all pixels that are lit.
-    pub(super) fn lit_share(&self) -> f64 {
-        self.pixels.len() as f64 / self.drawn.max(1) as f64
+    /// The mean squared error of lit pixels, of which these are a sample.
+    pub(super) fn mean_square(&self, found: &[[f64; 3]]) -> f64 {
+        let squares = self.weighted(&self.squares(found));
+        squares.iter().sum::<f64>() / squares.len().max(1) as f64
     }
 
-    /// The largest radiance.
-    pub(super) fn brightest(&self) -> f64 {
-        self.truths.iter().flatten().copied().fold(0.0, f64::max)
+    /// Values of pixels, weighted so that their mean is that of all lit pixels.
+    fn weighted(&self, values: &[f64]) -> Vec<f64> {
+        // The weights of lit pixels alone have another mean than 1.
+        let mean_weight = self.weights.iter().sum::<f64>() / self.weights.len().max(1) as f64;
+        values.iter().zip(&self.weights).map(|(value, w)| value * w / mean_weight).collect()
     }
 
     /// The squared error of each pixel, as the mean over channels.
-    pub(super) fn squares(&self, found: &[[f64; 3]]) -> Vec<f64> {
+    fn squares(&self, found: &[[f64; 3]]) -> Vec<f64> {
         let square = |(a, b): (&[f64; 3], &[f64; 3])| {
             a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / 3.0
         };
@@ -183,11 +207,7 @@ impl Sampled {
         let squares = self.squares(&found);
         let unit = bright(image).max(f64::MIN_POSITIVE);
         let largest = squares.iter().copied().fold(0.0, f64::max).sqrt() / unit;
-        // The weights of lit pixels alone have another mean than 1.
-        let mean_weight = self.weights.iter().sum::<f64>() / self.weights.len().max(1) as f64;
-        let pairs = squares.iter().zip(&self.weights);
-        let weighted: Vec<f64> = pairs.map(|(square, w)| square * w / mean_weight).collect();
-        let [mean, bound] = mean_and_bound(&weighted);
+        let [mean, bound] = mean_and_bound(&self.weighted(&squares));
         PictureError {
             pixels: squares.len(),
             rms: mean.sqrt() / unit,
@@ -229,12 +249,12 @@ fn mean_and_bound(squares: &[f64]) -> [f64; 2] {
     if variance <= 0.0 {
         return [mean, mean];
     }
-    let skew = third * (1.0 + 2.0 * NORMAL_95 * NORMAL_95) / (6.0 * variance * n);
-    [mean, mean + NORMAL_95 * (variance / n).sqrt() + skew.max(0.0)]
+    let skew = third * (1.0 + 2.0 * DEVIATIONS_95 * DEVIATIONS_95) / (6.0 * variance * n);
+    [mean, mean + DEVIATIONS_95 * (variance / n).sqrt() + skew.max(0.0)]
 }
 
 /// The 99.9th percentile of the lit pixels' radiance, the largest of each one's channels.
-fn bright(image: &Image) -> f64 {
+pub(super) fn bright(image: &Image) -> f64 {
     let largest = image.pixels.iter().map(|&[r, g, b, _]| r.max(g).max(b));
     lit_percentile(largest, BRIGHT).into()
 }
@@ -258,28 +278,29 @@ pub(super) fn marched(
 mod tests {
     use super::*;
 
+    /// In how many of 1,000 cases the bound is above the mean at every look.
+    fn kept(mut square: impl FnMut(&mut Random) -> f64, mean: f64) -> usize {
+        let mut random = Random::new(5, 1);
+        let mut case = || {
+            let squares: Vec<f64> = (0..320).map(|_| square(&mut random)).collect();
+            [160, 320].iter().all(|&n| mean_and_bound(&squares[..n])[1] > mean)
+        };
+        (0..1_000).filter(|_| case()).count()
+    }
+
     #[test]
     fn the_bound_is_that_of_an_interval_that_covers_the_mean() {
         let [mean, bound] = mean_and_bound(&[1.0; 50]);
         assert_eq!([mean, bound], [1.0, 1.0]);
-        // Squares of uniform numbers have the mean 1 / 3: the bound is above it in 95 of 100 cases.
-        let mut random = Random::new(5, 1);
-        let above = (0..1_000)
-            .filter(|_| {
-                let squares: Vec<f64> = (0..160).map(|_| random.unit().powi(2)).collect();
-                mean_and_bound(&squares)[1] > 1.0 / 3.0
-            })
-            .count();
-        assert!((935..=970).contains(&above), "{above}");
+        // Squares of uniform numbers have the mean 1 / 3: the bound stays above it in 95 of 100
+        // cases.
+        let uniform = kept(|random| random.unit().powi(2), 1.0 / 3.0);
+        assert!((935..=970).contains(&uniform), "{uniform}");
         // A tenth of the pixels with all of the error.
-        let above = (0..1_000)
-            .filter(|_| {
-                let squares: Vec<f64> = (0..160)
-                    .map(|_| if random.unit() < 0.1 { random.unit().powi(2) } else { 0.0 })
-                    .collect();
-                mean_and_bound(&squares)[1] > 1.0 / 30.0
-            })
-            .count();
-        assert!(above >= 925, "{above}");
+        let rare = |random: &mut Random| {
+            if random.unit() < 0.1 { random.unit().powi(2) } else { 0.0 }
+        };
+        let rare = kept(rare, 1.0 / 30.0);
+        assert!(rare >= 925, "{rare}");
     }
 }

@@ -3,12 +3,13 @@
 
 use web_time::Instant;
 
-use super::sampled::marched;
+use super::sampled::{bright, marched};
 use super::{Given, QUALITIES, Sampled};
 use crate::backend::Backend;
 use crate::cpu::{CpuBackend, LazyFragments};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
+use crate::image::Image;
 use crate::progress::Silent;
 use crate::scene::{Beam, Scene};
 use crate::settings::{MapKind, Settings};
@@ -17,12 +18,20 @@ use crate::shadow::Shadow;
 /// The quality of scouts.
 const QUALITY: f64 = 0.5;
 /// Sizes of scouts' maps, as shares of the size that settings have.
-const SHARES: [f64; 2] = [0.375, 0.75];
+const SHARES: [f64; 2] = [0.25, 0.5];
 /// The smallest and the largest size that is chosen, as such shares.
 const SIZE_SHARES: [f64; 2] = [0.19, 6.0];
+/// The longest edge of the preview in pixels, and its quality.
+const PREVIEW: u32 = 40;
+const PREVIEW_QUALITY: f64 = 0.25;
 /// Sizes are multiples of this, and lie between these.
 const MULTIPLE: u32 = 16;
 const SIZES: [u32; 2] = [32, 4096];
+/// The least share of the squared error with larger maps that is taken for each of the errors by
+/// steps and by texels.
+const LEAST: f64 = 0.1;
+/// The times of pixels are the best of so many.
+const TIMED: usize = 3;
 /// Steps of quality that are tried, as a factor.
 const FINER: f64 = 1.09;
 /// The powers of quality by which squared errors fall, below and above the scouts' quality, as
@@ -74,6 +83,41 @@ fn of_surfaces(beams: &[Beam], settings: &Settings) -> Result<[f64; 2]> {
     Ok([seconds[0] / texels / beams, seconds[1] / (width * height) / beams])
 }
 
+/// A small, coarse picture: where something is seen, and where that changes.
+fn preview(beams: &[Beam], settings: &Settings) -> Result<Image> {
+    let longest = settings.image.size[0].max(settings.image.size[1]).max(1);
+    let small = settings.with(|s| {
+        s.quality = PREVIEW_QUALITY;
+        s.map.size = multiple(SIZE_SHARES[0] * f64::from(s.map.size));
+        let edge = PREVIEW.min(longest);
+        s.image.size = s.image.size.map(|n| (n * edge).div_ceil(longest));
+    });
+    let frames = frames(beams, &small)?;
+    let maps = lazy(beams, &frames)?;
+    let shadows: Vec<&dyn Shadow> = maps.iter().map(|map| map as &dyn Shadow).collect();
+    let [width, height] = small.image.size;
+    let places: Vec<[u32; 2]> = (0..width * height).map(|i| [i % width, i / width]).collect();
+    let found = marched(beams, &frames, &shadows, &places)?;
+    let pixels = found.iter().map(|rgb| {
+        let [r, g, b] = rgb.map(|c| c as f32);
+        [r, g, b, 1.0]
+    });
+    Ok(Image { width, height, pixels: pixels.collect() })
+}
+
+fn frames(beams: &[Beam], settings: &Settings) -> Result<Vec<Frame>> {
+    beams.iter().map(|beam| Frame::new(beam, settings)).collect()
+}
+
+/// Maps whose texels are traced where they are looked up.
+fn lazy<'a>(beams: &'a [Beam], frames: &'a [Frame]) -> Result<Vec<LazyFragments<'a>>> {
+    beams
+        .iter()
+        .zip(frames)
+        .map(|(beam, frame)| LazyFragments::new(beam.casters(), frame))
+        .collect()
+}
+
 impl Scouts {
     /// Looks at about `count` lit pixels.
     pub(super) fn look(
@@ -83,34 +127,35 @@ impl Scouts {
         seed: u64,
     ) -> Result<Self> {
         let begun = Instant::now();
-        let truth = Sampled::draw(scene, settings, count, [seed, 1])?;
         let beams = scene.beams()?;
-        let unit = truth.brightest().max(f64::MIN_POSITIVE);
+        let preview = preview(&beams, settings)?;
+        let truth = Sampled::draw_for(&preview, scene, settings, count, [seed, 1])?;
+        let unit = bright(&preview).max(f64::MIN_POSITIVE);
+        let lit = preview.pixels.iter().filter(|pixel| pixel[..3].iter().any(|&c| c > 0.0));
+        let lit_share = lit.count() as f64 / preview.pixels.len() as f64;
         let sizes = SHARES.map(|share| multiple(share * f64::from(settings.map.size)));
         let (mut squares, mut seconds, mut sparse) = ([0.0; 2], [0.0; 2], false);
         for (i, &size) in sizes.iter().enumerate() {
             let scout = settings.with(|s| (s.quality, s.map.size) = (QUALITY, size));
-            let frames: Vec<Frame> =
-                beams.iter().map(|beam| Frame::new(beam, &scout)).collect::<Result<_>>()?;
+            let frames = frames(&beams, &scout)?;
             sparse = frames.iter().any(|frame| frame.view.spacing > 1);
-            let pairs = beams.iter().zip(&frames);
-            let maps = pairs.map(|(beam, frame)| LazyFragments::new(beam.casters(), frame));
-            let maps = maps.collect::<Result<Vec<_>>>()?;
+            let maps = lazy(&beams, &frames)?;
             let shadows: Vec<&dyn Shadow> = maps.iter().map(|map| map as &dyn Shadow).collect();
             // The first march traces the texels, the second only looks them up.
             let found = marched(&beams, &frames, &shadows, truth.pixels())?;
-            let again = Instant::now();
-            marched(&beams, &frames, &shadows, truth.pixels())?;
+            let mut marching = f64::INFINITY;
+            for _ in 0..TIMED {
+                let again = Instant::now();
+                marched(&beams, &frames, &shadows, truth.pixels())?;
+                marching = marching.min(again.elapsed().as_secs_f64());
+            }
             let threads = rayon::current_num_threads() as f64;
-            let marching = again.elapsed().as_secs_f64();
-            let all = truth.squares(&found);
-            let relative = all.iter().map(|square| square.sqrt() / unit);
-            squares[i] = relative.map(|error| error * error).sum::<f64>() / all.len().max(1) as f64;
+            squares[i] = truth.mean_square(&found) / unit.powi(2);
             let traced = maps.iter().map(LazyFragments::traced);
             let (texels, tracing) = traced.fold((0, 0.0), |(n, s), (m, t)| (n + m, s + t));
             seconds = [
                 tracing / texels.max(1) as f64 / threads,
-                marching / truth.pixels().len().max(1) as f64 * truth.lit_share(),
+                marching / truth.pixels().len().max(1) as f64 * lit_share,
             ];
         }
         if !scene.surfaces.is_empty() {
@@ -119,9 +164,11 @@ impl Scouts {
                 of_surfaces(&beams, &settings.with(|s| (s.quality, s.map.size) = (QUALITY, size)))?;
         }
         let fourth = |size: u32| f64::from(size).powi(-4);
-        let by_texels =
-            ((squares[0] - squares[1]) / (fourth(sizes[0]) - fourth(sizes[1]))).max(0.0);
-        let by_steps = (squares[1] - by_texels * fourth(sizes[1])).max(0.05 * squares[1]);
+        // Neither is believed to be nothing because few pixels say so.
+        let least = LEAST * squares[1];
+        let by_texels = ((squares[0] - squares[1]) / (fourth(sizes[0]) - fourth(sizes[1])))
+            .max(least / fourth(sizes[1]));
+        let by_steps = (squares[1] - by_texels * fourth(sizes[1])).max(least);
         let [width, height] = settings.image.size.map(f64::from);
         Ok(Self {
             settings: settings.clone(),
@@ -207,6 +254,7 @@ impl Scouts {
         qualities.iter().flat_map(pairs).collect()
     }
 
+    /// The expected error, without that of pixels that are not marched.
     fn error(&self, (quality, size): (f64, u32)) -> f64 {
         let [by_steps, by_texels] = self.errors;
         (by_steps * Self::falls(quality) + by_texels / f64::from(size).powi(4)).sqrt()

@@ -59,7 +59,7 @@ type OfOpacities = (Arc<Volume>, Option<Arc<TransferFunction>>);
 struct Opacities {
     /// Points around all of it that is visible.
     seen: Vec<DVec3>,
-    /// The integral along a full column; `None` if there is none.
+    /// The integral along a full column, 0 if there is none; left out if nobody asked.
     column: Option<f64>,
 }
 
@@ -79,18 +79,29 @@ impl Ingredients {
         }
     }
 
-    /// What is known of the opacities of the volume.
-    fn opacities(&self) -> Opacities {
+    /// Points around all of the volume that is visible.
+    fn seen(&self) -> Vec<DVec3> {
+        self.opacities(false).seen
+    }
+
+    /// The integral of opacity along a full column; `None` if there is none.
+    fn column(&self) -> Option<f64> {
+        self.opacities(true).column.filter(|&column| column > 0.0)
+    }
+
+    /// What is known of the opacities of the volume, with the column if that is asked for.
+    fn opacities(&self, column: bool) -> Opacities {
         let mut known = self.known.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(((volume, transfer), known)) = &*known
             && Arc::ptr_eq(volume, &self.volume)
             && transfer.as_ref().map(Arc::as_ptr) == self.transfer.as_ref().map(Arc::as_ptr)
+            && (known.column.is_some() || !column)
         {
             return known.clone();
         }
         let of = |volume: &Volume| Opacities {
             seen: volume.seen_points(VISIBLE_SHARE),
-            column: volume.column_quantile(FULL_COLUMN),
+            column: column.then(|| volume.column_quantile(FULL_COLUMN).unwrap_or(0.0)),
         };
         let found = match &self.transfer {
             Some(function) => of(&classified(&self.volume, function)),
@@ -123,7 +134,7 @@ pub(super) fn medium(
     let density_scale = match in_range("volume.density_scale", table.density_scale)? {
         Some(scale) => scale,
         None => {
-            let scale = own.opacities().column.map_or(1.0, |column| OPTICAL_DEPTH / column);
+            let scale = own.column().map_or(1.0, |column| OPTICAL_DEPTH / column);
             choices.took("density scale (`volume.density_scale`)", digits(scale));
             scale
         }
@@ -167,7 +178,7 @@ fn scale_for(volume: &Volume, wanted: f64) -> f64 {
 /// Points around the visible parts of a body ([`Volume::visible_points`]): those with extinction,
 /// and those that emit.
 pub(super) fn visible_points(own: &Ingredients, medium: &Medium) -> Vec<DVec3> {
-    let mut points = own.opacities().seen;
+    let mut points = own.seen();
     if let Some(emission) = &medium.emission {
         let field = emission.field.as_ref().unwrap_or(&own.volume);
         points.extend(classified(field, &emission.ramp).seen_points(VISIBLE_SHARE));
@@ -182,7 +193,7 @@ fn classified(volume: &Volume, function: &TransferFunction) -> Volume {
 
 /// The share of light sent out evenly along the volume's fuller columns that leaves them.
 fn shown_share(own: &Ingredients, density_scale: f64) -> f64 {
-    let depth = density_scale * own.opacities().column.unwrap_or(0.0);
+    let depth = density_scale * own.column().unwrap_or(0.0);
     if depth > 1e-6 { -(-depth).exp_m1() / depth } else { 1.0 }
 }
 
