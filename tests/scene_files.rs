@@ -8,7 +8,7 @@ use deepshadow::cpu::CpuBackend;
 use deepshadow::io::{load_ingredients, load_volume};
 use deepshadow::progress::Silent;
 use deepshadow::scene::automatic::{Surroundings, complete};
-use deepshadow::scene::{Scene, SceneFile, descriptor};
+use deepshadow::scene::{LightKind, Scene, SceneFile, descriptor};
 use deepshadow::settings::Settings;
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
@@ -233,4 +233,24 @@ fn mistakes_of_colour_are_named() {
         let error = load(&text, folder.path()).map(|_| ()).expect_err(&text).to_string();
         assert!(error.contains(named) && !error.contains('\n'), "{text}: {error}");
     }
+}
+
+#[test]
+fn lights_with_a_place_or_a_cone_need_not_say_their_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let kind = |light: &str| {
+        let text = format!("[volume]\npreset = \"bucky\"\n[light]\n{light}");
+        load(&text, folder.path()).unwrap().0.lights[0].kind
+    };
+    let position = DVec3::new(0.0, 2.0, 1.0);
+    assert_eq!(kind("position = [0, 2, 1]"), LightKind::Point { position });
+    let LightKind::Spot { cone_degrees, .. } = kind("position = [0, 2, 1]\ncone_degrees = 20")
+    else {
+        panic!("no spot");
+    };
+    assert_eq!(cone_degrees, 20.0);
+    let direction = DVec3::NEG_Y;
+    let parallel = LightKind::Directional { direction };
+    assert_eq!(kind("direction = [0, -1, 0]"), parallel);
+    assert_eq!(kind("direction = [0, -1, 0]\nposition = [0, 2, 1]"), parallel);
 }

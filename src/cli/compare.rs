@@ -11,7 +11,7 @@ use super::job::Request;
 use super::print_json;
 use crate::accuracy::largest_optical_depth;
 use crate::compare::report::{FILES, Report};
-use crate::compare::{Bench, Method, check_filter};
+use crate::compare::{Bench, MOST_POINTS, Method, check_filter};
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
 use crate::settings::{Filter, MapKind};
@@ -49,7 +49,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "HOW", value_parser = valid::<Filter>)]
     filter: Option<String>,
     /// Random points of each kind [100000].
-    #[arg(long, value_name = "N", value_parser = count(100_000_000))]
+    #[arg(long, value_name = "N", value_parser = count(MOST_POINTS as i64))]
     points: Option<u32>,
     /// Seed of the random numbers [1].
     #[arg(long, value_name = "N")]

@@ -9,7 +9,7 @@ use crate::accuracy::{
 };
 use crate::backend::Backend;
 use crate::cpu::CpuBackend;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::{Progress, Silent};
@@ -18,6 +18,8 @@ use crate::scene::{Beam, Scene};
 use crate::settings::Settings;
 use crate::shadow::{Map, Shadow};
 
+/// Most points of each place.
+pub const MOST_POINTS: u64 = 100_000_000;
 /// Number of points of a curve.
 const CURVE_POINTS: usize = 160;
 
@@ -106,8 +108,8 @@ impl<'a> Bench<'a> {
     /// Integrates the truth: `count` points of each place from `seed`, and the picture.
     ///
     /// # Errors
-    /// If a setting is out of its range ([`Settings::check`]), if a light cannot be fitted to the
-    /// media, or if the scene does not fit f32.
+    /// If a setting is out of its range ([`Settings::check`]), if there is no point or more than
+    /// [`MOST_POINTS`], if a light cannot be fitted to the media, or if the scene does not fit f32.
     pub fn new(
         scene: &'a Scene,
         settings: &Settings,
@@ -115,6 +117,9 @@ impl<'a> Bench<'a> {
         progress: &dyn Progress,
     ) -> Result<Self> {
         settings.check()?;
+        if !(1..=MOST_POINTS).contains(&count) {
+            return Err(Error::value("points", format!("{count} is not in 1..{MOST_POINTS}")));
+        }
         // Pictures differ by their maps alone.
         let settings = &settings.with(|s| s.image.tolerance = 0.0);
         let (beams, size) = (scene.beams()?, settings.map.size);

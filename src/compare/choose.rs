@@ -11,7 +11,7 @@ use std::fmt::Write;
 use super::{Budget, Method, check_filter};
 use crate::accuracy::{self, Errors, ExactTexels, Points};
 use crate::backend::Backend;
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::progress::{Progress, Silent};
 use crate::scene::Beam;
 use crate::settings::{MapKind, Settings};
@@ -163,6 +163,10 @@ impl<'a> Search<'a> {
         Ok(Self { at, error, budget, methods, sizes, points })
     }
 
+    fn check_cancelled(&self) -> Result<()> {
+        if self.at.progress.cancelled() { Err(ErrorKind::Cancelled.into()) } else { Ok(()) }
+    }
+
     fn run(&self) -> Result<Certified> {
         let mut candidates = self.candidates()?;
         let least = candidates.iter().min_by(|a, b| a.expected.total_cmp(&b.expected));
@@ -181,6 +185,7 @@ impl<'a> Search<'a> {
         let mut closest: Option<Tried<'_>> = None;
         let mut within = 0;
         for candidate in &candidates {
+            self.check_cancelled()?;
             let tried = self.build(candidate.method, candidate.size)?;
             self.at.progress.advance(1);
             let texels = f64::from(candidate.size).powi(2);
@@ -232,12 +237,17 @@ impl<'a> Search<'a> {
         let scouted = at_scout.map_or_else(|| floor(SCOUT), |&(_, floor)| floor);
         let mut candidates = Vec::new();
         for method in &self.methods {
+            self.check_cancelled()?;
             let scout = self.build(method, SCOUT)?;
             self.at.progress.advance(1);
             let per_texel = scout.map.bytes() as f64 / f64::from(SCOUT).powi(2);
             if let Map::Grid(map) = &scout.map {
                 // A grid is the same at every resolution.
-                let (size, bytes) = (self.at.settings.map.size, map.bytes() as f64);
+                let size = match self.sizes[..] {
+                    [only] => only,
+                    _ => self.at.settings.map.size,
+                };
+                let bytes = map.bytes() as f64;
                 if self.budget.is_none_or(|b| b.allows(bytes, f64::from(size).powi(2))) {
                     candidates.push(Candidate { method, size, bytes, expected: scout.errors.rms });
                 }

@@ -10,7 +10,7 @@ mod picture;
 #[cfg(feature = "io")]
 pub mod report;
 
-pub use bench::{Bench, Curve, Row};
+pub use bench::{Bench, Curve, MOST_POINTS, Row};
 pub use budget::Budget;
 pub use choose::{Certified, Limits, choose};
 pub use method::{Method, check_filter};

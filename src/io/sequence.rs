@@ -88,7 +88,8 @@ pub struct ChosenShot {
 /// around in so many frames.
 ///
 /// # Errors
-/// As [`SceneLoader::load`], [`Shot::look_at`] and [`Shot::chosen`].
+/// As [`SceneLoader::load`], [`Shot::look_at`] and [`Shot::chosen`], and if `turns` is not in
+/// 2..[`MOST_FRAMES`].
 pub fn choose_shot(
     file: &SceneFile,
     frames: &[i64],
@@ -97,6 +98,9 @@ pub fn choose_shot(
     loader: &mut SceneLoader,
     file_at: &dyn Fn(i64) -> Result<SceneFile>,
 ) -> Result<ChosenShot> {
+    if let Some(turns) = turns.filter(|turns| !(2..=MOST_FRAMES as u32).contains(turns)) {
+        return Err(Error::value("turns", format!("{turns} is not in 2..{MOST_FRAMES}")));
+    }
     let scan = surroundings == Surroundings::Studio;
     let mut shot = Shot::new(file, frames, surroundings)?;
     let mut looked_at = None;

@@ -165,7 +165,8 @@ tables! {
     }
     /// `[light]`
     LightTable {
-        /// `directional` (the default), `point` or `spot`.
+        /// `directional`, `point` or `spot`; by default a spot with `cone_degrees`, a point with a
+        /// `position` and no `direction`, else directional.
         kind: String,
         /// Direction in which the light travels; of any length but zero.
         direction: [f64; 3],

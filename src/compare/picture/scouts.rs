@@ -150,7 +150,7 @@ impl Scouts {
                 marching = marching.min(again.elapsed().as_secs_f64());
             }
             let threads = rayon::current_num_threads() as f64;
-            squares[i] = truth.mean_square(&found) / unit.powi(2);
+            squares[i] = (truth.mean_square(&found).sqrt() / unit).powi(2);
             let traced = maps.iter().map(LazyFragments::traced);
             let (texels, tracing) = traced.fold((0, 0.0), |(n, s), (m, t)| (n + m, s + t));
             seconds = [

@@ -45,7 +45,7 @@ fn light(
     choices: &mut Choices,
 ) -> Result<Light> {
     let vector = |key: &str, given: [f64; 3]| finite(&format!("light.{key}"), given);
-    let kind = match table.kind.as_deref().unwrap_or("directional") {
+    let kind = match kind_of(table) {
         "directional" => LightKind::Directional {
             direction: match table.direction {
                 Some(given) => vector("direction", given)?,
@@ -90,6 +90,16 @@ fn light(
         choices.took("light irradiance (light.irradiance)", short(light.irradiance));
     }
     Ok(light)
+}
+
+/// The kind of a light, which tables that have a place or a cone need not say.
+fn kind_of(table: &LightTable) -> &str {
+    match &table.kind {
+        Some(kind) => kind,
+        None if table.cone_degrees.is_some() => "spot",
+        None if table.position.is_some() && table.direction.is_none() => "point",
+        None => "directional",
+    }
 }
 
 fn spot(
