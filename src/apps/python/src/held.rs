@@ -22,6 +22,14 @@ use crate::volume::{Volume, volume_of};
 #[derive(Default)]
 pub struct Held(Vec<(PathBuf, Object)>);
 
+/// The first part of the names of what is in memory.
+const MEMORY: &str = "deepshadow:memory";
+
+/// Whether a path is such a name.
+pub fn is_memory(path: &Path) -> bool {
+    path.starts_with(MEMORY)
+}
+
 enum Object {
     Volume(Py<Volume>),
     Mesh(Arc<surface::Mesh>),
@@ -67,9 +75,39 @@ impl Held {
         let name = if name.is_empty() { "array" } else { name };
         let name: String =
             name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
-        let path = Path::new("deepshadow:memory").join(number.to_string()).join(name);
+        // Scenes may come from other processes.
+        let number = format!("{}-{number}", std::process::id());
+        let path = Path::new(MEMORY).join(number).join(name);
         self.0.push((path.clone(), object));
         path
+    }
+
+    /// The names and the objects, for a pickle.
+    pub fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Vec<(PathBuf, Bound<'py, PyAny>)>> {
+        let pair = |(path, object): &(PathBuf, Object)| {
+            let object = match object {
+                Object::Volume(volume) => volume.bind(py).clone().into_any(),
+                Object::Mesh(mesh) => Bound::new(py, Mesh::of(mesh.clone()))?.into_any(),
+                Object::Strands(own) => Bound::new(py, Strands::of(own.clone()))?.into_any(),
+            };
+            Ok((path.clone(), object))
+        };
+        self.0.iter().map(pair).collect()
+    }
+
+    /// What a pickle had.
+    pub fn of_pairs(pairs: Vec<(PathBuf, Bound<'_, PyAny>)>) -> PyResult<Self> {
+        let object = |(path, object): (PathBuf, Bound<'_, PyAny>)| {
+            let object = if let Ok(mesh) = object.cast::<Mesh>() {
+                Object::Mesh(mesh.get().mesh.clone())
+            } else if let Ok(strands) = object.cast::<Strands>() {
+                Object::Strands(strands.get().strands.clone())
+            } else {
+                Object::Volume(volume_of(&object)?.unbind())
+            };
+            Ok((path, object))
+        };
+        Ok(Self(pairs.into_iter().map(object).collect::<PyResult<_>>()?))
     }
 
     /// The objects without anything of Python's.

@@ -104,6 +104,15 @@ fn in_full<'py>(
             return Err(value("light", why));
         }
         "light" if is_vector() => return alone("direction"),
+        "light" if is_list => {
+            let tables = PyList::empty(py);
+            for one in object.try_iter()? {
+                let one = one?;
+                let is_vector = one.extract::<[f64; 3]>().is_ok();
+                tables.append(if is_vector { in_full(name, &one, held)? } else { one })?;
+            }
+            return Ok(tables.into_any());
+        }
         "camera" if is_vector() => return alone("position"),
         "ambient" | "background" if is_vector() => return alone("radiance"),
         "ground" if object.extract::<f64>().is_ok() => return alone("height"),

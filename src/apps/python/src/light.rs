@@ -19,7 +19,9 @@ use crate::work::done;
 /// points : array_like, shape (..., 3)
 ///     World positions.
 /// exact : bool
-///     Whether rays are traced in f64, which is the truth, instead of lookups in maps.
+///     Whether rays are traced in f64, which is the truth, instead of lookups in maps. These are
+///     built anew at each call: for few points `exact` takes less time, and for many calls a
+///     `ShadowMap` that is kept.
 /// normals : array_like, shape (..., 3), optional
 ///     Of the surfaces that the points lie on: light from behind does not arrive.
 /// footprint : float, optional

@@ -1,7 +1,8 @@
 //! Scenes on their way to be rendered: loaded, with everything chosen that they leave out.
 
 use deepshadow::io::{
-    ChosenShot, Described, SceneLoader, at_frame, choose_shot, frames_of, numbered_names,
+    ChosenShot, Described, MOST_FRAMES, SceneLoader, at_frame, choose_shot, frames_of,
+    numbered_names,
 };
 use deepshadow::scene::automatic::{Choice, Surroundings, complete};
 use deepshadow::scene::{self, SceneFile};
@@ -71,7 +72,8 @@ impl Request {
     pub fn shot(self, frames: Option<Vec<i64>>, turns: Option<u32>) -> Result<Described> {
         let Self { mut described, taken, .. } = self;
         let _mounted = taken.mounted()?;
-        let of_turn = turns.map(|turns| (1..=i64::from(turns)).collect());
+        let most = MOST_FRAMES as u32;
+        let of_turn = turns.map(|turns| (1..=i64::from(turns.clamp(1, most))).collect());
         let frames = match frames {
             Some(mut frames) => {
                 frames.sort_unstable();

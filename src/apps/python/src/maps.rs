@@ -70,6 +70,7 @@ pub fn shadow_map(
         let settings = loaded.map_settings();
         let kind = settings.map.kind.unwrap_or_default();
         let backend = loaded.backend(backend, Some(kind))?;
+        backend.check_room(&settings.with(|settings| settings.image.size = [1; 2]))?;
         let beams = beams_of(&loaded.scene, light_index)?.into_iter();
         let map = |beam: Beam| {
             let map = backend.map(&beam, &settings, watch)?;

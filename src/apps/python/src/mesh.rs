@@ -39,9 +39,16 @@ pub struct Mesh {
     pub mesh: Arc<surface::Mesh>,
     /// The axis that points up.
     pub up: Axis,
-    /// Remarks on the file that it was read from, one line each.
+    /// Remarks on what was left out, and on the file that it was read from, one line each.
     #[pyo3(get)]
     pub notes: Vec<String>,
+}
+
+impl Mesh {
+    /// Those of a scene, whose tables say what points up.
+    pub fn of(mesh: Arc<surface::Mesh>) -> Self {
+        Self { mesh, up: Axis::Y, notes: Vec::new() }
+    }
 }
 
 #[pymethods]
@@ -86,7 +93,13 @@ impl Mesh {
                 None => mesh,
             })
         })?;
-        Ok(Self { mesh: Arc::new(mesh), up, notes: Vec::new() })
+        let notes = match mesh.skipped() {
+            0 => Vec::new(),
+            count => {
+                vec![format!("triangles left out, with vertices that are not finite: {count}")]
+            }
+        };
+        Ok(Self { mesh: Arc::new(mesh), up, notes })
     }
 
     /// Positions of the vertices: float32 of shape (n, 3).

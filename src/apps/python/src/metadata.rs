@@ -69,6 +69,10 @@ pub fn meta_value(key: &str, object: &Bound<'_, PyAny>) -> PyResult<MetaValue> {
     if object.is_instance_of::<PyString>() {
         return Ok(MetaValue::String(object.extract()?));
     }
+    // NumPy's numbers say what they are as Python's.
+    if object.hasattr("dtype")? && object.getattr("ndim")?.extract::<usize>()? == 0 {
+        return meta_value(key, &object.call_method0("item")?);
+    }
     let numbers: Vec<f64> = object.extract().unwrap_or_default();
     let integers: Option<Vec<i32>> = object.extract().ok();
     Ok(match (numbers.as_slice(), integers.as_deref()) {

@@ -20,6 +20,9 @@ pub fn place(
     if !spacing.iter().all(|&edge| edge > 0.0 && edge.is_finite()) {
         return Err(value("spacing", format!("{spacing:?} is not above 0 on every axis")));
     }
+    if origin.is_some_and(|origin| origin.iter().any(|x| !x.is_finite())) {
+        return Err(value("origin", "is not finite"));
+    }
     let scaled = DMat4::from_scale(spacing.into());
     // The origin is that of the first voxel, whatever its index.
     let first = scaled.transform_point3(IVec3::from_array(index).as_dvec3());

@@ -1,6 +1,6 @@
 //! Scenes: the tables of a scene file, with volumes, meshes and hair that are in memory or in files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use deepshadow::io::{Described, frames_of};
 use deepshadow::scene::SceneFile;
@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use crate::errors::{raised, value};
-use crate::held::Held;
+use crate::held::{Held, is_memory};
 use crate::keywords::{given_tables, hold};
 use crate::loading::Request;
 use crate::mesh::Mesh;
@@ -38,8 +38,8 @@ use crate::work::done;
 /// frame : int
 ///     The number of a frame, where the scene is a sequence.
 ///
-/// `light` and `camera` may also be three numbers: the way the light travels, and the camera's
-/// position. `ground=None`, `background=...` as in scene files.
+/// `light` and `camera` may also be three numbers: the way the light travels (of several lights, a
+/// list of such), and the camera's position. `ground=None`, `background=...` as in scene files.
 #[pyclass(module = "deepshadow", frozen)]
 pub struct Scene {
     described: Described,
@@ -83,7 +83,8 @@ impl Scene {
     /// frames : sequence of int, optional
     ///     The frames that are looked at; `frames`, all that there are, by default.
     /// turns : int, optional
-    ///     The camera goes once around in so many frames, from frame 1 on.
+    ///     The camera goes once around in so many frames, 2 or more. Of a scene without frames they
+    ///     are 1 to `turns`; `frames` of the result has one more, which is the first again.
     /// progress : callable, optional
     ///     As of `render`.
     ///
@@ -113,12 +114,7 @@ impl Scene {
         if self.has_arrays() {
             return Err(in_memory());
         }
-        let mut file = self.described.file.clone();
-        // Tables that were given as keywords do not change it.
-        if Surroundings::of(&file) != self.described.surroundings {
-            file.surroundings = Some(self.described.surroundings);
-        }
-        file.to_text().map_err(raised)
+        self.absolute()?.to_text().map_err(raised)
     }
 
     /// The scene of a scene file's text (TOML). Paths in it are relative to `folder`.
@@ -127,6 +123,26 @@ impl Scene {
     fn from_toml(text: &str, folder: PathBuf) -> PyResult<Self> {
         let file = SceneFile::parse(text, &folder.join("scene.toml")).map_err(raised)?;
         Self::of_file(file, Held::default())
+    }
+
+    /// Pickles hold volumes, meshes and strands that are in memory, and absolute paths of files.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
+        let restore = py.get_type::<Self>().getattr("_restored")?;
+        let text = self.absolute()?.to_text().map_err(raised)?;
+        Ok((restore, (text, self.described.notes.clone(), self.frame, self.held.pairs(py)?)))
+    }
+
+    #[staticmethod]
+    fn _restored(
+        text: &str,
+        notes: Vec<String>,
+        frame: Option<i64>,
+        pairs: Vec<(PathBuf, Bound<'_, PyAny>)>,
+    ) -> PyResult<Self> {
+        let file = SceneFile::parse(text, Path::new("scene.toml")).map_err(raised)?;
+        let held = Held::of_pairs(pairs)?;
+        let described = Described::of_file(file).map_err(raised)?;
+        Ok(Self { described: Described { notes, ..described }, held, frame })
     }
 
     fn __repr__(&self) -> String {
@@ -147,6 +163,16 @@ pub fn scene_of(source: &Bound<'_, PyAny>, tables: Option<&Bound<'_, PyDict>>) -
         rest.del_item("frame")?;
     }
     Scene::new(Some(source), frame.flatten(), Some(&rest))
+}
+
+/// What a pickle of a scene holds: its scene file, notes, frame, and what is in memory.
+type Pickled<'py> = (String, Vec<String>, Option<i64>, Vec<(PathBuf, Bound<'py, PyAny>)>);
+
+/// Names of what is in memory are no paths.
+fn keep_memory(path: &mut Option<PathBuf>, before: &Option<PathBuf>) {
+    if before.as_ref().is_some_and(|before| is_memory(before)) {
+        path.clone_from(before);
+    }
 }
 
 /// The error for a scene that no file can hold.
@@ -185,6 +211,25 @@ impl Scene {
             table_of(&tables)?
         };
         Self::of_file(overlaid(&SceneFile::default(), tables)?, held)
+    }
+
+    /// The scene file with absolute paths, whatever is in memory, which says what surrounds it.
+    fn absolute(&self) -> PyResult<SceneFile> {
+        let own = &self.described.file;
+        let mut file = own.with_absolute_paths().map_err(raised)?;
+        let volumes = file.volume.iter_mut().map(|table| &mut table.path);
+        for (path, before) in volumes.zip(own.volume.iter().map(|table| &table.path)) {
+            keep_memory(path, before);
+        }
+        let surfaces = file.surfaces_mut().map(|table| &mut table.path);
+        for (path, before) in surfaces.zip(own.surfaces().map(|(_, table)| &table.path)) {
+            keep_memory(path, before);
+        }
+        // Tables that were given as keywords do not change it.
+        if Surroundings::of(&file) != self.described.surroundings {
+            file.surroundings = Some(self.described.surroundings);
+        }
+        Ok(file)
     }
 
     /// Whether something is in memory.

@@ -287,7 +287,8 @@ fn active_values<'py, T: Value>(
     Ok((indices, numbers::array(py, encoded(&values), name, &shape)?))
 }
 
-/// The voxels of `bounds`, else of the box around the active ones, in their own type.
+/// The voxels of `bounds`, else of the box around the active ones, in their own type; a single voxel
+/// of background if there are none.
 pub fn dense(
     py: Python<'_>,
     of: &SparseGrid,
@@ -295,9 +296,9 @@ pub fn dense(
     max_bytes: u64,
 ) -> PyResult<Volume> {
     let SparseGrid { grid, header, world_from_index } = of;
-    let Some(bounds) = bounds.or_else(|| grid.active_bounds()) else {
-        return Err(value(&format!("grid '{}'", header.name), "it has no active voxels"));
-    };
+    // A grid without active voxels is one voxel of background.
+    let nothing = IndexBox { min: IVec3::ZERO, max: IVec3::ZERO };
+    let bounds = bounds.or_else(|| grid.active_bounds()).unwrap_or(nothing);
     let is_bool = matches!(**grid, Grid::Bool(_));
     let mut dense = done(py, None, |_| {
         let dense = DenseGrid::of_vdb(grid, bounds, *world_from_index, max_bytes)?;

@@ -34,9 +34,16 @@ pub struct Strands {
     pub strands: Arc<surface::Strands>,
     /// The axis that points up.
     pub up: Axis,
-    /// Remarks on the file that it was read from, one line each.
+    /// Remarks on what was left out, and on the file that it was read from, one line each.
     #[pyo3(get)]
     pub notes: Vec<String>,
+}
+
+impl Strands {
+    /// Those of a scene, whose tables say what points up.
+    pub fn of(strands: Arc<surface::Strands>) -> Self {
+        Self { strands, up: Axis::Y, notes: Vec::new() }
+    }
 }
 
 #[pymethods]
@@ -75,7 +82,14 @@ impl Strands {
         let strands = done(py, None, |_| {
             surface::Strands::new(name, points, &counts, thickness, opacity, albedo)
         })?;
-        Ok(Self { strands: Arc::new(strands), up, notes: Vec::new() })
+        let notes = match strands.skipped() {
+            0 => Vec::new(),
+            count => vec![format!(
+                "strands left out, of fewer than two points or with numbers that are not finite: \
+                 {count}"
+            )],
+        };
+        Ok(Self { strands: Arc::new(strands), up, notes })
     }
 
     /// Positions of the points: float32 of shape (n, 3). Strands of fewer than two points, or with

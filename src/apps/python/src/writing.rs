@@ -33,7 +33,8 @@ const DENSITY: &str = "density";
 /// path : path-like
 /// volume : Volume, SparseGrid, array_like, a list of them, Mesh, or Strands
 ///     What is written; a .vdb may hold several grids. Sparse grids are written to .vdb as they
-///     are, without ever being dense. Meshes are written to .glb, and strands to .hair.
+///     are, without ever being dense. Meshes are written to .glb, where y points up, and strands
+///     to .hair, where z does: they are turned if another axis does.
 /// compression : str, optional
 ///     "blosc" (the default), "zip", "mask" or "none" for .vdb; "gzip" for .nrrd, "zlib" for .mha.
 /// half : bool
@@ -56,6 +57,10 @@ pub fn write(
     place: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<String>> {
     if volume.is_instance_of::<Mesh>() || volume.is_instance_of::<Strands>() {
+        if compression.is_some() || half.is_some() || place.is_some() {
+            let why = "how volumes are written does not apply to meshes and strands";
+            return Err(value("compression, half, or a place", why));
+        }
         write_surface(py, &path, volume)?;
         return Ok(Vec::new());
     }
@@ -78,12 +83,15 @@ pub fn write(
         let why = format!("the ending of '{}' is not one of {endings}", path.display());
         return Err(value("path", why));
     };
+    if half.is_some() {
+        return Err(value("half", "applies to .vdb alone; give the array its type"));
+    }
     let packed = match (compression, format.compression()) {
         (None | Some("none"), _) => false,
         (Some(name), Some(own)) if name == own => true,
         (Some(name), own) => {
-            let why = format!("'{name}' is not one of {}, none", own.unwrap_or("none"));
-            return Err(value("compression", why));
+            let known = own.map_or_else(String::new, |own| format!("{own}, "));
+            return Err(value("compression", format!("'{name}' is not one of {known}none")));
         }
     };
     let volume = match &grids[..] {

@@ -141,6 +141,8 @@ def test_a_chosen_map_keeps_its_limit():
         ds.choose("bucky", backend="cpu")
     with pytest.raises(ValueError, match="max_error"):
         ds.choose("bucky", max_error=-1, backend="cpu")
+    # Grids have no texels; they count by those that are asked for.
+    assert ds.choose("bucky", max_bytes="4/texel", size=16, backend="cpu").bytes <= 4 * 16 * 16
     with pytest.raises(ValueError, match="^max_bytes: "):
         ds.choose("bucky", max_bytes="much", backend="cpu")
 
@@ -155,6 +157,25 @@ def test_comparisons_are_records():
     assert by["exact texels"]["rays_rms"] < 1e-6
     with pytest.raises(ValueError, match="nothing"):
         ds.compare("bucky", maps="nothing")
+    for points in [0, 10**12, 10**19]:
+        with pytest.raises(ValueError, match="points"):
+            ds.compare("bucky", maps="threshold", points=points)
+    with pytest.raises(MemoryError):
+        ds.shadow_map("bucky", size=8192, kind="slices-float:1024", backend="cpu")
+
+
+def test_lights_are_what_they_say():
+    def light(given):
+        at = [[0.1, -0.5, 0.1], [0.3, -0.5, 0.2]]
+        return ds.transmittance("bucky", at, exact=True, light=given, backend="cpu")[:, 0, 0]
+
+    assert np.array_equal(light({"position": [0.3, 1.5, 0.4]}),
+                          light({"kind": "point", "position": [0.3, 1.5, 0.4]}))
+    assert not np.array_equal(light({"position": [0.3, 1.5, 0.4]}), light({}))
+    both = ds.Scene(slab(), light=[(0, -1, 0), {"direction": (-1, -1, 0)}])
+    assert ds.transmittance(both, points(), exact=True, backend="cpu").shape == (50, 2, 3)
+    with pytest.raises(ValueError, match="darkness"):
+        ds.Scene(slab(), light=[])
 
 
 def test_comparisons_are_reports(tmp_path):

@@ -1,6 +1,7 @@
 """Sequences, frame by frame."""
 
 import os
+import pickle
 import subprocess
 
 import numpy as np
@@ -75,5 +76,33 @@ def test_frames_that_are_none(tmp_path):
         ds.Scene(tmp_path / "none.##.vdb").frames
     with pytest.raises(TypeError):
         ds.render(name, frame="two")
+    for turns in [0, 1, 2**31 - 1]:
+        with pytest.raises(ValueError, match="turns"):
+            ds.Scene("bucky").shot(turns=turns)
     with pytest.raises(ValueError, match="frames: there is none"):
         ds.Scene(name).shot([])
+
+
+def test_scenes_go_to_other_processes(tmp_path, monkeypatch):
+    frames(tmp_path, [1, 2])
+    monkeypatch.chdir(tmp_path)
+    ball = np.zeros((8, 8, 8), np.float32)
+    ball[2:6, 2:6, 2:6] = 1
+    floor = ds.Mesh([[-9, -2, -9], [9, -2, -9], [0, -2, 9]], [[0, 1, 2]])
+    of_files = ds.Scene("ball.####.vdb", size=24, volume={"density_scale": 2.0}).shot()
+    in_memory = ds.Scene(ball, mesh={"array": floor, "albedo": (1, 0, 0)}, size=24,
+                         camera={"elevation_degrees": -10})
+    for scene, frame in [(of_files, 2), (in_memory, None)]:
+        expected = ds.render(scene, frame=frame, backend="cpu").array
+        text = pickle.dumps(scene)
+        (tmp_path / "elsewhere").mkdir(exist_ok=True)
+        with monkeypatch.context() as there:
+            there.chdir(tmp_path / "elsewhere")
+            again = pickle.loads(text)
+            assert np.array_equal(ds.render(again, frame=frame, backend="cpu").array, expected)
+    # What is added to one that came has another name.
+    more = ds.Scene(pickle.loads(pickle.dumps(in_memory)), hair=ds.Strands(
+        np.random.rand(2, 3, 3), thickness=0.1))
+    assert "surfaces 2" in repr(more)
+    with pytest.raises(ValueError, match="in memory"):
+        in_memory.to_toml()

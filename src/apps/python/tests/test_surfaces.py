@@ -59,6 +59,7 @@ def test_arrays_are_what_was_given():
     assert len(hair) == 3 and hair.counts.tolist() == [4, 4, 4] and hair.points.shape == (12, 3)
     assert hair.thickness.tolist() == list(range(12)) and hair.opacity == 0.5
     assert hair.albedo.tolist() == [0.5, 0.25, 0.125]
+    assert ds.Strands(np.zeros((3, 3)), [1, 2], thickness=1).notes[0].endswith(": 1")
     ragged = ds.Strands(np.random.rand(7, 3), [4, 3], thickness=1)
     assert ragged.counts.tolist() == [4, 3]
     for own in [mesh, hair]:
@@ -87,6 +88,8 @@ def test_files_are_read_as_they_were_written(tmp_path):
         ds.write(tmp_path / "curls.obj", hair)
     with pytest.raises(ValueError, match=r"must end in \.glb"):
         ds.write(tmp_path / "pane.vdb", mesh)
+    with pytest.raises(ValueError, match="does not apply to meshes"):
+        ds.write(tmp_path / "pane.glb", mesh, spacing=2)
     with pytest.raises(FileNotFoundError):
         ds.read_surface(tmp_path / "none.obj")
 

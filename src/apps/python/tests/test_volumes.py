@@ -252,3 +252,26 @@ def test_trees_and_opened_files_are_volumes(tmp_path):
     for source in [file, file.sparse()]:
         ds.write(tmp_path / "a.npy", source)
         assert np.array_equal(np.load(tmp_path / "a.npy"), array)
+
+
+def test_a_grid_of_nothing_is_a_voxel_of_it(tmp_path):
+    ds.write(tmp_path / "none.vdb", np.zeros((4, 4, 4), np.float32), background=0.0)
+    volume = ds.read(tmp_path / "none.vdb")
+    assert volume.array.tolist() == [[[0.0]]] and not volume.active.any()
+
+
+def test_what_files_cannot_hold_is_refused(tmp_path):
+    array = np.ones((2, 2, 2), np.float32)
+    for origin in [(np.inf, 0, 0), (0, np.nan, 0)]:
+        with pytest.raises(ValueError, match="origin: is not finite"):
+            ds.Volume(array, origin=origin)
+    ds.write(tmp_path / "n.vdb", ds.Volume(array, metadata={"fps": np.float32(24), "n": np.int64(3)}))
+    assert ds.open(tmp_path / "n.vdb").grids[0].metadata["fps"] == 24.0
+    with pytest.raises(ValueError, match="half"):
+        ds.write(tmp_path / "a.npy", array, half=True)
+    with pytest.raises(ValueError, match="not one of none$"):
+        ds.write(tmp_path / "a.npy", array, compression="gzip")
+    with pytest.raises(ValueError, match="no grid 'x'"):
+        ds.write(tmp_path / "a.npy", array)
+        ds.read(tmp_path / "a.npy", "x")
+    assert ds.__version__.count(".") == 2

@@ -16,6 +16,7 @@ __all__ = [
     "Strands",
     "Volume",
     "VolumeFile",
+    "__version__",
     "choose",
     "compare",
     "open",
@@ -34,6 +35,8 @@ _Progress: TypeAlias = Callable[[str, int, int], object]
 _Backend: TypeAlias = Literal["auto", "gpu", "cpu"]
 _Up: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
 _Source: TypeAlias = Scene | Volume | ArrayLike | Mesh | Strands | _Path | Mapping[str, Any]
+
+__version__: str
 
 @final
 class Volume:
@@ -223,6 +226,7 @@ class Scene:
     def to_toml(self) -> str: ...
     @staticmethod
     def from_toml(text: str, folder: _Path = ...) -> Scene: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
 class Image:
