@@ -38,6 +38,23 @@ use crate::work::done;
 /// frame : int
 ///     The number of a frame, where the scene is a sequence.
 ///
+/// The keys of the tables, each of which may be left out:
+///
+/// - volume: path (or array, or preset), grid, density_scale, albedo, tint, phase_g, window, up, clip,
+///   bounds, spacing, translate, rotate_degrees, scale, transfer (name, file, points, range,
+///   gradient), emission (grid, colors, range, kelvin, radiance), keyframes
+/// - mesh and hair: path (or array), albedo, opacity, up, translate, rotate_degrees, scale, casts,
+///   receives, keyframes; of hair also thickness, specular, shininess
+/// - light: kind ("directional", "point", "spot"), direction, position, irradiance, cone_degrees,
+///   cone_softness, keyframes
+/// - camera: position, target, up, azimuth_degrees, elevation_degrees, distance, zoom, fit,
+///   fov_y_degrees, kind ("perspective", "orthographic"), height, keyframes
+/// - image: width, height, samples, tolerance, exposure, tonemap
+/// - shadow: map, size, tolerance, quality, steps, view_steps, filter, bias, slices, truncation,
+///   links, coverage, memory, thresholds, crossing, lookup, shading, light_samples, octaves
+/// - ground: enabled, height, albedo, half_extent
+/// - ambient and background: radiance
+///
 /// `light` and `camera` may also be three numbers: the way the light travels (of several lights, a
 /// list of such), and the camera's position. `ground=None`, `background=...` as in scene files.
 #[pyclass(module = "deepshadow", frozen)]

@@ -1,6 +1,7 @@
 """Pictures are the program's, to the bit."""
 
 import os
+import re
 import subprocess
 
 import numpy as np
@@ -145,3 +146,36 @@ def test_mistakes_have_one_line(tables, what):
     with pytest.raises(ValueError, match=what) as caught:
         ds.render("box", **{"backend": "cpu", "size": 16, **tables})
     assert "\n" not in str(caught.value)
+
+
+def test_the_keys_that_help_lists_are_those_of_scene_files():
+    text = ds.Scene.__doc__.split("The keys of the tables")[1].split("`light` and `camera`")[0]
+    seen = 0
+    for line in text.split("\n- ")[1:]:
+        names, keys = line.split(":", 1)
+        keys = re.sub(r'"[a-z]+"', "", keys)
+        inner = {table: re.findall("[a-z_]+", listed)
+                 for table, listed in re.findall(r"(transfer|emission) \(([^)]*)\)", keys)}
+        outer = set(re.findall("[a-z_]+", re.sub(r"\([^)]*\)", "", keys))) | {"path"}
+        outer -= {"or", "of", "also", "hair"}
+        for name in names.split(" and "):
+            if name not in ("volume", "mesh", "hair"):
+                outer.discard("path")
+            for key in outer:
+                assert is_known({name: {key: NOTHING}}, key), (name, key)
+            for table, listed in inner.items():
+                for key in listed:
+                    assert is_known({name: {table: {key: NOTHING}}}, key), (table, key)
+            assert not is_known({name: {"no_such_key": NOTHING}}, "no_such_key")
+            seen += len(outer)
+    assert seen > 70
+
+
+NOTHING = [[[[]]]]
+
+
+def is_known(tables, key):
+    """Whether tables with a value that no key can have are refused for another reason."""
+    with pytest.raises(ValueError) as error:
+        ds.Scene(**tables)
+    return f"unknown field `{key}`" not in str(error.value)
