@@ -6,9 +6,10 @@ use deepshadow::compare::{Given, Goal, PictureError, Sampled, choose_picture, pi
 use deepshadow::cpu::{CpuBackend, LazyFragments};
 use deepshadow::frame::Frame;
 use deepshadow::image::Image;
+use deepshadow::math::Aabb;
 use deepshadow::progress::Silent;
 use deepshadow::reference::brute_force_image;
-use deepshadow::scene::{Ground, Light, LightKind, Scene};
+use deepshadow::scene::{Ground, Light, LightKind, Projection, Scene};
 use deepshadow::settings::MapKind;
 use deepshadow::shadow::Shadow;
 use deepshadow::volume::presets::Preset;
@@ -192,4 +193,21 @@ fn the_program_says_what_repeats_a_picture() {
         assert!(stderr(&output).contains(expected), "{options}: {}", stderr(&output));
     }
     assert!(!folder.path().join("no.png").exists());
+}
+
+/// Spikes of single voxels, all of them between the pixels of the scouts' preview.
+#[test]
+fn what_a_preview_misses_is_chosen_for_all_the_same() {
+    let spikes = |[x, y, z]: [usize; 3]| f32::from(x % 4 == 0 && y % 4 == 0 && z == 1);
+    let bounds = Aabb { min: DVec3::new(-80.5, -80.5, -1.5), max: DVec3::new(80.5, 80.5, 1.5) };
+    let mut scene = scene(volume([161, 161, 3], bounds, spikes), 2.0);
+    scene.camera.projection = Projection::Orthographic { height: 160.0 };
+    (scene.camera.position, scene.camera.target) = (DVec3::Z * 50.0, DVec3::ZERO);
+    scene.camera.up = DVec3::Y;
+    (scene.ground, scene.background, scene.ambient) = (None, Some(DVec3::ZERO), DVec3::ZERO);
+    let settings = settings(128, [400, 400]).with(|s| s.map.kind = None);
+    let goal = Goal::Error(0.05);
+    let chosen =
+        choose_picture(&CpuBackend, &scene, &settings, goal, Given::default(), &Silent).unwrap();
+    assert!(chosen.error.pixels >= 100 && chosen.error.bound <= 0.05, "{}", chosen.error);
 }

@@ -114,15 +114,15 @@ pub fn choose_picture(
             Ok(Chosen { image, settings, error })
         }
         Goal::Error(most) => {
+            let tolerance = if given.tolerance {
+                settings.image.tolerance
+            } else {
+                three_digits(PIXELS * most).min(0.5)
+            };
+            let added = ADDED * tolerance;
             let mut aim = AIM * most;
             let mut closest = None;
             for attempt in 0..ATTEMPTS {
-                let tolerance = if given.tolerance {
-                    settings.image.tolerance
-                } else {
-                    three_digits(PIXELS * most).min(0.5)
-                };
-                let added = ADDED * tolerance;
                 // If that alone is too much, the certificate will say so.
                 let rest = (aim.powi(2) - added.powi(2)).max(0.1 * aim.powi(2)).sqrt();
                 let mut settings = scouts.keeping(rest, given)?;
@@ -177,7 +177,7 @@ fn looked_at(
     (stream, counts): (u64, &[usize]),
     says_enough: impl Fn(&PictureError) -> bool,
 ) -> Result<PictureError> {
-    let mut sampled = Sampled::draw_for(image, scene, settings, 0, [SEED, stream])?;
+    let mut sampled = Sampled::default();
     let mut error = PictureError::default();
     for (look, &count) in counts.iter().enumerate() {
         // Each look draws from numbers of its own.

@@ -26,7 +26,7 @@ const DEVIATIONS_95: f64 = 1.875;
 const EVEN: f64 = 0.5;
 
 /// Random pixels with their true radiance. Pixels without any are left out.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Sampled {
     pixels: Vec<[u32; 2]>,
     truths: Vec<[f64; 3]>,
@@ -142,8 +142,7 @@ impl Sampled {
             beams.iter().map(|beam| ExactPoints(ExactTexels::new(beam, 1))).collect();
         let exact: Vec<&dyn Shadow> = exact.iter().map(|map| map as &dyn Shadow).collect();
         let mut random = Random::new(seed, stream);
-        let mut found =
-            Self { pixels: Vec::new(), truths: Vec::new(), weights: Vec::new(), drawn: 0 };
+        let mut found = Self::default();
         while found.pixels.len() < count && found.drawn < PATIENCE * count {
             let draws = (found.pixels.len()..count).map(|_| next(&mut random));
             let (pixels, weights): (Vec<[u32; 2]>, Vec<f64>) = draws.unzip();
@@ -171,6 +170,11 @@ impl Sampled {
     /// The lit pixels (x, y).
     pub(super) fn pixels(&self) -> &[[u32; 2]] {
         &self.pixels
+    }
+
+    /// The largest radiance.
+    pub(super) fn brightest(&self) -> f64 {
+        self.truths.iter().flatten().copied().fold(0.0, f64::max)
     }
 
     /// The mean squared error of lit pixels, of which these are a sample.

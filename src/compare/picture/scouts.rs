@@ -130,7 +130,11 @@ impl Scouts {
         let beams = scene.beams()?;
         let preview = preview(&beams, settings)?;
         let truth = Sampled::draw_for(&preview, scene, settings, count, [seed, 1])?;
-        let unit = bright(&preview).max(f64::MIN_POSITIVE);
+        // What is smaller than the preview's pixels may be missing there.
+        let unit = match bright(&preview) {
+            seen if seen > 0.0 => seen,
+            _ => truth.brightest().max(f64::MIN_POSITIVE),
+        };
         let lit = preview.pixels.iter().filter(|pixel| pixel[..3].iter().any(|&c| c > 0.0));
         let lit_share = lit.count() as f64 / preview.pixels.len() as f64;
         let sizes = SHARES.map(|share| multiple(share * f64::from(settings.map.size)));
