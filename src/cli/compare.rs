@@ -11,7 +11,7 @@ use super::job::Request;
 use super::print_json;
 use crate::accuracy::largest_optical_depth;
 use crate::compare::report::{FILES, Report};
-use crate::compare::{Bench, MOST_POINTS, Method, check_filter};
+use crate::compare::{Bench, MOST_POINTS, Method};
 use crate::error::{Error, Result};
 use crate::io::PendingFolder;
 use crate::settings::{Filter, MapKind};
@@ -82,7 +82,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let request = open(arguments)?;
     let folder = PendingFolder::create(&path, &FILES, &request.inputs)?;
     let mut job = request.load()?;
-    check_filter(&job.settings)?;
     if arguments.maps.is_none() && !job.scene.surfaces.is_empty() {
         job.note("grids of meshes and hair are not built, and not compared");
         methods.retain(|method| !matches!(method.kind, MapKind::Grid(_)));

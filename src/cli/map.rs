@@ -9,8 +9,8 @@ use super::job::{Request, default_output};
 use super::limits::LimitArguments;
 use crate::compare::Certified;
 use crate::error::{Error, Result};
-use crate::io::map_files::{MapFile, NamedMap, check_map_kind, encode_maps};
-use crate::io::output::{PendingFile, commit};
+use crate::io::map_files::{MapFile, NamedMap, check_map_kind, encode_maps, write_maps};
+use crate::io::output::PendingFile;
 use crate::settings::MapKind;
 
 #[derive(Debug, Args)]
@@ -74,11 +74,7 @@ pub(super) fn run(arguments: Arguments) -> Result<()> {
     let maps: Vec<_> = maps.collect();
     let files = encode_maps(&job.scene.media, &maps, &path, statistics)?;
     drop(tried);
-    let pending = files.iter().map(|file| {
-        let mut pending = PendingFile::create(&file.path, &inputs)?;
-        pending.put(&file.contents).map(|()| pending)
-    });
-    commit(pending.collect::<Result<_>>()?)?;
+    write_maps(&files, &inputs)?;
     for MapFile { path, what, size, .. } in &files {
         job.note(&format!(
             "wrote {}: {what} {size}x{size} in {:.2} s, {}",

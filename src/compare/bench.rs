@@ -2,7 +2,7 @@
 
 use web_time::Instant;
 
-use super::method::Method;
+use super::method::{Method, check_filter};
 use crate::accuracy::{
     self, Difference, Errors, ExactPoints, ExactTexels, Place, Points, Sample, TruePicture,
     lookup_time,
@@ -108,8 +108,9 @@ impl<'a> Bench<'a> {
     /// Integrates the truth: `count` points of each place from `seed`, and the picture.
     ///
     /// # Errors
-    /// If a setting is out of its range ([`Settings::check`]), if there is no point or more than
-    /// [`MOST_POINTS`], if a light cannot be fitted to the media, or if the scene does not fit f32.
+    /// If a setting is out of its range ([`Settings::check`]), if the filter cannot be measured
+    /// ([`check_filter`]), if there is no point or more than [`MOST_POINTS`], if a light cannot be
+    /// fitted to the media, or if the scene does not fit f32.
     pub fn new(
         scene: &'a Scene,
         settings: &Settings,
@@ -117,6 +118,7 @@ impl<'a> Bench<'a> {
         progress: &dyn Progress,
     ) -> Result<Self> {
         settings.check()?;
+        check_filter(settings)?;
         if !(1..=MOST_POINTS).contains(&count) {
             return Err(Error::value("points", format!("{count} is not in 1..{MOST_POINTS}")));
         }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::coded_map::encode_coded_map;
 use super::exr;
 use super::fragment_map::{encode_fragment_map, encode_fragment_statistics};
+use super::output::{Inputs, PendingFile, commit};
 use crate::error::{Error, Result};
 use crate::scene::Media;
 use crate::settings::MapKind;
@@ -91,6 +92,18 @@ pub fn encode_maps(
         Ok(MapFile { path, contents, what, size: map.size() })
     };
     maps.iter().map(one).collect()
+}
+
+/// Writes files, all of them or none.
+///
+/// # Errors
+/// If one cannot be written, or is one of `inputs`.
+pub fn write_maps(files: &[MapFile], inputs: &Inputs) -> Result<()> {
+    let pending = files.iter().map(|file| {
+        let mut pending = PendingFile::create(&file.path, inputs)?;
+        pending.put(&file.contents).map(|()| pending)
+    });
+    commit(pending.collect::<Result<_>>()?)
 }
 
 /// Checks that there are files for maps of `kind`.

@@ -12,7 +12,7 @@ mod results;
 mod tables;
 
 use super::bench::{Bench, Row};
-use super::method::{Method, check_filter};
+use super::method::Method;
 use crate::error::{ErrorKind, Result};
 use crate::progress::Progress;
 use crate::scene::{Light, LightKind, Scene};
@@ -45,14 +45,13 @@ impl<'a> Report<'a> {
     /// Measures the maps of all `methods`. `input` is the scene's name, for people.
     ///
     /// # Errors
-    /// If one cannot be built, if maps are not made for the filter, or if the work is cancelled.
+    /// If one cannot be built, or if the work is cancelled.
     pub fn measure(
         bench: &'a Bench<'a>,
         methods: &[Method],
         input: &str,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        check_filter(&bench.settings)?;
         progress.begin("maps", methods.len() as u64 + 1);
         let floor = bench.floor()?;
         let mut rows = Vec::new();

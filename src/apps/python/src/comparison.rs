@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use deepshadow::accuracy::{Errors, Place};
 use deepshadow::compare::report::{FILES, Report};
-use deepshadow::compare::{Bench, Method, Row, check_filter};
+use deepshadow::compare::{Bench, Method, Row};
 use deepshadow::io::{Inputs, PendingFolder};
 use deepshadow::settings::MapKind;
 use pyo3::prelude::*;
@@ -62,7 +62,6 @@ pub fn compare(
     let found = done(py, progress, |watch| {
         let loaded = request.load()?;
         let settings = loaded.settings.with(|settings| settings.map.size = map_size);
-        check_filter(&settings)?;
         let has_surfaces = !loaded.scene.surfaces.is_empty();
         let methods = given.unwrap_or_else(|| {
             let mut all = Method::all();

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use deepshadow::compare::{self, Limits};
 use deepshadow::glam::DVec3;
-use deepshadow::io::map_files::{NamedMap, encode_maps};
-use deepshadow::io::output::commit;
-use deepshadow::io::{Inputs, PendingFile};
+use deepshadow::io::Inputs;
+use deepshadow::io::map_files::{NamedMap, encode_maps, write_maps};
 use deepshadow::scene::{Beam, Channels, Media, Scene};
 use deepshadow::shadow::{Map, Shadow};
 use deepshadow::{Error, Result};
@@ -319,11 +318,7 @@ impl ShadowMap {
             });
             let maps: Vec<_> = maps.collect();
             let files = encode_maps(&self.media, &maps, &path, false)?;
-            let pending = files.iter().map(|file| {
-                let mut pending = PendingFile::create(&file.path, &Inputs::default())?;
-                pending.put(&file.contents).map(|()| pending)
-            });
-            commit(pending.collect::<Result<_>>()?)?;
+            write_maps(&files, &Inputs::default())?;
             Ok(files.into_iter().map(|file| file.path).collect())
         })
     }
