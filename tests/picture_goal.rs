@@ -1,16 +1,17 @@
 //! Tests of pictures that are chosen for an error (`--max-picture-error`) or a time (`--time`): the
 //! error is kept against another implementation of the truth than the one that certifies it.
 
-use deepshadow::backend::Backend;
+use deepshadow::Result;
+use deepshadow::backend::{Backend, Passes, Stage};
 use deepshadow::compare::{Given, Goal, PictureError, Sampled, choose_picture, picture_error};
 use deepshadow::cpu::{CpuBackend, LazyFragments};
 use deepshadow::frame::Frame;
 use deepshadow::image::Image;
 use deepshadow::math::Aabb;
-use deepshadow::progress::Silent;
+use deepshadow::progress::{Progress, Silent};
 use deepshadow::reference::brute_force_image;
 use deepshadow::scene::{Ground, Light, LightKind, Projection, Scene};
-use deepshadow::settings::MapKind;
+use deepshadow::settings::{MapKind, Settings};
 use deepshadow::shadow::Shadow;
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
@@ -100,6 +101,82 @@ fn the_error_asked_for_is_kept() {
     }
 }
 
+/// The processor, which misses something in one of two hundred pixels, the more of it the larger the
+/// tolerance of pixels is.
+struct Missing;
+
+impl Missing {
+    const EVERY: usize = 200;
+    const MISSED: f32 = 20.0;
+}
+
+impl Backend for Missing {
+    fn description(&self) -> String {
+        CpuBackend.description()
+    }
+
+    fn passes(&self) -> &dyn Passes {
+        CpuBackend.passes()
+    }
+
+    fn stage(&self) -> Box<dyn Stage + '_> {
+        Box::new(MissingStage(CpuBackend.stage()))
+    }
+}
+
+struct MissingStage<'a>(Box<dyn Stage + 'a>);
+
+impl Stage for MissingStage<'_> {
+    fn render(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Image> {
+        let mut image = self.0.render(scene, settings, progress)?;
+        let missed = Missing::MISSED * settings.image.tolerance as f32;
+        let lit = image.pixels.iter_mut().filter(|pixel| pixel[0] > 0.0);
+        for pixel in lit.step_by(Missing::EVERY) {
+            *pixel = pixel.map(|c| c + missed);
+        }
+        Ok(image)
+    }
+
+    fn pixels(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        pixels: &[[u32; 2]],
+    ) -> Result<Option<Vec<[f32; 4]>>> {
+        self.0.pixels(scene, settings, pixels)
+    }
+}
+
+#[test]
+fn rare_errors_of_pixels_that_are_not_marched_are_certified() {
+    let scene = drawn(4);
+    // As a whole, and as a sample.
+    for size in [[48, 40], [128, 100]] {
+        let mut settings = settings(128, size);
+        // With several rays pixels may always have fewer than others.
+        (settings.map.kind, settings.image.samples) = (None, 2);
+        let fine = settings.with(|s| (s.quality, s.map.size, s.image.tolerance) = (4.0, 512, 0.0));
+        let truth = CpuBackend.render(&scene, &fine, &Silent).unwrap();
+        let most = 0.004;
+        let goal = Goal::Error(most);
+        let chosen =
+            choose_picture(&Missing, &scene, &settings, goal, Given::default(), &Silent).unwrap();
+        let tolerance = chosen.settings.image.tolerance;
+        // What is missed alone is more than that at the tolerance that is tried first.
+        let missed = f64::from(Missing::MISSED) / (Missing::EVERY as f64).sqrt();
+        assert!(missed * most > 1.4 * most && tolerance < 0.8 * most, "{tolerance}");
+        let (error, said) = (true_error(&chosen.image, &truth), chosen.error);
+        assert!(error <= most, "{size:?}: {error}, {said}");
+        let least = 0.5 * missed * tolerance;
+        assert!((least..error).contains(&said.interpolated), "{} of {error}", said.interpolated);
+    }
+}
+
 #[test]
 fn a_bent_picture_is_not_certified() {
     let scene = drawn(1);
@@ -157,7 +234,7 @@ fn lit_pixels_are_drawn_and_dark_ones_left_out() {
 fn what_cannot_be_chosen_is_an_error() {
     let scene = drawn(1);
     let given = Given::default();
-    let choose = |settings: &deepshadow::Settings, goal| {
+    let choose = |settings: &Settings, goal| {
         choose_picture(&CpuBackend, &scene, settings, goal, given, &Silent).unwrap_err().to_string()
     };
     let small = settings(32, [16, 16]);

@@ -132,4 +132,16 @@ impl Stage for FallbackStage<'_> {
         }
         self.processor.render(scene, settings, progress)
     }
+
+    fn pixels(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        pixels: &[[u32; 2]],
+    ) -> Result<Option<Vec<[f32; 4]>>> {
+        match &mut self.gpu {
+            Some(stage) => stage.pixels(scene, settings, pixels),
+            None => self.processor.pixels(scene, settings, pixels),
+        }
+    }
 }

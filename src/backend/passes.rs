@@ -123,6 +123,21 @@ pub trait Passes: Backend {
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image>;
+
+    /// Pixels (x, y) of that picture, each with all of its rays, where the picture may have got
+    /// fewer, or none of its own; `None` from a backend that cannot tell.
+    ///
+    /// # Errors
+    /// As [`Passes::march_view`].
+    fn march_pixels(
+        &self,
+        _casters: Casters<'_>,
+        _frame: &Frame,
+        _map: &Map,
+        _pixels: &[[u32; 2]],
+    ) -> Result<Option<Vec<[f32; 4]>>> {
+        Ok(None)
+    }
 }
 
 /// Builds the shadow map of `beam`, of the kind in `settings`, with the passes.

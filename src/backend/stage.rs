@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use super::Passes;
 use crate::error::Result;
+use crate::frame::Frame;
 use crate::image::Image;
-use crate::progress::Progress;
+use crate::progress::{Progress, Silent};
 use crate::scene::{Beam, LightView, Media, Scene, Surfaces};
 use crate::settings::{MapSettings, Settings, Shading};
 use crate::shadow::{Map, Shadow};
@@ -28,6 +29,21 @@ pub trait Stage {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Image>;
+
+    /// Pixels (x, y) of that picture, each with all of its rays, where the picture may have got
+    /// fewer, or none of its own. `None` if no pixel of the picture has, or if the stage cannot
+    /// tell. Maps that were not kept are built again.
+    ///
+    /// # Errors
+    /// As [`Stage::render`].
+    fn pixels(
+        &mut self,
+        _scene: &Scene,
+        _settings: &Settings,
+        _pixels: &[[u32; 2]],
+    ) -> Result<Option<Vec<[f32; 4]>>> {
+        Ok(None)
+    }
 }
 
 /// Everything that a shadow map depends on.
@@ -129,5 +145,28 @@ impl Stage for HostStage<'_> {
         }
         scene.check_radiance(&image)?;
         Ok(image)
+    }
+
+    fn pixels(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        pixels: &[[u32; 2]],
+    ) -> Result<Option<Vec<[f32; 4]>>> {
+        let beams = scene.beams_for(settings)?;
+        let frames = beams.iter().map(|beam| Frame::new(beam, settings));
+        let frames: Vec<Frame> = frames.collect::<Result<_>>()?;
+        if !frames.iter().any(|frame| frame.view.refines()) {
+            return Ok(None);
+        }
+        let mut sum = Image::filled(pixels.len() as u32, 1, [0.0; 4]);
+        for (index, (beam, frame)) in beams.iter().zip(&frames).enumerate() {
+            let known = self.map(index, beam, settings, &Silent)?;
+            let marched = self.passes.march_pixels(beam.casters(), frame, &known.1, pixels);
+            self.keep(index, known);
+            let Some(pixels) = marched? else { return Ok(None) };
+            beam.add(&Image { pixels, width: sum.width, height: 1 }, &mut sum);
+        }
+        Ok(Some(sum.pixels))
     }
 }

@@ -40,9 +40,9 @@ pub(super) fn march_view(
     progress: &dyn Progress,
 ) -> Result<Image> {
     let FrameView { width, height, samples, spacing, tolerance, .. } = frame.view;
+    let refined = frame.view.refines();
     map.prepare();
     let view = View { sampler: Sampler::of(casters.media), frame, map };
-    let refined = spacing > 1 || (samples > 1 && tolerance > 0.0);
     let raster = ViewRaster::new(casters, frame)?;
     let overlay =
         raster.as_ref().map(|raster| Overlay::new(&view, raster, samples, !refined, progress));

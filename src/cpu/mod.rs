@@ -165,4 +165,14 @@ impl Passes for CpuBackend {
     ) -> Result<Image> {
         march_view::march_view(casters, frame, map, progress)
     }
+
+    fn march_pixels(
+        &self,
+        casters: Casters<'_>,
+        frame: &Frame,
+        map: &Map,
+        pixels: &[[u32; 2]],
+    ) -> Result<Option<Vec<[f32; 4]>>> {
+        march_view::march_pixels(casters, frame, map, pixels).map(Some)
+    }
 }

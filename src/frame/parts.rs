@@ -175,6 +175,13 @@ pub struct FrameView {
     pub march: Marching,
 }
 
+impl FrameView {
+    /// Whether the processor marches pixels with all of their rays only where the picture bends.
+    pub fn refines(&self) -> bool {
+        self.spacing > 1 || (self.samples > 1 && self.tolerance > 0.0)
+    }
+}
+
 /// The shadow map: how it is built and read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

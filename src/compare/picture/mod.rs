@@ -7,8 +7,9 @@
 //! only the needed texels are traced. That gives the error by steps and tolerances, which falls
 //! with the square of the quality, that by texels, which falls with the square of the size, and the
 //! time of a texel and of a pixel. The picture is then made, and other pixels of it are compared
-//! with the truth ([`Sampled`]).
+//! with the truth ([`PictureError`]).
 
+mod certificate;
 mod sampled;
 mod scouts;
 
@@ -19,16 +20,13 @@ use crate::math::three_digits;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::settings::{MapKind, Settings, Shading};
-use sampled::LOOKS;
-pub use sampled::{PictureError, Sampled};
+use certificate::certified;
+pub use certificate::{PictureError, picture_error};
+pub use sampled::Sampled;
 use scouts::Scouts;
 
 /// Lit pixels that scouts look at.
 const SCOUTED: usize = 40;
-/// Lit pixels that certify a picture: so many, and if the answer is not clear, so many in all.
-const CERTIFIED: [usize; LOOKS] = [160, 320];
-/// With fewer lit pixels, but for none at all, there is no certificate.
-const FEWEST: usize = 30;
 /// Share of the allowed error that a choice aims at: scouts are few, and the certificate is the
 /// upper end of an interval.
 const AIM: f64 = 0.75;
@@ -44,6 +42,10 @@ const ATTEMPTS: u64 = 5;
 /// hardly less.
 const PIXELS: f64 = 1.0;
 const ADDED: f64 = 0.35;
+/// By how much that tolerance shrinks at once for another attempt, if more pixels than expected were
+/// wrong: the least and the greatest share that is left.
+const LEAST_SHARE: f64 = 0.25;
+const MOST_SHARE: f64 = 0.7;
 /// The allowed qualities.
 const QUALITIES: [f64; 2] = [0.125, 8.0];
 /// Seed of the pixels' random numbers; each purpose and attempt has its own stream, and later looks
@@ -110,16 +112,16 @@ pub fn choose_picture(
         Goal::Seconds(seconds) => {
             let settings = scouts.within(seconds, given)?;
             let image = stage.render(scene, &settings, progress)?;
-            let error = picture_error(scene, &settings, &image)?;
+            let error = certified(&mut *stage, (scene, &settings, &image), 2, None)?;
             Ok(Chosen { image, settings, error })
         }
         Goal::Error(most) => {
-            let tolerance = if given.tolerance {
+            let mut tolerance = if given.tolerance {
                 settings.image.tolerance
             } else {
                 three_digits(PIXELS * most).min(0.5)
             };
-            let added = ADDED * tolerance;
+            let mut added = ADDED * tolerance;
             let mut aim = AIM * most;
             let mut closest = None;
             for attempt in 0..ATTEMPTS {
@@ -128,12 +130,22 @@ pub fn choose_picture(
                 let mut settings = scouts.keeping(rest, given)?;
                 settings.image.tolerance = tolerance;
                 let image = stage.render(scene, &settings, progress)?;
-                let error = certified(scene, &settings, &image, 2 + attempt, [KEPT * most, most])?;
+                let made = (scene, &settings, &image);
+                let limits = Some([KEPT * most, most]);
+                let error = certified(&mut *stage, made, 2 + attempt, limits)?;
                 if error.bound <= KEPT * most {
                     return Ok(Chosen { image, settings, error });
                 }
+                if error.interpolated > added && !given.tolerance {
+                    let share = (added / error.interpolated).clamp(LEAST_SHARE, MOST_SHARE);
+                    tolerance = three_digits(share * tolerance);
+                    added = share * error.interpolated;
+                } else if error.interpolated > 0.0 {
+                    added = error.interpolated;
+                }
                 // What was not expected may come from steps or from texels.
-                scouts.learn(&settings, (error.rms.powi(2) - added.powi(2)).max(0.0).sqrt());
+                let rest = error.rms.powi(2) - error.interpolated.max(added).powi(2);
+                scouts.learn(&settings, rest.max(0.0).sqrt());
                 aim = NEXT_AIM * most * (error.rms / error.bound);
                 closest = Some((settings, error));
             }
@@ -145,55 +157,6 @@ pub fn choose_picture(
             Err(Error::value("max-picture-error", why))
         }
     }
-}
-
-/// The error of `image`, the picture of `scene` under `settings`, at random lit pixels.
-///
-/// # Errors
-/// If a light cannot be fitted to the media, or if too few lit pixels are found.
-pub fn picture_error(scene: &Scene, settings: &Settings, image: &Image) -> Result<PictureError> {
-    let once = &CERTIFIED[..1];
-    looked_at(scene, settings, image, (2, once), |_| true)
-}
-
-/// The error of a picture, at pixels of their own stream of random numbers. More of them are looked
-/// at until its bound is below the first of two limits, or it is above the second.
-fn certified(
-    scene: &Scene,
-    settings: &Settings,
-    image: &Image,
-    stream: u64,
-    [low, high]: [f64; 2],
-) -> Result<PictureError> {
-    let clear = |error: &PictureError| error.bound <= low || error.rms > high;
-    looked_at(scene, settings, image, (stream, &CERTIFIED), clear)
-}
-
-/// The error of a picture at rising numbers of pixels, until that says enough.
-fn looked_at(
-    scene: &Scene,
-    settings: &Settings,
-    image: &Image,
-    (stream, counts): (u64, &[usize]),
-    says_enough: impl Fn(&PictureError) -> bool,
-) -> Result<PictureError> {
-    let mut sampled = Sampled::default();
-    let mut error = PictureError::default();
-    for (look, &count) in counts.iter().enumerate() {
-        // Each look draws from numbers of its own.
-        let stream = stream + STREAMS * look as u64;
-        let missing = count.saturating_sub(sampled.pixels().len());
-        sampled.join(Sampled::draw_for(image, scene, settings, missing, [SEED, stream])?);
-        error = sampled.error(image);
-        if says_enough(&error) {
-            break;
-        }
-    }
-    if (1..FEWEST).contains(&error.pixels) {
-        let why = format!("only {} lit pixels were found, too few to certify", error.pixels);
-        return Err(Error::value("max-picture-error or time", why));
-    }
-    Ok(error)
 }
 
 /// Whether scouts can tell what a picture under `settings` looks like.

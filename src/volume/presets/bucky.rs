@@ -78,7 +78,7 @@ fn bonds(atoms: &[DVec3; 60]) -> Vec<[DVec3; 2]> {
 mod tests {
     #[test]
     fn c60_has_sixty_distinct_atoms_and_ninety_bonds() {
-        let atoms = super::truncated_icosahedron().map(|p| p.normalize());
+        let atoms = super::truncated_icosahedron().map(glam::DVec3::normalize);
         for (i, a) in atoms.iter().enumerate() {
             assert!(atoms[..i].iter().all(|b| (a - b).length() > 0.1), "atom {i} stands twice");
         }
