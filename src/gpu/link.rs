@@ -4,17 +4,18 @@
 //! for the number of grids in a mixture, and `#import pieces` and `#import layers` those
 //! for surfaces, or for none.
 
+use super::source::source;
 use crate::error::{Error, Result};
 use crate::settings::MapKind;
 
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
-        [$(($name, include_str!(concat!("../../shaders/", $name, ".wgsl")))),*]
+        [$(($name, source!($name))),*]
     };
 }
 
 /// The files that can be imported.
-const FILES: [(&str, &str); 42] = files![
+pub(super) const FILES: [(&str, &str); 42] = files![
     "kernel/blocks",
     "kernel/casting",
     "kernel/coverage",

@@ -48,6 +48,7 @@ mod readback;
 mod renderer;
 mod seen;
 mod shadow;
+mod source;
 mod stage;
 mod surfaces;
 mod tile;

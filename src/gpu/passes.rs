@@ -3,6 +3,7 @@
 use wgpu::BindGroupLayoutEntry;
 
 use super::bindings::{self, at, read, read_write};
+use super::source::source;
 use crate::settings::MapKind;
 
 /// The passes of the GPU backend.
@@ -65,9 +66,10 @@ pub(super) struct Declaration {
 /// name and source.
 type Content = (MapKind, bool, Vec<BindGroupLayoutEntry>, (&'static str, &'static str));
 
-macro_rules! source {
+/// A shader's name and source.
+macro_rules! named {
     ($name:literal) => {
-        ($name, include_str!(concat!("../../shaders/", $name, ".wgsl")))
+        ($name, source!($name))
     };
 }
 
@@ -114,30 +116,30 @@ impl Pass {
             Self::TraceCasters => (
                 true,
                 vec![frame, runs, nodes, tile, counters, heads, elements],
-                source!("trace_slices"),
+                named!("trace_slices"),
             ),
             Self::RasterSurfaces => {
-                (false, [&drawing[..], &casting, &[large]].concat(), source!("raster_surfaces"))
+                (false, [&drawing[..], &casting, &[large]].concat(), named!("raster_surfaces"))
             }
             Self::RasterLarge => {
-                (false, [&drawing[..], &casting, &[large]].concat(), source!("raster_large"))
+                (false, [&drawing[..], &casting, &[large]].concat(), named!("raster_large"))
             }
             Self::DrawSurfaces => {
-                (false, [&drawing[..], &casting].concat(), source!("draw_surfaces"))
+                (false, [&drawing[..], &casting].concat(), named!("draw_surfaces"))
             }
             Self::SortSurfaces => {
-                (false, vec![tile, heads, elements, counters], source!("sort_surfaces"))
+                (false, vec![tile, heads, elements, counters], named!("sort_surfaces"))
             }
             Self::RasterView => {
-                (false, [&drawing[..], &seeing, &[large]].concat(), source!("raster_view"))
+                (false, [&drawing[..], &seeing, &[large]].concat(), named!("raster_view"))
             }
             Self::RasterViewLarge => {
-                (false, [&drawing[..], &seeing, &[large]].concat(), source!("raster_view_large"))
+                (false, [&drawing[..], &seeing, &[large]].concat(), named!("raster_view_large"))
             }
-            Self::SortView => (false, vec![tile, heads, elements, counters], source!("sort_view")),
-            Self::MarchSurfaces => (true, [&marching[..], &lists].concat(), source!("march_view")),
+            Self::SortView => (false, vec![tile, heads, elements, counters], named!("sort_view")),
+            Self::MarchSurfaces => (true, [&marching[..], &lists].concat(), named!("march_view")),
             Self::RefineSurfaces => {
-                (true, [&marching[..], &lists, &single].concat(), source!("refine_view"))
+                (true, [&marching[..], &lists, &single].concat(), named!("refine_view"))
             }
             _ => return None,
         };
@@ -160,75 +162,75 @@ impl Pass {
                 MapKind::Threshold,
                 true,
                 [&[frame, output], &kept_curves[..]].concat(),
-                source!("trace_threshold"),
+                named!("trace_threshold"),
             ),
             Self::FitCurves => (
                 MapKind::Threshold,
                 false,
                 [&[frame, threshold_map], &kept_curves[..]].concat(),
-                source!("fit_curves"),
+                named!("fit_curves"),
             ),
-            Self::TraceSlices => (MapKind::Fragments, true, slices, source!("trace_slices")),
+            Self::TraceSlices => (MapKind::Fragments, true, slices, named!("trace_slices")),
             Self::RasterSlices => (
                 MapKind::Fragments,
                 true,
                 vec![frame, tile, heads, elements, counters],
-                source!("raster_slices"),
+                named!("raster_slices"),
             ),
             Self::SortFragments => (
                 MapKind::Fragments,
                 false,
                 vec![frame, runs, nodes, tile, heads, elements, counters],
-                source!("sort_fragments"),
+                named!("sort_fragments"),
             ),
             Self::LinkNeighbors => (
                 MapKind::Fragments,
                 false,
                 vec![read(at::RUNS), read(at::NODES), read_write(at::LINKS), tile],
-                source!("link_neighbors"),
+                named!("link_neighbors"),
             ),
             Self::MarchThreshold => (
                 MapKind::Threshold,
                 true,
                 vec![frame, threshold_map, output, ends, cubics],
-                source!("march_view"),
+                named!("march_view"),
             ),
             Self::MarchFragments => (
                 MapKind::Fragments,
                 true,
                 [&[frame, output], &lists[..]].concat(),
-                source!("march_view"),
+                named!("march_view"),
             ),
             Self::RankRadiance => (
                 MapKind::Fragments,
                 false,
                 vec![bindings::single(), read_write(at::BRIGHT)],
-                source!("rank_radiance"),
+                named!("rank_radiance"),
             ),
             Self::RefineThreshold => (
                 MapKind::Threshold,
                 true,
                 [&[frame, threshold_map, output, ends, cubics], &single[..]].concat(),
-                source!("refine_view"),
+                named!("refine_view"),
             ),
             Self::RefineFragments => (
                 MapKind::Fragments,
                 true,
                 [&[frame, output], &lists[..], &single[..]].concat(),
-                source!("refine_view"),
+                named!("refine_view"),
             ),
             Self::ShowImage => (
                 MapKind::Fragments,
                 false,
                 vec![bindings::single(), bindings::screen(), bindings::tone()],
-                source!("show_image"),
+                named!("show_image"),
             ),
             // `AddBeam`: those of surfaces were found before.
             _ => (
                 MapKind::Fragments,
                 false,
                 vec![bindings::sum(), bindings::beam(), bindings::weights(), output],
-                source!("add_beam"),
+                named!("add_beam"),
             ),
         }
     }

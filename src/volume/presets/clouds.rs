@@ -2,18 +2,14 @@
 
 use ndarray::{Array3, Axis};
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
-use rustfft::FftPlanner;
-use rustfft::num_complex::Complex;
 
+use super::fourier::{Fourier, RealFourier, Wave};
 use super::numpy_random::StandardNormal;
 
 /// The exponent with which amplitude falls over the wave number.
 const SLOPE: f64 = -11.0 / 6.0 - 0.25;
 /// Waves with fewer cycles over the layer's width have amplitude zero.
 const LOWEST_CYCLES: f64 = 3.0;
-
-type Wave = Complex<f32>;
 
 /// `n` x `n` x `nz` voxels from the noise of `seed`.
 pub(super) fn voxels(n: usize, nz: usize, seed: u32) -> Array3<f32> {
@@ -51,10 +47,7 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
     let mut noise: Vec<f32> =
         std::iter::repeat_with(|| normals.next()).take(n * n * depth).collect();
 
-    let mut planner = RealFftPlanner::<f32>::new();
-    let (along_z, back_z) = (planner.plan_fft_forward(depth), planner.plan_fft_inverse(depth));
-    let mut planner = FftPlanner::<f32>::new();
-    let (along, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (along_z, along) = (RealFourier::of(depth), Fourier::of(n));
     let waves = depth / 2 + 1;
 
     // For each x: along z, then along y; kept as [x][kz][y].
@@ -63,13 +56,12 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
         |(plane, rows)| {
             let mut row_waves = vec![Wave::default(); waves];
             for (y, row) in rows.chunks_exact_mut(depth).enumerate() {
-                // The only possible error is a wrong length, and the lengths are the planner's own.
-                let _ = along_z.process(row, &mut row_waves);
+                along_z.forward(row, &mut row_waves);
                 for (kz, wave) in row_waves.iter().enumerate() {
                     plane[kz * n + y] = *wave;
                 }
             }
-            along.process(plane);
+            along.forward(plane);
         },
     );
     // For each kz: along x, the filter, back along x and y; kept as [kz][x][y].
@@ -80,14 +72,14 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
                 plane[y * n + x] = *wave;
             }
         }
-        along.process(plane);
+        along.forward(plane);
         let amplitudes = amplitudes(n, kz as f64 / depth as f64);
         for (wave, amplitude) in plane.iter_mut().zip(amplitudes) {
             *wave *= amplitude;
         }
-        back.process(plane);
+        along.back(plane);
         transpose(plane, n);
-        back.process(plane);
+        along.back(plane);
     });
     drop(by_x);
     // For each x: back along z, keeping the first layers; stored as [x][y][z].
@@ -106,7 +98,7 @@ fn filtered_noise(n: usize, nz: usize, seed: u32) -> Vec<f32> {
             if let Some(last) = waves.last_mut() {
                 last.im = 0.0;
             }
-            let _ = back_z.process(waves, &mut layers);
+            along_z.back(waves, &mut layers);
             kept.copy_from_slice(&layers[..nz]);
         }
     });

@@ -5,6 +5,7 @@
 mod bucky;
 mod clouds;
 mod crossed_rods;
+mod fourier;
 mod graded_box;
 mod numpy_random;
 
