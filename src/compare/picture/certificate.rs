@@ -161,13 +161,17 @@ pub(super) struct Interpolated {
 }
 
 impl Interpolated {
-    /// Marches pixels of the picture `image`; `None` if all of its pixels were marched, or if the
-    /// stage cannot tell.
+    /// Marches pixels of the picture `image`; `None` if all of its pixels were marched, if the stage
+    /// cannot tell, or among surfaces: none of their pixels is interpolated, and to draw one takes
+    /// as long as a whole tile.
     fn measure(
         stage: &mut dyn Stage,
         (scene, settings, image): (&Scene, &Settings, &Image),
         stream: u64,
     ) -> Result<Option<Self>> {
+        if !scene.surfaces.is_empty() {
+            return Ok(None);
+        }
         let [width, height] = settings.image.size;
         let is_whole = u64::from(width) * u64::from(height) <= MARCHED as u64;
         let mut drawn: Vec<([u32; 2], f64)> = if is_whole {
