@@ -80,10 +80,6 @@ impl Cause {
     }
 }
 
-/// Largest number of bytes of maps ([`Shadow::bytes`]) that are kept between pictures, not counting
-/// what lookups share.
-const KEPT_BYTES: u64 = 64 << 20;
-
 /// Makes pictures by passes with input and output in the host's memory.
 pub struct HostStage<'a> {
     passes: &'a dyn Passes,
@@ -117,11 +113,13 @@ impl<'a> HostStage<'a> {
         }
     }
 
-    /// Keeps a beam's map for the next picture, if there is room for it.
+    /// Keeps a beam's map for the next picture, unless maps would take more bytes
+    /// ([`Shadow::bytes`], without what lookups share) than lists may.
     fn keep(&mut self, index: usize, known: (Cause, Map)) {
         let held: u64 = self.maps.iter().flatten().map(|(_, map)| map.bytes()).sum();
+        let most = known.0.map.fragments.memory;
         self.maps.resize_with(self.maps.len().max(index + 1), || None);
-        self.maps[index] = (held + known.1.bytes() <= KEPT_BYTES).then_some(known);
+        self.maps[index] = (held + known.1.bytes() <= most).then_some(known);
     }
 }
 
