@@ -10,7 +10,7 @@ use crate::support::project;
 
 /// Functions of shaders whose twin has another name or file: `file::function` and `file::function`;
 /// methods have their own name.
-const OTHERWISE: [(&str, &str); 94] = [
+const OTHERWISE: [(&str, &str); 93] = [
     ("kernel/casting::leave", "cpu/raster_surfaces::fragment"),
     ("kernel/casting::meets", "cpu/raster_surfaces::tile"),
     ("kernel/coverage::direction_or_across", "kernel/coverage::direction"),
@@ -90,7 +90,6 @@ const OTHERWISE: [(&str, &str); 94] = [
     ("map/fragments::linked_place", "shadow/fragments/mod::linked_mean"),
     ("map/fragments::nodes_before", "kernel/fragments::nodes_before"),
     ("map/fragments::place_transmittance", "shadow/fragments/mod::transmittance"),
-    ("map/fragments::searched_mean", "shadow/mod::brute_force_mean"),
     ("map/fragments::texel_transmittance", "shadow/fragments/mod::texel_transmittance"),
     ("map/fragments::window_mean", "shadow/fragments/mod::mean"),
     ("map/texels::window_mean", "shadow/mod::mean"),

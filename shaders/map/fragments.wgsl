@@ -211,40 +211,11 @@ fn linked_place(own: List, before: u32, list: List, direction: u32, depth: f32) 
     return place_near(list, guess, depth);
 }
 
-// Mean transmittance over a window of texels, from `low` to `high` inclusive: four lists are searched
-// at once.
-fn searched_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
-    let width = high.x - low.x + 1u;
-    let count = width * (high.y - low.y + 1u);
-    var sum: f32 = 0.0;
-    for (var i: u32 = 0u; i < count; i += 4u) {
-        let texels = vec4<u32>(i, i + 1u, i + 2u, i + 3u);
-        // Behind the last texel it is looked up again, and does not count.
-        let counts = select(vec4<f32>(0.0), vec4<f32>(1.0), texels < vec4<u32>(count));
-        let at = min(texels, vec4<u32>(count - 1u));
-        let x = low.x + at % width;
-        let y = low.y + at / width;
-        let a = list_of(vec2<u32>(x.x, y.x));
-        let b = list_of(vec2<u32>(x.y, y.y));
-        let c = list_of(vec2<u32>(x.z, y.z));
-        let d = list_of(vec2<u32>(x.w, y.w));
-        let before = four_searches(a, b, c, d, depth);
-        let four = vec4<f32>(
-            place_transmittance(a, place_at(a, before.x), depth),
-            place_transmittance(b, place_at(b, before.y), depth),
-            place_transmittance(c, place_at(c, before.z), depth),
-            place_transmittance(d, place_at(d, before.w), depth),
-        );
-        sum += dot(four, counts);
-    }
-    return sum / f32(count);
-}
-
 // Mean transmittance over a window of texels, from `low` to `high` inclusive, which follows the
 // links from the lower left texel (Real-time deep shadow maps for hair, "Spatial filtering").
 fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     if (frame.map.follows_links == 0u) {
-        return searched_mean(low, high, depth);
+        return brute_force_mean(low, high, depth);
     }
     var row = list_of(vec2<u32>(low.x, high.y));
     var row_place = place_at(row, nodes_before(row, depth));
