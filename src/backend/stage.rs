@@ -113,6 +113,21 @@ impl<'a> HostStage<'a> {
         }
     }
 
+    /// Does `work` through the map of a beam, which is the `index`th of its scene, and keeps the map,
+    /// which is as good after work that was cancelled.
+    fn through<T>(
+        &mut self,
+        (index, beam): (usize, &Beam),
+        settings: &Settings,
+        progress: &dyn Progress,
+        work: impl FnOnce(&Map) -> Result<T>,
+    ) -> Result<T> {
+        let known = self.map(index, beam, settings, progress)?;
+        let done = work(&known.1);
+        self.keep(index, known);
+        done
+    }
+
     /// Keeps a beam's map for the next picture, unless maps would take more bytes
     /// ([`Shadow::bytes`], without what lookups share) than lists may.
     fn keep(&mut self, index: usize, known: (Cause, Map)) {
@@ -135,11 +150,8 @@ impl Stage for HostStage<'_> {
         let mut image = Image::filled(width, height, [0.0; 4]);
         let passes = self.passes;
         for (index, beam) in scene.beams_for(settings)?.iter().enumerate() {
-            let known = self.map(index, beam, settings, progress)?;
-            let picture = passes.view(beam, settings, &known.1, progress);
-            // The map is as good after a picture that was cancelled.
-            self.keep(index, known);
-            beam.add(&picture?, &mut image);
+            let view = |map: &Map| passes.view(beam, settings, map, progress);
+            beam.add(&self.through((index, beam), settings, progress, view)?, &mut image);
         }
         scene.check_radiance(&image)?;
         Ok(image)
@@ -157,12 +169,12 @@ impl Stage for HostStage<'_> {
         if !frames.iter().any(|frame| frame.view.refines()) {
             return Ok(None);
         }
+        let passes = self.passes;
         let mut sum = Image::filled(pixels.len() as u32, 1, [0.0; 4]);
         for (index, (beam, frame)) in beams.iter().zip(&frames).enumerate() {
-            let known = self.map(index, beam, settings, &Silent)?;
-            let marched = self.passes.march_pixels(beam.casters(), frame, &known.1, pixels);
-            self.keep(index, known);
-            let Some(pixels) = marched? else { return Ok(None) };
+            let march = |map: &Map| passes.march_pixels(beam.casters(), frame, map, pixels);
+            let marched = self.through((index, beam), settings, &Silent, march)?;
+            let Some(pixels) = marched else { return Ok(None) };
             beam.add(&Image { pixels, width: sum.width, height: 1 }, &mut sum);
         }
         Ok(Some(sum.pixels))

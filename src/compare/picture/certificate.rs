@@ -9,7 +9,7 @@
 
 use std::fmt;
 
-use super::sampled::{Places, Sampled, bright, squares, weighted};
+use super::sampled::{Places, Sampled, bright, radiance, squares, weighted};
 use super::{SEED, STREAMS};
 use crate::accuracy::Random;
 use crate::backend::Stage;
@@ -95,13 +95,19 @@ impl PictureError {
     }
 }
 
+impl Sampled {
+    /// The error of a picture at the pixels.
+    ///
+    /// # Panics
+    /// If the picture is smaller than the one that the pixels were drawn for.
+    pub fn error(&self, image: &Image) -> PictureError {
+        PictureError::of(self, image, None)
+    }
+}
+
 /// The radiance of pixels of a picture.
 fn seen(image: &Image, pixels: &[[u32; 2]]) -> Vec<[f64; 3]> {
     pixels.iter().map(|&[x, y]| radiance(image.pixel(x, y))).collect()
-}
-
-fn radiance([r, g, b, _]: [f32; 4]) -> [f64; 3] {
-    [r, g, b].map(f64::from)
 }
 
 /// The error of a picture that `stage` has just made, at pixels of their own stream of random
@@ -113,14 +119,17 @@ pub(super) fn certified(
     stream: u64,
     limits: Option<[f64; 2]>,
 ) -> Result<PictureError> {
-    let interpolated = Interpolated::measure(stage, (scene, settings, image), stream)?;
+    let places = Places::of(image, settings.image.size);
+    let made = (scene, settings, image);
+    let interpolated = Interpolated::measure(stage, made, places.as_ref(), stream)?;
     let mut sampled = Sampled::default();
     let mut error = PictureError::default();
     for (look, &count) in CERTIFIED.iter().enumerate() {
         // Each look draws from numbers of its own.
         let stream = stream + STREAMS * look as u64;
         let missing = count.saturating_sub(sampled.pixels().len());
-        sampled.join(Sampled::draw_for(image, scene, settings, missing, [SEED, stream])?);
+        let seed = [SEED, stream];
+        sampled.join(Sampled::draw_at(places.as_ref(), scene, settings, missing, seed)?);
         let marched = match interpolated {
             Some(_) => stage.pixels(scene, settings, sampled.pixels())?,
             None => None,
@@ -167,6 +176,7 @@ impl Interpolated {
     fn measure(
         stage: &mut dyn Stage,
         (scene, settings, image): (&Scene, &Settings, &Image),
+        places: Option<&Places>,
         stream: u64,
     ) -> Result<Option<Self>> {
         if !scene.surfaces.is_empty() {
@@ -177,7 +187,7 @@ impl Interpolated {
         let mut drawn: Vec<([u32; 2], f64)> = if is_whole {
             (0..height).flat_map(|y| (0..width).map(move |x| ([x, y], 1.0))).collect()
         } else {
-            let Some(places) = Places::of(image, settings.image.size) else { return Ok(None) };
+            let Some(places) = places else { return Ok(None) };
             let mut random = Random::new(SEED, stream + 2 * STREAMS);
             (0..MARCHED).map(|_| places.next(&mut random)).collect()
         };

@@ -46,6 +46,9 @@ const ADDED: f64 = 0.35;
 /// wrong: the least and the greatest share that is left.
 const LEAST_SHARE: f64 = 0.25;
 const MOST_SHARE: f64 = 0.7;
+/// The least ratio of a certificate's error to its bound that is believed: the difference of two
+/// samples may say that there is no error at all.
+const LEAST_RATIO: f64 = 0.25;
 /// The allowed qualities.
 const QUALITIES: [f64; 2] = [0.125, 8.0];
 /// Seed of the pixels' random numbers; each purpose and attempt has its own stream, and later looks
@@ -136,17 +139,19 @@ pub fn choose_picture(
                 if error.bound <= KEPT * most {
                     return Ok(Chosen { image, settings, error });
                 }
-                if error.interpolated > added && !given.tolerance {
-                    let share = (added / error.interpolated).clamp(LEAST_SHARE, MOST_SHARE);
-                    tolerance = three_digits(share * tolerance);
-                    added = share * error.interpolated;
-                } else if error.interpolated > 0.0 {
+                let expected = added;
+                if error.interpolated > 0.0 {
                     added = error.interpolated;
                 }
                 // What was not expected may come from steps or from texels.
-                let rest = error.rms.powi(2) - error.interpolated.max(added).powi(2);
+                let rest = error.rms.powi(2) - added.powi(2);
                 scouts.learn(&settings, rest.max(0.0).sqrt());
-                aim = NEXT_AIM * most * (error.rms / error.bound);
+                if added > expected && !given.tolerance {
+                    let share = (expected / added).clamp(LEAST_SHARE, MOST_SHARE);
+                    tolerance = three_digits(share * tolerance);
+                    added *= share;
+                }
+                aim = NEXT_AIM * most * (error.rms / error.bound).max(LEAST_RATIO);
                 closest = Some((settings, error));
             }
             let said = closest.map_or_else(String::new, |(settings, error)| {

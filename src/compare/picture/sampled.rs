@@ -1,6 +1,5 @@
 //! True radiance at random lit pixels of a picture.
 
-use super::PictureError;
 use crate::accuracy::{ExactPoints, ExactTexels, Random};
 use crate::cpu::CpuBackend;
 use crate::error::Result;
@@ -57,7 +56,19 @@ impl Sampled {
         count: usize,
         seed: [u64; 2],
     ) -> Result<Self> {
-        match Places::of(image, settings.image.size) {
+        let places = Places::of(image, settings.image.size);
+        Self::draw_at(places.as_ref(), scene, settings, count, seed)
+    }
+
+    /// The same at `places`, or evenly.
+    pub(super) fn draw_at(
+        places: Option<&Places>,
+        scene: &Scene,
+        settings: &Settings,
+        count: usize,
+        seed: [u64; 2],
+    ) -> Result<Self> {
+        match places {
             Some(places) => {
                 Self::drawn(scene, settings, count, seed, &mut |random| places.next(random))
             }
@@ -130,14 +141,6 @@ impl Sampled {
     pub(super) fn mean_square(&self, found: &[[f64; 3]]) -> f64 {
         let squares = self.weighted(&squares(&self.truths, found));
         squares.iter().sum::<f64>() / squares.len().max(1) as f64
-    }
-
-    /// The error of a picture at the pixels.
-    ///
-    /// # Panics
-    /// If the picture is smaller than the one that the pixels were drawn for.
-    pub fn error(&self, image: &Image) -> PictureError {
-        PictureError::of(self, image, None)
     }
 }
 
@@ -243,5 +246,10 @@ pub(super) fn marched(
         let seen = CpuBackend.march_pixels(beam.casters(), frame, shadow, pixels)?;
         beam.add(&Image { pixels: seen, width: sum.width, height: 1 }, &mut sum);
     }
-    Ok(sum.pixels.iter().map(|&[r, g, b, _]| [r, g, b].map(f64::from)).collect())
+    Ok(sum.pixels.into_iter().map(radiance).collect())
+}
+
+/// The radiance of a pixel.
+pub(super) fn radiance([r, g, b, _]: [f32; 4]) -> [f64; 3] {
+    [r, g, b].map(f64::from)
 }

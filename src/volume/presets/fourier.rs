@@ -10,7 +10,6 @@ use rustfft::num_complex::Complex;
 pub(super) type Wave = Complex<f32>;
 
 /// Transforms of one length, forward and back; neither divides by the length.
-#[derive(Clone)]
 pub(super) struct Fourier {
     forward: Arc<dyn Fft<f32>>,
     back: Arc<dyn Fft<f32>>,

@@ -77,6 +77,14 @@ on("an example is drawn as the program draws it", async (explorer) => {
   }
 });
 
+on("clouds come from the same noise", async (explorer) => {
+  await explorer.rest();
+  await explorer.script(`open clouds\n${SMALL}`);
+  const seen = await explorer.rest();
+  assert.equal(seen.input, "clouds");
+  assert.ok((await explorer.differenceToProgram(tmpdir())) <= 1);
+});
+
 on("controls change the picture as they change the program's", async (explorer) => {
   await explorer.rest();
   await explorer.script(SMALL);
