@@ -49,13 +49,8 @@ fn set_checkpoint(texel: u32, k: u32, reached: vec2<f32>) {
 
 // Optical depths of four steps from t on; their four samples are fetched at once.
 fn depths_of(ray: Ray, t: f32, step: f32) -> vec4<f32> {
-    let at = t + 0.5 * step;
-    let densities = vec4<f32>(
-        density_along(ray, at, 0.5 * step),
-        density_along(ray, at + step, 0.5 * step),
-        density_along(ray, at + 2.0 * step, 0.5 * step),
-        density_along(ray, at + 3.0 * step, 0.5 * step),
-    );
+    let at = t + (vec4<f32>(0.0, 1.0, 2.0, 3.0) + 0.5) * step;
+    let densities = four_along(ray, at, vec4<f32>(0.5 * step));
     return densities * (frame.media.extinction * step);
 }
 
@@ -214,12 +209,12 @@ fn trace_texel(u: f32, v: f32, texel: u32) -> vec4<f32> {
     if (frame.map.lookup == 0u && largest < frame.map.thresholds.z) {
         wanted = -log(1.0 - levels(largest, frame.map.thresholds));
     }
-    return vec4<f32>(
-        depth_of(light, texel, kept, wanted.x),
-        depth_of(light, texel, kept, wanted.y),
-        depth_of(light, texel, kept, wanted.z),
-        largest,
-    );
+    var depths = vec3<f32>(0.0);
+    for (var k: u32 = 0u; k < 3u; k++) {
+        depths = vec3<f32>(depths.yz, depth_of(light, texel, kept, wanted.x));
+        wanted = wanted.yzx;
+    }
+    return vec4<f32>(depths, largest);
 }
 
 @compute @workgroup_size(8, 8)

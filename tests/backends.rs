@@ -76,6 +76,7 @@ fn scenes() -> Vec<(&'static str, Scene, Settings)> {
         s.map.fragments.tolerance = 0.0;
         s.map.filter = Filter::Pcf5;
     });
+    let linked = planes.with(|s| s.map.fragments.links = Some(true));
     let fitted_planes = fragments.with(|s| {
         s.map.fragments.slices = Slices::Planes;
         s.map.filter = Filter::Edsm3;
@@ -95,7 +96,7 @@ fn scenes() -> Vec<(&'static str, Scene, Settings)> {
             endless.clone(),
             fragments.with(|s| s.map.fragments.tolerance = 0.0),
         ),
-        ("bucky, drawn planes, pcf", lit.clone(), planes.clone()),
+        ("bucky, drawn planes, pcf along links", lit.clone(), linked),
         ("box, point light, drawn planes", point.clone(), planes),
         ("f32 voxels, planes, edsm", floats.clone(), fitted_planes),
         ("bucky, ground, ambient", lit.clone(), base.clone()),

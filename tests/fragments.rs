@@ -313,10 +313,10 @@ fn windows_along_links_are_windows_by_brute_force() {
         for filter in [Filter::Pcf3, Filter::Pcf7, Filter::Edsm5] {
             let linked = settings(60).with(|s| {
                 s.map.filter = filter;
-                s.map.fragments.links = true;
+                s.map.fragments.links = Some(true);
             });
             let map = fragments(&scene, &linked);
-            let plain = fragments(&scene, &linked.with(|s| s.map.fragments.links = false));
+            let plain = fragments(&scene, &linked.with(|s| s.map.fragments.links = Some(false)));
             assert!(map.links().is_some() && plain.links().is_none());
             let mut random = Random(8);
             let [near, far] = map.view().axial_extent(&scene.media);

@@ -68,7 +68,7 @@ fn all_slabs() -> Settings {
         s.map.kind = map;
         s.map.fragments.tolerance = 0.0;
         s.map.fragments.truncation = 0.0;
-        s.map.fragments.links = false;
+        s.map.fragments.links = Some(false);
     })
 }
 

@@ -16,7 +16,7 @@ fn links_find_what_a_search_finds_on_strands() {
     let with = |links: bool| {
         let settings = fragments(64).with(|s| {
             s.map.filter = Filter::Pcf5;
-            s.map.fragments.links = links;
+            s.map.fragments.links = Some(links);
             s.map.fragments.tolerance = 0.0;
         });
         CpuBackend.map(&beam, &settings, &Silent).unwrap()

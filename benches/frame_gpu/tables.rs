@@ -107,9 +107,9 @@ pub fn views(benches: &[Bench<'_>]) {
     }
 }
 
-/// Wide filters on raw lists, along links and by brute force.
+/// Wide filters on raw lists, along links and with a search in each list.
 pub fn filters(benches: &[Bench<'_>]) {
-    println!("\nView with n x n filters over raw lists, ms: links / brute force");
+    println!("\nView with n x n filters over raw lists, ms: along links / by search");
     println!("| volume | pcf3 | pcf5 | pcf7 | ratio at 7 |\n|---|---|---|---|---|");
     for bench in benches {
         let exact = bench.settings.with(|s| {
@@ -126,14 +126,14 @@ pub fn filters(benches: &[Bench<'_>]) {
         bench.gpu.submit(record).unwrap();
         let linked = linked.unwrap();
         let times = [Filter::Pcf3, Filter::Pcf5, Filter::Pcf7].map(|filter| {
-            let [by_links, brute] = [1, 0].map(|links| {
+            let [by_links, searched] = [1, 0].map(|links| {
                 let settings = exact.with(|s| s.map.filter = filter);
                 let parameters = bench.frame(&settings, |f| f.map.follows_links = links);
                 bench.view_ms(&parameters, GpuShadow::Fragments(&linked))
             });
-            (by_links, brute)
+            (by_links, searched)
         });
-        let cells = times.map(|(by_links, brute)| format!("{by_links:.2} / {brute:.2}"));
+        let cells = times.map(|(by_links, searched)| format!("{by_links:.2} / {searched:.2}"));
         println!("| {} | {} | {:.2} |", bench.name, cells.join(" | "), times[2].1 / times[2].0);
     }
 }

@@ -117,3 +117,5 @@ struct Frame {
 override USUAL: bool = false;
 // Whether the channels differ in extinction.
 override COLOURED: bool = false;
+// Whether wide filters follow links between the lists of neighbouring texels.
+override LINKED: bool = false;

@@ -47,13 +47,8 @@ fn sample_distance(batch: Batch, k: f32) -> f32 {
 
 // Optical depths of samples `first` to `first` + 3.
 fn four_samples(batch: Batch, first: f32) -> vec4<f32> {
-    let quarter = 0.25 * batch.step;
-    let densities = vec4<f32>(
-        density_along(batch.ray, sample_distance(batch, first), quarter),
-        density_along(batch.ray, sample_distance(batch, first + 1.0), quarter),
-        density_along(batch.ray, sample_distance(batch, first + 2.0), quarter),
-        density_along(batch.ray, sample_distance(batch, first + 3.0), quarter),
-    );
+    let at = batch.begin + (0.25 + 0.5 * (first + vec4<f32>(0.0, 1.0, 2.0, 3.0))) * batch.step;
+    let densities = four_along(batch.ray, at, vec4<f32>(0.25 * batch.step));
     return densities * (frame.media.extinction * (0.5 * batch.step));
 }
 
@@ -210,11 +205,14 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
             break;
         }
         var batch = Batch(steps.ray, t, step_from(walk, t));
-        var early = four_samples(batch, 0.0);
-        var late = four_samples(batch, 4.0);
+        var early = vec4<f32>(0.0);
+        var late = vec4<f32>(0.0);
         var limit = frame.view.march.limit;
-        // In a dense medium, shorten the steps until no sample is thicker than the limit.
+        // In a dense medium, shorten the steps until no sample is thicker than the limit. Density is
+        // sampled in one place only, because drivers copy the code of media to each.
         loop {
+            early = four_samples(batch, 0.0);
+            late = four_samples(batch, 4.0);
             let most = max(early, late);
             var thickest = max(max(most.x, most.y), max(most.z, most.w));
             if (batch.step > frame.view.march.hiding) {
@@ -231,8 +229,6 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
                 break;
             }
             batch.step = shorter;
-            early = four_samples(batch, 0.0);
-            late = four_samples(batch, 4.0);
         }
         let first = sample_distance(batch, 0.0);
         let added = scattered(through, early, late, first, 0.5 * batch.step);
@@ -251,12 +247,12 @@ fn single_scattering(ray: Ray, steps: Steps) -> vec4<f32> {
             continue;
         }
         // Unrolling the two pairs makes views through lists up to a tenth faster, and views through
-        // curves as much slower.
+        // curves as much slower; for other settings it takes twice as long to compile.
         if (COLOURED) {
             for (var k: u32 = 0u; k < 4u; k++) {
                 light += lit_colours(ray, steps, lookups, arrives, batch, added, through, k);
             }
-        } else if (LISTS) {
+        } else if (LISTS && USUAL) {
             light += lit_pair(ray, steps, lookups, arrives, batch, added, 0u);
             light += lit_pair(ray, steps, lookups, arrives, batch, added, 1u);
         } else {

@@ -3,17 +3,12 @@
 #import kernel/light
 #import map
 
-// Mean transmittance over a window of texels, from `low` to `high` inclusive; each texel is looked
-// up by itself.
-fn brute_force_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
-    var sum: f32 = 0.0;
-    for (var i: u32 = 0u; i <= high.y - low.y; i++) {
-        for (var x = low.x; x <= high.x; x++) {
-            sum += texel_transmittance(vec2<u32>(x, high.y - i), depth);
-        }
-    }
-    let extent = vec2<f32>(high - low + 1u);
-    return sum / (extent.x * extent.y);
+// Four texels that are looked up at once.
+struct Four {
+    x: vec4<u32>,
+    y: vec4<u32>,
+    // How much each counts.
+    weights: vec4<f32>,
 }
 
 // Bilinear weights of four texels: upper left, upper right, lower left, lower right.
@@ -22,65 +17,86 @@ fn four_weights(f: vec2<f32>) -> vec4<f32> {
         * vec4<f32>(1.0 - f.y, 1.0 - f.y, f.y, f.y);
 }
 
-// Transmittances of four texels. Where their fronts belong to one surface, their shadows are first
-// moved in depth to one common front.
-fn four_aligned(low: vec2<u32>, high: vec2<u32>, weights: vec4<f32>, depth: f32) -> vec4<f32> {
-    let upper_right = vec2<u32>(high.x, low.y);
-    let lower_left = vec2<u32>(low.x, high.y);
-    // (depth, 1) if the texel has a front.
-    let a = front(low);
-    let b = front(upper_right);
-    let c = front(lower_left);
-    let d = front(high);
-    let fronts = vec4<f32>(a.x, b.x, c.x, d.x);
-    let known = vec4<f32>(a.y, b.y, c.y, d.y);
-    let mean = dot(weights * known, fronts) / max(dot(weights, known), 1e-30);
+// The four texels around (u, v), with their bilinear weights.
+fn four_texels(at: vec2<f32>) -> Four {
+    let last = frame.map.size - 1u;
+    let place = clamp(at * f32(frame.map.size) - 0.5, vec2<f32>(0.0), vec2<f32>(f32(last)));
+    let low = vec2<u32>(place);
+    let high = min(low + 1u, vec2<u32>(last));
+    let ends = vec4<u32>(low, high);
+    return Four(ends.xzxz, ends.yyww, four_weights(fract(place)));
+}
+
+// Texels `first` to `first` + 3 of a window from `low` to `high` inclusive, row by row. Behind its
+// last texel that is repeated, and does not count.
+fn window_texels(low: vec2<u32>, high: vec2<u32>, first: u32) -> Four {
+    let extent = high - low + 1u;
+    let count = extent.x * extent.y;
+    let k = vec4<u32>(0u, 1u, 2u, 3u) + first;
+    let at = min(k, vec4<u32>(count - 1u));
+    let weights = select(vec4<f32>(0.0), vec4<f32>(1.0 / f32(count)), k < vec4<u32>(count));
+    return Four(low.x + at % extent.x, low.y + at / extent.x, weights);
+}
+
+// The depths at which to look up four texels, so that their shadows are moved in depth to one common
+// front where their fronts belong to one surface.
+fn aligned_depths(four: Four, depth: f32) -> vec4<f32> {
+    var fronts = vec4<f32>(0.0);
+    var known = vec4<f32>(0.0);
+    var x = four.x;
+    var y = four.y;
+    for (var k: u32 = 0u; k < 4u; k++) {
+        // (depth, 1) if the texel has a front.
+        let found = front(vec2<u32>(x.x, y.x));
+        fronts = vec4<f32>(fronts.yzw, found.x);
+        known = vec4<f32>(known.yzw, found.y);
+        x = x.yzwx;
+        y = y.yzwx;
+    }
+    let mean = dot(four.weights * known, fronts) / max(dot(four.weights, known), 1e-30);
     let shifts = known * (fronts - mean);
     let far = abs(shifts);
     let farthest = max(max(far.x, far.y), max(far.z, far.w));
-    let depths = depth + clamp(2.0 - farthest / frame.map.surface_reach, 0.0, 1.0) * shifts;
-    return vec4<f32>(
-        texel_transmittance(low, depths.x),
-        texel_transmittance(upper_right, depths.y),
-        texel_transmittance(lower_left, depths.z),
-        texel_transmittance(high, depths.w),
-    );
-}
-
-// Bilinear interpolation between four texels whose shadows are moved to one common front.
-fn aligned(low: vec2<u32>, high: vec2<u32>, f: vec2<f32>, depth: f32) -> f32 {
-    let weights = four_weights(f);
-    return dot(weights, four_aligned(low, high, weights, depth));
+    return depth + clamp(2.0 - farthest / frame.map.surface_reach, 0.0, 1.0) * shifts;
 }
 
 // Transmittance at (u, v, depth); 1 outside of the map. Depending on the settings it is that of the
 // nearest texel, the mean over a window, or bilinear between the transmittances of the four nearest
-// texels.
+// texels, whose shadows are moved to one common front. Texels are looked up in one place only,
+// because drivers copy the code of maps to each.
 fn shadow_lookup(light: vec3<f32>) -> f32 {
     if (!(light.x >= 0.0 && light.x <= 1.0 && light.y >= 0.0 && light.y <= 1.0)) {
         return 1.0;
     }
-    let size = f32(frame.map.size);
-    let last = frame.map.size - 1u;
-    let width = frame.map.window;
-    if (!USUAL && width != 0u) {
-        let middle = min(vec2<u32>(light.xy * size), vec2<u32>(last));
-        if (width == 1u) {
-            return texel_transmittance(middle, light.z);
+    var four = four_texels(light.xy);
+    var depths = vec4<f32>(light.z);
+    if (USUAL) {
+        return dot(four.weights, four_transmittances(four.x, four.y, depths));
+    }
+    let is_window = frame.map.window > 0u;
+    var low = vec2<u32>(0u);
+    var high = vec2<u32>(0u);
+    if (is_window) {
+        let last = vec2<u32>(frame.map.size - 1u);
+        let middle = min(vec2<u32>(light.xy * f32(frame.map.size)), last);
+        let reach = vec2<u32>(frame.map.window / 2u);
+        low = max(middle, reach) - reach;
+        high = min(middle + reach, last);
+        if (LINKED) {
+            return linked_mean(low, high, light.z);
         }
-        let reach = vec2<u32>(width / 2u);
-        return window_mean(max(middle, reach) - reach, min(middle + reach, vec2<u32>(last)), light.z);
+    } else if (frame.map.surface_reach > 0.0) {
+        depths = aligned_depths(four, light.z);
     }
-    let place = clamp(light.xy * size - 0.5, vec2<f32>(0.0), vec2<f32>(f32(last)));
-    let low = vec2<u32>(place);
-    let high = min(low + 1u, vec2<u32>(last));
-    let f = fract(place);
-    if (!USUAL && frame.map.surface_reach > 0.0) {
-        return aligned(low, high, f, light.z);
+    let count = (high.x - low.x + 1u) * (high.y - low.y + 1u);
+    var sum: f32 = 0.0;
+    for (var first: u32 = 0u; first < count; first += 4u) {
+        if (is_window) {
+            four = window_texels(low, high, first);
+        }
+        sum += dot(four.weights, four_transmittances(four.x, four.y, depths));
     }
-    let four = four_transmittances(low, high, light.z);
-    let rows = mix(four.xz, four.yw, f.x);
-    return mix(rows.x, rows.y, f.y);
+    return sum;
 }
 
 // Transmittances of the three channels at (u, v, depth), bilinear: those of each texel are raised to
@@ -89,22 +105,16 @@ fn shadow_lookup_colours(light: vec3<f32>) -> vec3<f32> {
     if (!(light.x >= 0.0 && light.x <= 1.0 && light.y >= 0.0 && light.y <= 1.0)) {
         return vec3<f32>(1.0);
     }
-    let last = frame.map.size - 1u;
-    let place = clamp(light.xy * f32(frame.map.size) - 0.5, vec2<f32>(0.0), vec2<f32>(f32(last)));
-    let low = vec2<u32>(place);
-    let high = min(low + 1u, vec2<u32>(last));
-    let weights = four_weights(fract(place));
-    var four: vec4<f32>;
+    let four = four_texels(light.xy);
+    var depths = vec4<f32>(light.z);
     if (!USUAL && frame.map.surface_reach > 0.0) {
-        four = four_aligned(low, high, weights, light.z);
-    } else {
-        four = four_transmittances(low, high, light.z);
+        depths = aligned_depths(four, light.z);
     }
-    let kept = max(four, vec4<f32>(1e-30));
+    let kept = max(four_transmittances(four.x, four.y, depths), vec4<f32>(1e-30));
     return vec3<f32>(
-        dot(weights, pow(kept, vec4<f32>(frame.media.ratios.x))),
-        dot(weights, pow(kept, vec4<f32>(frame.media.ratios.y))),
-        dot(weights, pow(kept, vec4<f32>(frame.media.ratios.z))),
+        dot(four.weights, pow(kept, vec4<f32>(frame.media.ratios.x))),
+        dot(four.weights, pow(kept, vec4<f32>(frame.media.ratios.y))),
+        dot(four.weights, pow(kept, vec4<f32>(frame.media.ratios.z))),
     );
 }
 

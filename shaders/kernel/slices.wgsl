@@ -102,12 +102,7 @@ fn four_optical_depths(slabs: Slabs, batch: Batch) -> vec4<f32> {
     var sums = vec4<f32>(0.0);
     for (var s: u32 = 0u; s < slabs.samples; s++) {
         let at = batch.fronts + (f32(s) + 0.5) * steps;
-        sums += vec4<f32>(
-            density_along(slabs.ray, at.x, 0.5 * steps.x),
-            density_along(slabs.ray, at.y, 0.5 * steps.y),
-            density_along(slabs.ray, at.z, 0.5 * steps.z),
-            density_along(slabs.ray, at.w, 0.5 * steps.w),
-        );
+        sums += four_along(slabs.ray, at, 0.5 * steps);
     }
     return sums * steps * frame.media.extinction;
 }

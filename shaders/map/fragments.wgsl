@@ -143,15 +143,9 @@ fn front(texel: vec2<u32>) -> vec2<f32> {
     return vec2<f32>(0.0);
 }
 
-// Transmittance along a texel's central ray from the light to a depth.
-fn texel_transmittance(texel: vec2<u32>, depth: f32) -> f32 {
-    let list = list_of(texel);
-    return place_transmittance(list, place_at(list, nodes_before(list, depth)), depth);
-}
-
-// For each of four lists, how many nodes have at most this depth. The four binary searches run side
-// by side, so that their reads overlap.
-fn four_searches(a: List, b: List, c: List, d: List, depth: f32) -> vec4<u32> {
+// For each of four lists, how many nodes have at most a depth. The four binary searches run side by
+// side, so that their reads overlap.
+fn four_searches(a: List, b: List, c: List, d: List, depths: vec4<f32>) -> vec4<u32> {
     let firsts = vec4<u32>(a.first, b.first, c.first, d.first);
     let counts = vec4<u32>(a.count, b.count, c.count, d.count);
     let strides = vec4<u32>(a.stride, b.stride, c.stride, d.stride);
@@ -161,8 +155,8 @@ fn four_searches(a: List, b: List, c: List, d: List, depth: f32) -> vec4<u32> {
     for (var step = (1u << (firstLeadingBit(most) + 1u)) >> 1u; step > 0u; step >>= 1u) {
         let next = before + step;
         let at = firsts + (max(min(next, counts), vec4<u32>(1u)) - 1u) * strides;
-        let depths = vec4<f32>(nodes[at.x].x, nodes[at.y].x, nodes[at.z].x, nodes[at.w].x);
-        before = select(before, next, (next <= counts) & (depths <= vec4<f32>(depth)));
+        let found = vec4<f32>(nodes[at.x].x, nodes[at.y].x, nodes[at.z].x, nodes[at.w].x);
+        before = select(before, next, (next <= counts) & (found <= depths));
     }
     return before;
 }
@@ -170,33 +164,41 @@ fn four_searches(a: List, b: List, c: List, d: List, depth: f32) -> vec4<u32> {
 // Where the last lookup of this invocation ended; the next one often ends there too.
 var<private> last_places: vec4<u32>;
 
-// Transmittances of four texels: upper left, upper right, lower left, lower right.
-fn four_transmittances(low: vec2<u32>, high: vec2<u32>, depth: f32) -> vec4<f32> {
-    let list_0 = list_of(low);
-    let list_1 = list_of(vec2<u32>(high.x, low.y));
-    let list_2 = list_of(vec2<u32>(low.x, high.y));
-    let list_3 = list_of(high);
-    var place_0 = place_at(list_0, min(last_places.x, list_0.count));
-    var place_1 = place_at(list_1, min(last_places.y, list_1.count));
-    var place_2 = place_at(list_2, min(last_places.z, list_2.count));
-    var place_3 = place_at(list_3, min(last_places.w, list_3.count));
-    let found = is_in(place_0, depth)
-        && is_in(place_1, depth)
-        && is_in(place_2, depth)
-        && is_in(place_3, depth);
-    if (!found) {
-        let before = four_searches(list_0, list_1, list_2, list_3, depth);
-        place_0 = place_at(list_0, before.x);
-        place_1 = place_at(list_1, before.y);
-        place_2 = place_at(list_2, before.z);
-        place_3 = place_at(list_3, before.w);
+// Transmittances of four texels along their central rays from the light, each up to its own depth.
+fn four_transmittances(x: vec4<u32>, y: vec4<u32>, depths: vec4<f32>) -> vec4<f32> {
+    let a = list_of(vec2<u32>(x.x, y.x));
+    let b = list_of(vec2<u32>(x.y, y.y));
+    let c = list_of(vec2<u32>(x.z, y.z));
+    let d = list_of(vec2<u32>(x.w, y.w));
+    var in_a = Place();
+    var in_b = Place();
+    var in_c = Place();
+    var in_d = Place();
+    var found = false;
+    // The texels of a window are others each time.
+    if (USUAL || frame.map.window == 0u) {
+        in_a = place_at(a, min(last_places.x, a.count));
+        in_b = place_at(b, min(last_places.y, b.count));
+        in_c = place_at(c, min(last_places.z, c.count));
+        in_d = place_at(d, min(last_places.w, d.count));
+        found = is_in(in_a, depths.x)
+            && is_in(in_b, depths.y)
+            && is_in(in_c, depths.z)
+            && is_in(in_d, depths.w);
     }
-    last_places = vec4<u32>(place_0.before, place_1.before, place_2.before, place_3.before);
+    if (!found) {
+        let before = four_searches(a, b, c, d, depths);
+        in_a = place_at(a, before.x);
+        in_b = place_at(b, before.y);
+        in_c = place_at(c, before.z);
+        in_d = place_at(d, before.w);
+    }
+    last_places = vec4<u32>(in_a.before, in_b.before, in_c.before, in_d.before);
     return vec4<f32>(
-        place_transmittance(list_0, place_0, depth),
-        place_transmittance(list_1, place_1, depth),
-        place_transmittance(list_2, place_2, depth),
-        place_transmittance(list_3, place_3, depth),
+        place_transmittance(a, in_a, depths.x),
+        place_transmittance(b, in_b, depths.y),
+        place_transmittance(c, in_c, depths.z),
+        place_transmittance(d, in_d, depths.w),
     );
 }
 
@@ -213,10 +215,7 @@ fn linked_place(own: List, before: u32, list: List, direction: u32, depth: f32) 
 
 // Mean transmittance over a window of texels, from `low` to `high` inclusive, which follows the
 // links from the lower left texel (Real-time deep shadow maps for hair, "Spatial filtering").
-fn window_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
-    if (frame.map.follows_links == 0u) {
-        return brute_force_mean(low, high, depth);
-    }
+fn linked_mean(low: vec2<u32>, high: vec2<u32>, depth: f32) -> f32 {
     var row = list_of(vec2<u32>(low.x, high.y));
     var row_place = place_at(row, nodes_before(row, depth));
     var sum: f32 = 0.0;

@@ -162,6 +162,19 @@ fn density_along(ray: Ray, at: f32, reach: f32) -> f32 {
     return sum;
 }
 
+// The same over four pieces, one after the other: drivers would copy the code for each.
+fn four_along(ray: Ray, at: vec4<f32>, reach: vec4<f32>) -> vec4<f32> {
+    var means = vec4<f32>(0.0);
+    var places = at;
+    var halves = reach;
+    for (var k: u32 = 0u; k < 4u; k++) {
+        means = vec4<f32>(means.yzw, density_along(ray, places.x, halves.x));
+        places = places.yzwx;
+        halves = halves.yzwx;
+    }
+    return means;
+}
+
 // Radiance that a piece of a ray scatters towards the camera per unit of opacity, where the given
 // transmittance of the light arrives.
 fn source_along(ray: Ray, at: f32, reach: f32, light: Arriving, transmittance: f32) -> vec3<f32> {

@@ -182,7 +182,7 @@ pub(super) fn build_map(
         MapKind::Fragments => {
             let runs = runs(passes, casters, &frame, settings, progress)?;
             let wide = settings.map.filter.window().0 > 1;
-            let links = if settings.map.fragments.links && wide {
+            let links = if wide && settings.map.fragments.links.unwrap_or(true) {
                 Some(passes.link_neighbors(&runs, settings.map.size)?)
             } else {
                 None

@@ -149,7 +149,7 @@ pub(super) fn table(model: &Model, progress: &dyn Progress) -> Result<String> {
             let settings = model.settings.with(|s| {
                 (s.map.size, s.map.filter) = (size, filter);
                 (s.image.size, s.image.samples) = (TABLE_PICTURE, 1);
-                s.map.fragments.links = true;
+                s.map.fragments.links = Some(true);
             });
             let kind = Some(kind.parse::<MapKind>()?);
             let [map, picture] = timed(&beam, &settings.with(|s| s.map.kind = kind))?;

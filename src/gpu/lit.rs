@@ -166,8 +166,9 @@ impl GpuStage<'_> {
         let mut made = None;
         gpu.submit_async(|encoder| {
             gpu.trace_casters(encoder, media, lists.as_ref(), &frame, &fragments)?;
-            let wide = settings.map.fragments.links && settings.map.filter.window().0 > 1;
-            made = Some(if wide { gpu.link_neighbors(encoder, fragments)? } else { fragments });
+            let wide = settings.map.filter.window().0 > 1;
+            let links = wide && settings.map.fragments.links == Some(true);
+            made = Some(if links { gpu.link_neighbors(encoder, fragments)? } else { fragments });
             Ok(())
         })
         .await?;

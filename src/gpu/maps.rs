@@ -50,7 +50,7 @@ impl GpuBackend {
                     }
                 };
                 let wide = settings.map.filter.window().0 > 1;
-                let links = if settings.map.fragments.links && wide {
+                let links = if wide && settings.map.fragments.links == Some(true) {
                     Some(self.links(&runs, settings.map.size).await?)
                 } else {
                     None

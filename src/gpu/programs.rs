@@ -10,6 +10,7 @@ use super::passes::{Declaration, Pass};
 use super::waiting::Scopes;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
+use crate::settings::MapKind;
 
 /// Which code of a shader a frame needs: by default that for all settings and for grey media.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,32 +19,38 @@ pub(super) struct Variant {
     usual: bool,
     /// That for channels of different extinction, which the constant `COLOURED` adds.
     coloured: bool,
+    /// That for wide filters along links, which the constant `LINKED` adds.
+    linked: bool,
 }
 
 impl Variant {
     /// For the usual settings and grey media.
     #[cfg(not(target_family = "wasm"))]
-    pub(super) const USUAL: Self = Self { usual: true, coloured: false };
+    pub(super) const USUAL: Self = Self { usual: true, coloured: false, linked: false };
 
     /// How many there are.
-    const COUNT: usize = 4;
+    const COUNT: usize = 8;
 
     pub(super) fn of(frame: &Frame) -> Self {
-        Self { usual: frame.is_usual(), coloured: frame.media.coloured == 1 }
+        Self {
+            usual: frame.is_usual(),
+            coloured: frame.media.coloured == 1,
+            linked: frame.map.window > 1 && frame.map.follows_links == 1,
+        }
     }
 
     /// A number below [`Self::COUNT`].
     pub(super) fn index(self) -> u8 {
-        u8::from(self.usual) + 2 * u8::from(self.coloured)
+        u8::from(self.usual) + 2 * u8::from(self.coloured) + 4 * u8::from(self.linked)
     }
 
     pub(super) fn at(index: u8) -> Self {
-        Self { usual: index & 1 == 1, coloured: index & 2 == 2 }
+        Self { usual: index & 1 == 1, coloured: index & 2 == 2, linked: index & 4 == 4 }
     }
 
     /// The constants of a pipeline.
     fn constants(self) -> Vec<(&'static str, f64)> {
-        let all = [("USUAL", self.usual), ("COLOURED", self.coloured)];
+        let all = [("USUAL", self.usual), ("COLOURED", self.coloured), ("LINKED", self.linked)];
         all.into_iter().filter(|(_, is)| *is).map(|(name, _)| (name, 1.0)).collect()
     }
 }
@@ -76,7 +83,11 @@ impl Program {
     /// The pipeline for a variant, if the shader has it; compiled at the first call.
     pub(super) fn pipeline(&self, variant: Variant) -> Result<wgpu::ComputePipeline> {
         let declaration = &self.declaration;
-        let variant = if declaration.varies { variant } else { Variant::default() };
+        let variant = match (declaration.varies, declaration.map) {
+            (false, _) => Variant::default(),
+            (true, MapKind::Fragments) => variant,
+            (true, _) => Variant { linked: false, ..variant },
+        };
         // A thread that panicked left it empty or complete.
         let mut compiled = self.compiled[usize::from(variant.index())]
             .lock()

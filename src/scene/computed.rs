@@ -64,7 +64,7 @@ pub(super) fn settings(file: &SceneFile) -> Result<Settings> {
                 slices: named(shadow.slices.as_ref(), fragments.slices)?,
                 tolerance: shadow.tolerance.unwrap_or(fragments.tolerance),
                 truncation: shadow.truncation.unwrap_or(fragments.truncation),
-                links: shadow.links.unwrap_or(fragments.links),
+                links: shadow.links.or(fragments.links),
                 coverage: shadow.coverage.unwrap_or(fragments.coverage),
                 memory: shadow.memory.unwrap_or(fragments.memory),
             },

@@ -51,9 +51,9 @@ pub struct FragmentSettings {
     /// Raw lists are truncated where transmittance is this close to its final value, 0 to 0.5;
     /// 0.001 by default, and 0 never truncates.
     pub truncation: f64,
-    /// Whether wide filters follow links between the fragments of neighbouring texels; they do by
-    /// default.
-    pub links: bool,
+    /// Whether wide filters follow links between the fragments of neighbouring texels. By default
+    /// (`None`) they do on a processor; a GPU searches several lists at once in half of the time.
+    pub links: Option<bool>,
     /// Whether a strand's fragment is as opaque as the share of its texel that the strand covers;
     /// else it is what the texel's central ray meets. It is by default.
     pub coverage: bool,
@@ -88,7 +88,7 @@ impl Default for FragmentSettings {
             slices: Slices::Auto,
             tolerance: 0.002,
             truncation: 0.001,
-            links: true,
+            links: None,
             coverage: true,
             memory: 1 << 30,
         }

@@ -130,7 +130,7 @@ fn lists(document: &mut Document, settings: &deepshadow::Settings, ui: &mut Ui) 
         number(ui, "truncation", &mut table.truncation, now.truncation, &scale);
     }
     if settings.map.filter.window().0 > 1 {
-        switch(ui, "links between texels", &mut table.links, now.links);
+        switch(ui, "links between texels", &mut table.links, now.links.unwrap_or(true));
     }
     if document.file.has_surfaces() {
         switch(ui, "coverage of strands", &mut document.file.shadow.coverage, now.coverage);
