@@ -39,8 +39,9 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // The nodes of a block of 8 x 8 texels are interleaved: all first nodes, then all second nodes,
     // and so on.
-    let block = id.y / 8u * ((tile.extent.x + 7u) / 8u) + id.x / 8u;
-    let lane = id.y % 8u * 8u + id.x % 8u;
+    let row = tile.rows_before + id.y;
+    let block = row / 8u * ((tile.extent.x + 7u) / 8u) + id.x / 8u;
+    let lane = row % 8u * 8u + id.x % 8u;
     list = List(block * INTERLEAVED_STRIDE * tile.capacity + lane, 0u, INTERLEAVED_STRIDE);
 
     let at = (vec2<f32>(tile.origin + id.xy) + 0.5) / f32(frame.map.size);
@@ -93,5 +94,5 @@ fn trace_slices(@builtin(global_invocation_id) id: vec3<u32>) {
             list.count = kept + 1u;
         }
     }
-    runs[id.y * tile.extent.x + id.x] = vec2<u32>(list.first, list.count | INTERLEAVED);
+    runs[row * tile.extent.x + id.x] = vec2<u32>(list.first, list.count | INTERLEAVED);
 }

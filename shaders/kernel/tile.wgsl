@@ -11,6 +11,10 @@ struct Tile {
     segments: u32,
     triangles: u32,
     points: u32,
+    // Rows of the map, in whole blocks, whose nodes are in front of this tile's in the buffers of
+    // trace_slices.
+    rows_before: u32,
+    unused: u32,
 }
 
 @group(0) @binding(8) var<uniform> tile: Tile;

@@ -60,6 +60,13 @@ impl GpuFragments {
         ]
     }
 
+    /// The same buffers, of which pass `trace_slices` fills the rows of a tile, with a counter of
+    /// their own.
+    pub(super) fn part(&self, gpu: &Renderer, tile: Tile) -> Self {
+        let (tile_buffer, counters) = (gpu.tile_buffer(tile), gpu.storage("counters", 8));
+        Self { tile, tile_buffer, counters, ..self.clone() }
+    }
+
     /// Whether the map has links between neighbours.
     pub fn linked(&self) -> bool {
         self.linked

@@ -6,10 +6,11 @@ use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;
 use super::passes::{passes, passes_of_surfaces};
 use super::programs::Variant;
-use super::renderer::GpuMap;
+use super::renderer::{GpuFrame, GpuMap};
 use super::shadow::GpuShadow;
+use super::surfaces::GpuSurfaces;
 use super::tile::Tile;
-use super::tiles::{Room, most_nodes, usual_nodes};
+use super::tiles::{BLOCK_ROWS, most_nodes, usual_nodes};
 use super::{GpuStage, uploaded};
 use crate::backend::Cause;
 use crate::error::{Error, Result};
@@ -25,6 +26,15 @@ pub(super) struct Counted {
     /// Their capacity in nodes per texel.
     pub(super) room: u32,
     pub(super) counters: wgpu::Buffer,
+}
+
+/// How far lists were filled.
+enum Filled {
+    Whole,
+    /// A texel needs so many nodes.
+    Short(u32),
+    /// What surfaces leave in a few rows finds no room.
+    NoRoom,
 }
 
 /// A beam's map on the device, and what it depends on.
@@ -139,44 +149,87 @@ impl GpuStage<'_> {
         let size = frame.map.size;
         let fitted = frame.map.tolerance > 0.0;
         let least = if fitted { usual_nodes(frame) } else { most_nodes(&beam.media, frame) };
-        let capacity = self.room[usize::from(fitted)].max(least);
-        let tile = Tile::rows(size, 0, size, capacity);
-        if settings.map.fragments.slices == Slices::Raster
-            || tile.node_bytes() > settings.map.fragments.memory
-        {
-            return Ok(None);
-        }
-        let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
-        let frame = gpu.frame(frame, media)?;
-        progress.begin("shadow map", 1);
-        let lists = match gpu.casting(beam.casters())? {
-            Some(surfaces) => {
-                let memory = settings.map.fragments.memory - tile.node_bytes();
-                let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
-                let mut room = Room { rows: size, elements: self.drawn };
-                let lists = surfaces.listed(gpu, &frame, tile, most, &mut room).await?;
-                if lists.tile().extent != tile.extent {
-                    return Ok(None);
+        let on_device = gpu.frame(frame, media)?;
+        let surfaces = gpu.casting(beam.casters())?;
+        let fragments = loop {
+            let capacity = self.room[usize::from(fitted)].max(least);
+            let tile = Tile::rows(size, 0, size, capacity);
+            let memory = settings.map.fragments.memory.checked_sub(tile.node_bytes());
+            let (Some(memory), false) = (memory, settings.map.fragments.slices == Slices::Raster)
+            else {
+                return Ok(None);
+            };
+            let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
+            progress.begin("shadow map", u64::from(size));
+            let casters = (media, surfaces.as_ref());
+            match self.fill(casters, &on_device, (&fragments, fitted), memory, progress).await? {
+                Filled::Whole => {}
+                Filled::Short(needed) => {
+                    // Other rows may need a little more.
+                    self.room[usize::from(fitted)] = needed.next_multiple_of(8);
+                    continue;
                 }
-                self.drawn = room.elements;
-                Some(lists)
+                Filled::NoRoom => return Ok(None),
             }
-            None => None,
+            break fragments;
         };
-        let mut made = None;
+        if settings.map.filter.window().0 <= 1 || settings.map.fragments.links != Some(true) {
+            return Ok(Some(Shadow::Fragments(fragments)));
+        }
+        let mut linked = None;
         gpu.submit_async(|encoder| {
-            gpu.trace_casters(encoder, media, lists.as_ref(), &frame, &fragments)?;
-            let wide = settings.map.filter.window().0 > 1;
-            let links = wide && settings.map.fragments.links == Some(true);
-            made = Some(if links { gpu.link_neighbors(encoder, fragments)? } else { fragments });
+            linked = Some(gpu.link_neighbors(encoder, fragments)?);
             Ok(())
         })
         .await?;
-        progress.advance(1);
-        if let Some(map) = &made {
-            self.counted.push(Counted { fitted, room: capacity, counters: map.counters.clone() });
+        Ok(linked.map(Shadow::Fragments))
+    }
+
+    /// Fills the lists of a map, with at most so much memory for what surfaces leave: if that is
+    /// little, part of the rows by part.
+    async fn fill(
+        &mut self,
+        (media, surfaces): (&GpuMedia, Option<&GpuSurfaces>),
+        frame: &GpuFrame,
+        (fragments, fitted): (&GpuFragments, bool),
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Filled> {
+        let gpu = &self.backend.renderer;
+        let [size, _] = fragments.tile.extent;
+        let capacity = fragments.tile.capacity;
+        let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
+        let mut first = 0;
+        while first < size {
+            let rows = Tile::rows(size, first, size - first, capacity);
+            let mut tile = Tile { rows_before: first, ..rows };
+            let mut lists = None;
+            if let Some(surfaces) = surfaces {
+                let own = surfaces.listed(gpu, frame, tile, most, &mut self.drawn).await?;
+                let rows = own.tile().extent[1];
+                if first + rows < size {
+                    tile.extent[1] = rows - rows % BLOCK_ROWS;
+                }
+                lists = Some(own);
+            }
+            if tile.extent[1] == 0 {
+                return Ok(Filled::NoRoom);
+            }
+            let part = fragments.part(gpu, tile);
+            gpu.submit_async(|encoder| {
+                gpu.trace_casters(encoder, media, lists.as_ref(), frame, &part)
+            })
+            .await?;
+            // With surfaces the host has waited already, and to begin again is dear.
+            if surfaces.is_none() {
+                self.counted.push(Counted { fitted, room: capacity, counters: part.counters });
+            } else if let Some(needed) = gpu.nodes_missing_async(&part).await? {
+                return Ok(Filled::Short(needed));
+            }
+            first += tile.extent[1];
+            progress.advance(u64::from(tile.extent[1]));
         }
-        Ok(made.map(Shadow::Fragments))
+        Ok(Filled::Whole)
     }
 
     /// Maps that are too large to be made in one pass are assembled by the host.

@@ -5,6 +5,7 @@ use super::GpuBackend;
 use super::lit::{Counted, Lit};
 use super::picture::{Shown, Subject};
 use super::renderer::{GpuImage, Renderer};
+use super::tiles::Room;
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::image::{Image, Tone};
@@ -20,8 +21,8 @@ pub struct GpuStage<'a> {
     image: Option<GpuImage>,
     /// The least capacity, in nodes per texel, of raw lists and of fitted lists.
     pub(super) room: [u32; 2],
-    /// The most fragments of surfaces that a map was found to need room for.
-    pub(super) drawn: u64,
+    /// What drawing surfaces into maps has needed so far.
+    pub(super) drawn: Room,
     /// The lists made for this picture, with their capacity and their counter of nodes.
     pub(super) counted: Vec<Counted>,
     /// Whether a picture was begun whose future may have been dropped before its end.
@@ -31,7 +32,8 @@ pub struct GpuStage<'a> {
 impl<'a> GpuStage<'a> {
     pub(super) fn new(backend: &'a GpuBackend) -> Self {
         let (lit, counted) = (Vec::new(), Vec::new());
-        Self { backend, lit, image: None, room: [0; 2], drawn: 0, counted, begun: false }
+        let drawn = Room { rows: u32::MAX, elements: 0 };
+        Self { backend, lit, image: None, room: [0; 2], drawn, counted, begun: false }
     }
 
     /// The picture of a beam, which is the `index`th of its scene.

@@ -28,13 +28,18 @@ pub struct Tile {
     pub triangles: u32,
     /// How many points the strands have.
     pub points: u32,
+    /// Rows of the map, in whole blocks, whose nodes are in front of this tile's in the buffers of
+    /// `trace_slices`.
+    pub rows_before: u32,
+    /// Nothing.
+    pub unused: u32,
 }
 
 impl Tile {
     /// The tile with the rows `first` to `first + rows` of a map of `size` squared texels.
     pub fn rows(size: u32, first: u32, rows: u32, capacity: u32) -> Self {
         let (origin, extent) = ([0, first], [size, rows]);
-        Self { origin, extent, capacity, segments: 0, triangles: 0, points: 0 }
+        Self { origin, extent, capacity, ..Self::zeroed() }
     }
 
     /// Number of texels.

@@ -18,7 +18,7 @@ const FITTED_NODES: u32 = 32;
 /// Initial capacity of drawn lists, in fragments per texel.
 const DRAWN_FRAGMENTS: u64 = 64;
 /// Rows of texels in a block.
-const BLOCK_ROWS: u32 = 8;
+pub(super) const BLOCK_ROWS: u32 = 8;
 
 /// Runs pass `trace_slices` over all tiles, and first those that draw surfaces.
 pub(super) async fn trace_slices(
