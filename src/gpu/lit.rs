@@ -154,11 +154,10 @@ impl GpuStage<'_> {
         let fragments = loop {
             let capacity = self.room[usize::from(fitted)].max(least);
             let tile = Tile::rows(size, 0, size, capacity);
-            let memory = settings.map.fragments.memory.checked_sub(tile.node_bytes());
-            let (Some(memory), false) = (memory, settings.map.fragments.slices == Slices::Raster)
-            else {
+            let memory = settings.map.fragments.memory;
+            if tile.node_bytes() > memory || settings.map.fragments.slices == Slices::Raster {
                 return Ok(None);
-            };
+            }
             let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
             progress.begin("shadow map", u64::from(size));
             let casters = (media, surfaces.as_ref());

@@ -120,9 +120,13 @@ pub(super) fn usual_nodes(frame: &Frame) -> u32 {
     (FITTED_NODES as f32 * frame.media.ratios.max_element().sqrt()).ceil() as u32
 }
 
-/// An upper bound for the number of nodes of a texel's raw list: one more than its slabs. (A gap
-/// between two stretches of slabs costs a node, but it also leaves out a slab.)
+/// An upper bound for the number of nodes that slabs leave in a texel's raw list: one more than they
+/// are. (A gap between two stretches of slabs costs a node, but it also leaves out a slab.) Without
+/// media, nodes for which lists of surfaces get room at first.
 pub(super) fn most_nodes(media: &Media, frame: &Frame) -> u32 {
+    if media.bodies().is_empty() {
+        return FITTED_NODES;
+    }
     if frame.map.planes > 0 {
         return frame.map.planes + 1;
     }

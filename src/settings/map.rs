@@ -57,8 +57,8 @@ pub struct FragmentSettings {
     /// Whether a strand's fragment is as opaque as the share of its texel that the strand covers;
     /// else it is what the texel's central ray meets. It is by default.
     pub coverage: bool,
-    /// Largest number of bytes of lists in memory while a map is built, at least 1 MiB; 1 GiB by
-    /// default. Larger maps are built in tiles.
+    /// Largest number of bytes of nodes, and of what surfaces leave in texels, in memory while a map
+    /// is built, at least 1 MiB; 1 GiB by default. Larger maps are built in tiles.
     pub memory: u64,
 }
 
