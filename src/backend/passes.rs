@@ -181,8 +181,7 @@ pub(super) fn build_map(
         }
         MapKind::Fragments => {
             let runs = runs(passes, casters, &frame, settings, progress)?;
-            let wide = settings.map.filter.window().0 > 1;
-            let links = if wide && settings.map.fragments.links.unwrap_or(true) {
+            let links = if settings.map.follows_links(true) {
                 Some(passes.link_neighbors(&runs, settings.map.size)?)
             } else {
                 None

@@ -189,7 +189,7 @@ impl Space {
             tolerance: tolerance(settings) as f32,
             truncation: settings.finer(settings.map.fragments.truncation) as f32,
             planes: planes(settings, light, media),
-            follows_links: u32::from(settings.map.fragments.links == Some(true)),
+            follows_links: u32::from(settings.map.follows_links(false)),
             bias: (settings.view.bias / self.unit) as f32,
             covers: u32::from(settings.map.fragments.coverage),
         }

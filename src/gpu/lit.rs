@@ -10,7 +10,7 @@ use super::renderer::{GpuFrame, GpuMap};
 use super::shadow::GpuShadow;
 use super::surfaces::GpuSurfaces;
 use super::tile::Tile;
-use super::tiles::{BLOCK_ROWS, most_nodes, usual_nodes};
+use super::tiles::{BLOCK_ROWS, Room, most_nodes, usual_nodes};
 use super::{GpuStage, uploaded};
 use crate::backend::Cause;
 use crate::error::{Error, Result};
@@ -149,30 +149,33 @@ impl GpuStage<'_> {
         let size = frame.map.size;
         let fitted = frame.map.tolerance > 0.0;
         let least = if fitted { usual_nodes(frame) } else { most_nodes(&beam.media, frame) };
+        let memory = settings.map.fragments.memory;
+        let tile = |room: u32| Tile::rows(size, 0, size, room.max(least));
+        if settings.map.fragments.slices == Slices::Raster
+            || tile(self.room[usize::from(fitted)]).node_bytes() > memory
+        {
+            return Ok(None);
+        }
         let on_device = gpu.frame(frame, media)?;
         let surfaces = gpu.casting(beam.casters())?;
         let fragments = loop {
-            let capacity = self.room[usize::from(fitted)].max(least);
-            let tile = Tile::rows(size, 0, size, capacity);
-            let memory = settings.map.fragments.memory;
-            if tile.node_bytes() > memory || settings.map.fragments.slices == Slices::Raster {
+            let tile = tile(self.room[usize::from(fitted)]);
+            if tile.node_bytes() > memory {
                 return Ok(None);
             }
             let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
             progress.begin("shadow map", u64::from(size));
             let casters = (media, surfaces.as_ref());
             match self.fill(casters, &on_device, (&fragments, fitted), memory, progress).await? {
-                Filled::Whole => {}
+                Filled::Whole => break fragments,
                 Filled::Short(needed) => {
                     // Other rows may need a little more.
                     self.room[usize::from(fitted)] = needed.next_multiple_of(8);
-                    continue;
                 }
                 Filled::NoRoom => return Ok(None),
             }
-            break fragments;
         };
-        if settings.map.filter.window().0 <= 1 || settings.map.fragments.links != Some(true) {
+        if !settings.map.follows_links(false) {
             return Ok(Some(Shadow::Fragments(fragments)));
         }
         let mut linked = None;
@@ -198,13 +201,15 @@ impl GpuStage<'_> {
         let [size, _] = fragments.tile.extent;
         let capacity = fragments.tile.capacity;
         let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
+        let mut room = Room { rows: size, elements: self.drawn };
         let mut first = 0;
         while first < size {
             let rows = Tile::rows(size, first, size - first, capacity);
             let mut tile = Tile { rows_before: first, ..rows };
             let mut lists = None;
             if let Some(surfaces) = surfaces {
-                let own = surfaces.listed(gpu, frame, tile, most, &mut self.drawn).await?;
+                let own = surfaces.listed(gpu, frame, tile, most, &mut room).await?;
+                self.drawn = room.elements;
                 let rows = own.tile().extent[1];
                 if first + rows < size {
                     tile.extent[1] = rows - rows % BLOCK_ROWS;

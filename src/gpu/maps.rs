@@ -49,8 +49,7 @@ impl GpuBackend {
                         self.traced(casters, &frame, memory, progress).await?
                     }
                 };
-                let wide = settings.map.filter.window().0 > 1;
-                let links = if wide && settings.map.fragments.links == Some(true) {
+                let links = if settings.map.follows_links(false) {
                     Some(self.links(&runs, settings.map.size).await?)
                 } else {
                     None

@@ -5,7 +5,6 @@ use super::GpuBackend;
 use super::lit::{Counted, Lit};
 use super::picture::{Shown, Subject};
 use super::renderer::{GpuImage, Renderer};
-use super::tiles::Room;
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crate::image::{Image, Tone};
@@ -21,8 +20,8 @@ pub struct GpuStage<'a> {
     image: Option<GpuImage>,
     /// The least capacity, in nodes per texel, of raw lists and of fitted lists.
     pub(super) room: [u32; 2],
-    /// What drawing surfaces into maps has needed so far.
-    pub(super) drawn: Room,
+    /// The fragments of surfaces that the last map, or its last part, was found to need room for.
+    pub(super) drawn: u64,
     /// The lists made for this picture, with their capacity and their counter of nodes.
     pub(super) counted: Vec<Counted>,
     /// Whether a picture was begun whose future may have been dropped before its end.
@@ -32,8 +31,7 @@ pub struct GpuStage<'a> {
 impl<'a> GpuStage<'a> {
     pub(super) fn new(backend: &'a GpuBackend) -> Self {
         let (lit, counted) = (Vec::new(), Vec::new());
-        let drawn = Room { rows: u32::MAX, elements: 0 };
-        Self { backend, lit, image: None, room: [0; 2], drawn, counted, begun: false }
+        Self { backend, lit, image: None, room: [0; 2], drawn: 0, counted, begun: false }
     }
 
     /// The picture of a beam, which is the `index`th of its scene.

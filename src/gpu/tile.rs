@@ -31,7 +31,7 @@ pub struct Tile {
     /// Rows of the map, in whole blocks, whose nodes are in front of this tile's in the buffers of
     /// `trace_slices`.
     pub rows_before: u32,
-    /// Nothing.
+    /// Nothing: the struct's size is a multiple of its alignment in the shaders.
     pub unused: u32,
 }
 

@@ -62,6 +62,13 @@ pub struct FragmentSettings {
     pub memory: u64,
 }
 
+impl MapSettings {
+    /// Whether lookups follow links, by a backend whose wide filters do so `by_default` or not.
+    pub fn follows_links(&self, by_default: bool) -> bool {
+        self.filter.window().0 > 1 && self.fragments.links.unwrap_or(by_default)
+    }
+}
+
 impl Default for MapSettings {
     fn default() -> Self {
         Self {
