@@ -82,6 +82,20 @@ fn check_edges_of(voxels: &SparseVoxels, what: &str) {
             assert_eq!(voxels.get(voxel).to_bits(), value.to_bits(), "{what}: {block:?}, {i}");
         }
     }
+    check_corners(voxels);
+}
+
+/// The corners of cells, also of those without extent at the end of an axis.
+fn check_corners(voxels: &SparseVoxels) {
+    let dims = voxels.dims();
+    let [nx, ny, nz] = dims;
+    for low in (0..nx * ny * nz).map(|i| [i % nx, i / nx % ny, i / (nx * ny)]) {
+        let cell = [0, 1, 2].map(|axis| [low[axis], (low[axis] + 1).min(dims[axis] - 1)]);
+        let [x, y, z] = cell;
+        let row = |y: usize, z: usize| x.map(|x| voxels.get([x, y, z]));
+        let rows = [row(y[0], z[0]), row(y[1], z[0]), row(y[0], z[1]), row(y[1], z[1])];
+        assert_eq!(voxels.corners(cell), rows, "{low:?}");
+    }
 }
 
 /// Block 0 is the same everywhere, but its last voxel, which block 1 begins with, feels the jump

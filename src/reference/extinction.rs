@@ -74,7 +74,7 @@ impl<'a> Extinction<'a> {
         let mut sum = 0.0;
         for body in &self.bodies {
             body.walk(ray, bounds, |stretch| {
-                sum += body.scale * body.to(ray, stretch, stretch.exit);
+                sum += body.scale * body.whole(ray, stretch);
             });
         }
         sum
@@ -111,7 +111,7 @@ impl<'a> Extinction<'a> {
                     next += 1;
                 }
                 if !empty {
-                    before += body.to(ray, stretch, stretch.exit);
+                    before += body.whole(ray, stretch);
                 }
             });
             for tau in &mut taus[next..] {
@@ -129,6 +129,15 @@ impl Exact<'_> {
             visit(stretch);
             true
         });
+    }
+
+    /// Integral of density, or of its opacity, over a stretch.
+    #[inline]
+    fn whole(&self, ray: WorldRay, stretch: &Stretch) -> f64 {
+        match (self.transfer, &self.modulation) {
+            (None, None) => stretch.integral(),
+            _ => self.to(ray, stretch, stretch.exit),
+        }
     }
 
     /// Integral of density, or of its opacity, from the begin of a stretch to `t`.

@@ -11,6 +11,9 @@ use glam::{DMat4, DVec3};
 use crate::math::Each;
 use crate::volume::{Volume, Voxels};
 
+/// Pieces of a ray whose voxels are read together: memory takes longer than all the rest.
+const AHEAD: usize = 16;
+
 /// A volume, prepared for exact integration.
 #[derive(Clone, Debug)]
 pub struct Cells<'a> {
@@ -71,18 +74,29 @@ impl<'a> Cells<'a> {
             Axis::new(o.y, d.y, start.y, ny),
             Axis::new(o.z, d.z, start.z, nz),
         ];
+        let mut ahead = [Piece::default(); AHEAD];
         while t < end {
-            let stop = axes[0].next.min(axes[1].next).min(axes[2].next).min(end);
-            if stop > t {
-                let stretch = self.stretch(&axes, [t, stop]);
-                if !visit(&stretch) {
-                    return;
+            let mut count = 0;
+            while t < end && count < AHEAD {
+                let stop = axes[0].next.min(axes[1].next).min(axes[2].next).min(end);
+                if stop > t {
+                    ahead[count] = Piece::of(&axes, [t, stop]);
+                    count += 1;
+                    t = stop;
                 }
-                t = stop;
+                for axis in &mut axes {
+                    if axis.next <= stop {
+                        axis.step();
+                    }
+                }
             }
-            for axis in &mut axes {
-                if axis.next <= stop {
-                    axis.step();
+            let mut corners = [[[0.0; 2]; 4]; AHEAD];
+            for (corners, piece) in corners.iter_mut().zip(&ahead[..count]) {
+                *corners = self.corners(piece.layers);
+            }
+            for (piece, corners) in ahead[..count].iter().zip(corners) {
+                if !visit(&piece.stretch(&axes, corners)) {
+                    return;
                 }
             }
         }
@@ -99,24 +113,53 @@ impl<'a> Cells<'a> {
         density
     }
 
-    /// The stretch between two distances in the cell that `axes` are in.
+    /// The values at the corners of a cell between these layers: of both voxels along x, for the two
+    /// of y and then those of z.
     #[inline]
-    fn stretch(&self, [x, y, z]: &[Axis; 3], [enter, exit]: [f64; 2]) -> Stretch {
-        let row = |y: usize, z: usize| match self.voxels {
+    fn corners(&self, layers: [[usize; 2]; 3]) -> [[f32; 2]; 4] {
+        match self.voxels {
             Voxels::Dense(_) => {
-                let row = &self.dense[(z * self.dims[1] + y) * self.dims[0]..][..self.dims[0]];
-                x.layers.each(|x| row[x])
+                let ([nx, ny, _], [x, [y0, y1], [z0, z1]]) = (self.dims, layers);
+                let row = |y: usize, z: usize| {
+                    let row = &self.dense[(z * ny + y) * nx..][..nx];
+                    x.each(|x| row[x])
+                };
+                [row(y0, z0), row(y1, z0), row(y0, z1), row(y1, z1)]
             }
-            Voxels::Sparse(voxels) => x.layers.each(|x| voxels.get([x, y, z])),
-        };
-        let [z0, z1] = z.layers;
-        let [y0, y1] = y.layers;
-        let corners = [row(y0, z0), row(y1, z0), row(y0, z1), row(y1, z1)];
-        if corners == [[0.0; 2]; 4] {
+            Voxels::Sparse(voxels) => voxels.corners(layers),
+        }
+    }
+}
+
+/// A piece of a ray inside one cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Piece {
+    /// Distances along the ray where it begins and ends.
+    bounds: [f64; 2],
+    /// The cell along x, y, z, and the two layers of voxels around it.
+    cell: [i64; 3],
+    layers: [[usize; 2]; 3],
+}
+
+impl Piece {
+    /// The piece between two distances in the cell that `axes` are in.
+    #[inline]
+    fn of(axes: &[Axis; 3], bounds: [f64; 2]) -> Self {
+        let [x, y, z] = axes;
+        Self { bounds, cell: [x.cell, y.cell, z.cell], layers: [x.layers, y.layers, z.layers] }
+    }
+
+    /// The stretch of the ray of `axes`, with the values at the corners of its cell.
+    #[inline]
+    fn stretch(&self, axes: &[Axis; 3], corners: [[f32; 2]; 4]) -> Stretch {
+        let Self { bounds: [enter, exit], cell, .. } = *self;
+        // All but the sign of zeros.
+        let bits = corners.as_flattened().iter().fold(0, |bits, value| bits | value.to_bits());
+        if bits << 1 == 0 {
             return Stretch { enter, exit, cubic: [0.0; 4] };
         }
         // Within a cell, each coordinate is linear in the share of the stretch.
-        let [x, y, z] = [x, y, z].each(|axis| axis.share([enter, exit]));
+        let [x, y, z] = [0, 1, 2].each(|i| axes[i].share(cell[i], [enter, exit]));
         let rows = corners.each(|[a, b]| {
             let (a, b) = (f64::from(a), f64::from(b));
             [a + (b - a) * x[0], (b - a) * x[1]]
@@ -190,10 +233,10 @@ impl Axis {
         }
     }
 
-    /// Position in the cell at the first of two distances, and its change up to the second.
+    /// Position in a cell at the first of two distances, and its change up to the second.
     #[inline]
-    fn share(&self, [enter, exit]: [f64; 2]) -> [f64; 2] {
-        let begin = self.origin - self.cell as f64 + enter * self.slope;
+    fn share(&self, cell: i64, [enter, exit]: [f64; 2]) -> [f64; 2] {
+        let begin = self.origin - cell as f64 + enter * self.slope;
         [begin, (exit - enter) * self.slope]
     }
 }

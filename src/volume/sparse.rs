@@ -181,6 +181,20 @@ impl SparseVoxels {
         self.offset(voxel).map_or(0.0, |offset| self.values[offset])
     }
 
+    /// The values at the corners of a cell: of both voxels along x, for the two of y and then those
+    /// of z. The second voxel along an axis is the first, or the next. 0 beyond the last block.
+    #[inline]
+    pub fn corners(&self, [x, y, z]: [[usize; 2]; 3]) -> [[f32; 2]; 4] {
+        // A block holds all voxels of its cells.
+        let first = [x[0], y[0], z[0]];
+        let Some(start) = self.start(first.each(|v| v / BLOCK)) else { return [[0.0; 2]; 4] };
+        let from = start + inside(first.each(|v| v % BLOCK));
+        let [x, y, z] = [x, y, z].each(|[low, high]| high - low);
+        let (y, z) = (y * BLOCK_EDGE, z * BLOCK_EDGE * BLOCK_EDGE);
+        let values = &self.values[from..][..=x + y + z];
+        [0, y, z, y + z].each(|row| [values[row], values[row + x]])
+    }
+
     /// The [`BLOCK_VALUES`] values of a block; empty beyond the last block.
     pub fn block(&self, block: [usize; 3]) -> &[f32] {
         self.start(block).map_or(&[], |start| &self.values[start..start + BLOCK_VALUES])
