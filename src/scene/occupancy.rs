@@ -226,38 +226,35 @@ impl Occupancy {
     /// Computes the codes of empty bricks: each takes one more than the least code of its
     /// neighbours, in a forward and in a backward pass (Rosenfeld and Pfaltz 1968).
     fn spread(&mut self) {
-        let [nx, ny, nz] = self.dims.map(|n| n as isize);
-        let before: Vec<[isize; 3]> =
-            (0..13_isize).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]).collect();
-        let mut visit = |x: isize, y: isize, z: isize, sign: isize| {
-            let at = |x: isize, y: isize, z: isize| ((z * ny + y) * nx + x) as usize;
-            let mut least = self.codes[at(x, y, z)];
-            if least <= EMPTY {
-                return;
+        let [nx, ny, nz] = self.dims;
+        // Surrounded by bricks that are farther than any, so that all have the same neighbours.
+        let (row, layer) = (nx + 2, (nx + 2) * (ny + 2));
+        let mut codes = vec![u8::MAX; layer * (nz + 2)];
+        let places = |i: usize| ((i / ny + 1) * layer + (i % ny + 1) * row + 1, i * nx);
+        for (around, own) in (0..ny * nz).map(places) {
+            codes[around..][..nx].copy_from_slice(&self.codes[own..][..nx]);
+        }
+        // Distances to the neighbours that come before.
+        let first = layer + row + 1;
+        let before: [usize; 13] =
+            std::array::from_fn(|i| first - (i / 9 * layer + i / 3 % 3 * row + i % 3));
+        let spread = |codes: &mut [u8], at: usize, neighbour: fn(usize, usize) -> usize| {
+            if codes[at] > EMPTY {
+                let least = before.iter().map(|&by| codes[neighbour(at, by)]).min();
+                let next = least.map_or(u8::MAX, |least| least.saturating_add(1).max(EMPTY));
+                codes[at] = codes[at].min(next);
             }
-            for [dx, dy, dz] in &before {
-                let (x, y, z) = (x + sign * dx, y + sign * dy, z + sign * dz);
-                let inside = (0..nx).contains(&x) && (0..ny).contains(&y) && (0..nz).contains(&z);
-                if inside {
-                    let next = self.codes[at(x, y, z)].saturating_add(1).max(EMPTY);
-                    least = least.min(next);
-                }
-            }
-            self.codes[at(x, y, z)] = least;
         };
-        for z in 0..nz {
-            for y in 0..ny {
-                for x in 0..nx {
-                    visit(x, y, z, 1);
-                }
+        for (first, _) in (0..ny * nz).map(places) {
+            for at in first..first + nx {
+                spread(&mut codes, at, |at, by| at - by);
             }
         }
-        for z in (0..nz).rev() {
-            for y in (0..ny).rev() {
-                for x in (0..nx).rev() {
-                    visit(x, y, z, -1);
-                }
+        for (first, own) in (0..ny * nz).rev().map(places) {
+            for at in (first..first + nx).rev() {
+                spread(&mut codes, at, |at, by| at + by);
             }
+            self.codes[own..][..nx].copy_from_slice(&codes[first..][..nx]);
         }
     }
 }
