@@ -24,7 +24,7 @@ const CERTIFIED: [usize; 2] = [160, 320];
 const FEWEST: usize = 30;
 /// Pixels that are marched to find what interpolation does. Pictures of no more pixels are looked at
 /// as a whole.
-const MARCHED: usize = 8192;
+const MARCHED: usize = 4096;
 /// The edges of the parts of a picture whose pixels are marched one after another.
 const PART: u32 = 16;
 /// Deviations of a normal distribution that are exceeded in 5 % of all cases at any of two looks

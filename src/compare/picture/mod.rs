@@ -28,15 +28,17 @@ use scouts::Scouts;
 /// Lit pixels that scouts look at.
 const SCOUTED: usize = 40;
 /// Share of the allowed error that a choice aims at: scouts are few, and the certificate is the
-/// upper end of an interval.
+/// upper end of an interval. The more, the more pictures are made twice; the less, the longer all of
+/// them take.
 const AIM: f64 = 0.75;
-/// The same for another attempt, after the certificate of the one before was too large.
-const NEXT_AIM: f64 = 0.8;
-/// Share of the allowed error that the certified bound may have: attempts are repeated until one
-/// succeeds, so that those whose pixels happen to be good ones are preferred.
+/// By how much that of the next attempt shrinks, after a certificate was too large: from what is
+/// learned, mostly too much is expected.
+const NEXT_AIM: f64 = 0.9;
+/// Share of the allowed error that the certified bound may have after the first attempt: attempts
+/// are repeated until one succeeds, so that those whose pixels happen to be good ones are preferred.
 const KEPT: f64 = 0.9;
 /// Attempts to keep an error.
-const ATTEMPTS: u64 = 5;
+const ATTEMPTS: i32 = 5;
 /// The tolerance of pixels, as a share of the allowed error, and the RMS error that they add, as a
 /// share of their tolerance; as measured. Half of it takes up to half as long again, twice as much
 /// hardly less.
@@ -134,9 +136,10 @@ pub fn choose_picture(
                 settings.image.tolerance = tolerance;
                 let image = stage.render(scene, &settings, progress)?;
                 let made = (scene, &settings, &image);
-                let limits = Some([KEPT * most, most]);
-                let error = certified(&mut *stage, made, 2 + attempt, limits)?;
-                if error.bound <= KEPT * most {
+                let kept = if attempt == 0 { most } else { KEPT * most };
+                let limits = Some([kept, most]);
+                let error = certified(&mut *stage, made, 2 + attempt as u64, limits)?;
+                if error.bound <= kept {
                     return Ok(Chosen { image, settings, error });
                 }
                 let expected = added;
@@ -151,7 +154,8 @@ pub fn choose_picture(
                     tolerance = three_digits(share * tolerance);
                     added *= share;
                 }
-                aim = NEXT_AIM * most * (error.rms / error.bound).max(LEAST_RATIO);
+                let ratio = (error.rms / error.bound).max(LEAST_RATIO);
+                aim = NEXT_AIM.powi(attempt + 1) * most * ratio;
                 closest = Some((settings, error));
             }
             let said = closest.map_or_else(String::new, |(settings, error)| {

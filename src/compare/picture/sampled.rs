@@ -5,13 +5,17 @@ use crate::cpu::CpuBackend;
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::image::{BRIGHT, Image, lit_percentile};
+use crate::math::Each;
 use crate::scene::{Beam, Scene};
 use crate::settings::Settings;
 use crate::shadow::Shadow;
 
-/// How much finer camera rays of the truth are than those of a picture at quality 1, or at the
-/// picture's own quality if that is higher.
+/// How much finer camera rays of the truth are than those of the picture: as measured, their error
+/// is less than a tenth of its own.
 const FINER: f64 = 2.0;
+/// The least quality of the truth: thin media must not be missed.
+const LEAST_QUALITY: f64 = 1.4;
+const MOST_QUALITY: f64 = 64.0;
 /// Pixels that are drawn in the hope of one that is lit.
 const PATIENCE: usize = 16;
 /// The share of pixels that are drawn evenly, if a picture says where it changes.
@@ -85,7 +89,8 @@ impl Sampled {
         next: &mut dyn FnMut(&mut Random) -> ([u32; 2], f64),
     ) -> Result<Self> {
         let beams = scene.beams()?;
-        let fine = settings.with(|s| s.quality = (FINER * s.quality.max(1.0)).min(64.0));
+        let fine =
+            settings.with(|s| s.quality = (FINER * s.quality).clamp(LEAST_QUALITY, MOST_QUALITY));
         let frames: Vec<Frame> =
             beams.iter().map(|beam| Frame::new(beam, &fine)).collect::<Result<_>>()?;
         let exact: Vec<_> =
@@ -176,7 +181,7 @@ impl Places {
         let lit = image.pixels.iter().map(|pixel| pixel[..3].iter().any(|&c| c > 0.0));
         let mut sum = 0.0;
         let sums = lit.zip(&changes).map(|(lit, change)| {
-            sum += if lit { *change } else { 0.0 };
+            sum += if lit { f64::from(*change) } else { 0.0 };
             sum
         });
         let sums: Vec<f64> = sums.collect();
@@ -209,20 +214,25 @@ impl Places {
 
 /// For each pixel, the largest difference of a channel from the neighbours to the right and below,
 /// and from those to the left and above.
-fn changes(image: &Image) -> Vec<f64> {
-    let (width, height) = (image.width as usize, image.height as usize);
-    let mut changes = vec![0.0_f64; image.pixels.len()];
-    let mut pair = |a: usize, b: usize| {
-        let channels = image.pixels[a].iter().zip(&image.pixels[b]).take(3);
-        let change = channels.map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
-        (changes[a], changes[b]) = (changes[a].max(change), changes[b].max(change));
+fn changes(image: &Image) -> Vec<f32> {
+    let width = image.width.max(1) as usize;
+    let mut changes = vec![0.0_f32; image.pixels.len()];
+    let differ = |a: &[f32; 4], b: &[f32; 4]| {
+        let [r, g, b] = [0, 1, 2].each(|c| (a[c] - b[c]).abs());
+        r.max(g).max(b)
     };
-    for i in 0..width * height {
-        if i % width + 1 < width {
-            pair(i, i + 1);
+    let rows: Vec<&[[f32; 4]]> = image.pixels.chunks(width).collect();
+    for (row, own) in rows.iter().zip(changes.chunks_mut(width)) {
+        for (i, pair) in row.windows(2).enumerate() {
+            let change = differ(&pair[0], &pair[1]);
+            (own[i], own[i + 1]) = (own[i].max(change), own[i + 1].max(change));
         }
-        if i + width < width * height {
-            pair(i, i + width);
+    }
+    for (y, pair) in rows.windows(2).enumerate() {
+        let (above, below) = changes[y * width..].split_at_mut(width);
+        for (x, (a, b)) in pair[0].iter().zip(pair[1]).enumerate() {
+            let change = differ(a, b);
+            (above[x], below[x]) = (above[x].max(change), below[x].max(change));
         }
     }
     changes
