@@ -182,13 +182,14 @@ fn files_are_read_through_one_place() {
 }
 
 /// Passes that only GPUs need: on the host, a threshold map computes its curves itself, pictures are
-/// added up, and lists are vectors that are filled and sorted at once.
+/// added up, and lists are vectors that are filled and sorted at once and take what they need.
 #[cfg(feature = "gpu")]
-const GPU_ONLY: [&str; 9] = [
+const GPU_ONLY: [&str; 10] = [
     "fit_curves",
     "raster_large",
     "draw_surfaces",
     "sort_surfaces",
+    "pack_lists",
     "raster_view_large",
     "sort_view",
     "rank_radiance",

@@ -5,10 +5,12 @@ use deepshadow::image::Image;
 use deepshadow::scene::{Ground, Projection, Scene, Shape, Surface};
 use deepshadow::settings::Filter;
 use deepshadow::surface::Strands;
+use deepshadow::volume::presets::Preset;
 use deepshadow::{Backend, CpuBackend, Settings, Silent};
 use glam::{DMat4, DVec3};
 
 use crate::support::backends::gpu;
+use crate::support::scenes::anchor_scene;
 use crate::surface_lists::scenes;
 use crate::surfaces::{bare, fragments, tangle};
 
@@ -101,19 +103,37 @@ fn a_gpu_sees_through_hundreds_of_strands() {
 fn a_gpu_sees_the_same_with_any_memory() {
     let Some(gpu) = gpu() else { return };
     let (_, scene, settings) = pictures(1.0).swap_remove(0);
-    let with = |(scene, tolerance): (&Scene, f64), memory: u64| {
+    let with = |(scene, tolerance, change): Case<'_>, memory: u64| {
         let settings = settings.with(|s| {
             s.image.size = [150, 110];
             s.map.fragments.memory = memory;
             s.map.fragments.tolerance = tolerance;
+            change(s);
         });
         gpu.render(scene, &settings, &Silent).unwrap()
     };
-    let dense = faint_tangle();
+    let (dense, cloud) = (faint_tangle(), anchor_scene(Preset::Bucky, 4.0, 24));
     let few = settings.map.fragments.tolerance;
     // There is room for 32 nodes of each of 64 x 64 texels; of the second scene's hundred fragments
-    // only some fit, and at its tolerance so many nodes are enough.
-    for scene in [(&scene, few), (&dense, 0.02)] {
-        assert_eq!(share_that_differs(&with(scene, 1 << 30), &with(scene, 1 << 20)), 0.0);
+    // only some fit, and at its tolerance so many nodes are enough. For the larger maps there is room
+    // for the nodes that they have: for all of them on the device, except in the last.
+    let cases: [Case<'_>; 7] = [
+        (&scene, few, |_| {}),
+        (&dense, 0.02, |_| {}),
+        (&scene, few, |s| enlarge(s, 100)),
+        (&scene, 0.0, |s| enlarge(s, 84)),
+        (&cloud, 0.01, |s| enlarge(s, 100)),
+        (&dense, 0.012, |s| enlarge(s, 72)),
+        (&dense, 0.0, |s| enlarge(s, 72)),
+    ];
+    for (i, case) in cases.into_iter().enumerate() {
+        assert_eq!(share_that_differs(&with(case, 1 << 30), &with(case, 1 << 20)), 0.0, "{i}");
     }
+}
+
+/// A scene, its tolerance, and further settings.
+type Case<'a> = (&'a Scene, f64, fn(&mut Settings));
+
+fn enlarge(settings: &mut Settings, map: u32) {
+    (settings.map.size, settings.image.size) = (map, [60, 44]);
 }

@@ -48,6 +48,8 @@ pub(super) mod at {
     pub(crate) const LOOKS: u32 = 36;
     pub(crate) const SCREEN: u32 = 37;
     pub(crate) const TONE: u32 = 38;
+    pub(crate) const PACKED_RUNS: u32 = 39;
+    pub(crate) const PACKED_NODES: u32 = 40;
 }
 
 pub(super) fn entry(binding: u32, resource: BindingResource<'_>) -> BindGroupEntry<'_> {

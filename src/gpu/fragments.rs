@@ -67,6 +67,12 @@ impl GpuFragments {
         Self { tile, tile_buffer, counters, ..self.clone() }
     }
 
+    /// The same texels, with another buffer of so many nodes and without links.
+    pub(super) fn with_nodes(&self, gpu: &Renderer, nodes: u64) -> Self {
+        let nodes = gpu.storage("nodes", nodes * size_of::<Node>() as u64);
+        Self { nodes, links: gpu.storage("links", 0), linked: false, ..self.clone() }
+    }
+
     /// Whether the map has links between neighbours.
     pub fn linked(&self) -> bool {
         self.linked

@@ -4,9 +4,10 @@
 use super::fragments::GpuFragments;
 use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;
+use super::packed::Packed;
 use super::passes::{passes, passes_of_surfaces};
 use super::programs::Variant;
-use super::renderer::{GpuFrame, GpuMap};
+use super::renderer::{GpuFrame, GpuMap, Renderer};
 use super::shadow::GpuShadow;
 use super::surfaces::GpuSurfaces;
 use super::tile::Tile;
@@ -30,11 +31,31 @@ pub(super) struct Counted {
 
 /// How far lists were filled.
 enum Filled {
-    Whole,
+    Whole(Box<GpuFragments>),
     /// A texel needs so many nodes.
     Short(u32),
-    /// What surfaces leave in a few rows finds no room.
+    /// There is no room for the lists, or for what surfaces leave in a few rows.
     NoRoom,
+}
+
+/// Where a map's lists are made.
+struct Lists {
+    /// Those of as many rows as there is room for at once.
+    made: GpuFragments,
+    /// Those of all rows, if these are not all.
+    packed: Option<Packed>,
+}
+
+impl Lists {
+    /// Room for the lists of all rows of `map`, packed if they take too much memory; `None` if there
+    /// is none on the device.
+    fn of(gpu: &Renderer, map: Tile, memory: u64) -> Option<Self> {
+        if map.node_bytes() <= memory.min(gpu.largest_binding()) {
+            return Some(Self { made: gpu.fragments(map).ok()?, packed: None });
+        }
+        let made = gpu.part_of(map, memory).ok()?;
+        Some(Self { made, packed: Some(gpu.packed(map, memory).ok()?) })
+    }
 }
 
 /// A beam's map on the device, and what it depends on.
@@ -150,24 +171,18 @@ impl GpuStage<'_> {
         let fitted = frame.map.tolerance > 0.0;
         let least = if fitted { usual_nodes(frame) } else { most_nodes(&beam.media, frame) };
         let memory = settings.map.fragments.memory;
-        let tile = |room: u32| Tile::rows(size, 0, size, room.max(least));
-        if settings.map.fragments.slices == Slices::Raster
-            || tile(self.room[usize::from(fitted)]).node_bytes() > memory
-        {
+        if settings.map.fragments.slices == Slices::Raster {
             return Ok(None);
         }
         let on_device = gpu.frame(frame, media)?;
         let surfaces = gpu.casting(beam.casters())?;
+        let casters = (media, surfaces.as_ref());
         let fragments = loop {
-            let tile = tile(self.room[usize::from(fitted)]);
-            if tile.node_bytes() > memory {
-                return Ok(None);
-            }
-            let Ok(fragments) = gpu.fragments(tile) else { return Ok(None) };
+            let map = Tile::rows(size, 0, size, self.room[usize::from(fitted)].max(least));
+            let Some(lists) = Lists::of(gpu, map, memory) else { return Ok(None) };
             progress.begin("shadow map", u64::from(size));
-            let casters = (media, surfaces.as_ref());
-            match self.fill(casters, &on_device, (&fragments, fitted), memory, progress).await? {
-                Filled::Whole => break fragments,
+            match self.fill(casters, &on_device, (lists, fitted), memory, progress).await? {
+                Filled::Whole(fragments) => break *fragments,
                 Filled::Short(needed) => {
                     // Other rows may need a little more.
                     self.room[usize::from(fitted)] = needed.next_multiple_of(8);
@@ -193,20 +208,21 @@ impl GpuStage<'_> {
         &mut self,
         (media, surfaces): (&GpuMedia, Option<&GpuSurfaces>),
         frame: &GpuFrame,
-        (fragments, fitted): (&GpuFragments, bool),
+        (mut lists, fitted): (Lists, bool),
         memory: u64,
         progress: &dyn Progress,
     ) -> Result<Filled> {
         let gpu = &self.backend.renderer;
-        let [size, _] = fragments.tile.extent;
-        let capacity = fragments.tile.capacity;
+        let size = lists.made.tile.extent[0];
         let most = memory.min(gpu.largest_binding()) / ELEMENT_BYTES;
         let mut room = Room { rows: size, elements: self.drawn };
         let mut first = 0;
         while first < size {
-            let rows = Tile::rows(size, first, size - first, capacity);
-            let mut tile = Tile { rows_before: first, ..rows };
-            let mut lists = None;
+            let Tile { extent: [_, at_once], capacity, .. } = lists.made.tile;
+            let rows = Tile::rows(size, first, at_once.min(size - first), capacity);
+            let rows_before = if lists.packed.is_some() { 0 } else { first };
+            let mut tile = Tile { rows_before, ..rows };
+            let mut left = None;
             if let Some(surfaces) = surfaces {
                 let own = surfaces.listed(gpu, frame, tile, most, &mut room).await?;
                 self.drawn = room.elements;
@@ -214,26 +230,46 @@ impl GpuStage<'_> {
                 if first + rows < size {
                     tile.extent[1] = rows - rows % BLOCK_ROWS;
                 }
-                lists = Some(own);
+                left = Some(own);
             }
             if tile.extent[1] == 0 {
                 return Ok(Filled::NoRoom);
             }
-            let part = fragments.part(gpu, tile);
+            let part = lists.made.part(gpu, tile);
             gpu.submit_async(|encoder| {
-                gpu.trace_casters(encoder, media, lists.as_ref(), frame, &part)
+                gpu.trace_casters(encoder, media, left.as_ref(), frame, &part)
             })
             .await?;
             // With surfaces the host has waited already, and to begin again is dear.
-            if surfaces.is_none() {
-                self.counted.push(Counted { fitted, room: capacity, counters: part.counters });
+            if surfaces.is_none() && lists.packed.is_none() {
+                let counters = part.counters.clone();
+                self.counted.push(Counted { fitted, room: capacity, counters });
             } else if let Some(needed) = gpu.nodes_missing_async(&part).await? {
-                return Ok(Filled::Short(needed));
+                if lists.packed.is_none() {
+                    return Ok(Filled::Short(needed));
+                }
+                // Rows that are packed stay.
+                let room = needed.next_multiple_of(8);
+                self.room[usize::from(fitted)] = room;
+                match gpu.part_of(Tile::rows(size, 0, size, room), memory) {
+                    Ok(made) => lists.made = made,
+                    Err(_) => return Ok(Filled::NoRoom),
+                }
+                continue;
+            }
+            if let Some(packed) = &mut lists.packed
+                && !packed.add(gpu, &part, first).await?
+            {
+                return Ok(Filled::NoRoom);
             }
             first += tile.extent[1];
             progress.advance(u64::from(tile.extent[1]));
         }
-        Ok(Filled::Whole)
+        let whole = match lists.packed {
+            Some(packed) => packed.finished(gpu).await?,
+            None => lists.made,
+        };
+        Ok(Filled::Whole(whole.into()))
     }
 
     /// Maps that are too large to be made in one pass are assembled by the host.

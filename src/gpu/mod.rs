@@ -40,6 +40,7 @@ mod lit;
 mod lookup;
 mod maps;
 mod media;
+mod packed;
 mod passes;
 mod picture;
 mod prepared;

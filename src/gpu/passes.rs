@@ -21,6 +21,7 @@ pub(super) enum Pass {
     SortSurfaces,
     RasterSlices,
     SortFragments,
+    PackLists,
     LinkNeighbors,
     RasterView,
     RasterViewLarge,
@@ -75,7 +76,7 @@ macro_rules! named {
 
 impl Pass {
     /// All passes.
-    pub(super) const ALL: [Self; 23] = [
+    pub(super) const ALL: [Self; 24] = [
         Self::TraceThreshold,
         Self::FitCurves,
         Self::TraceSlices,
@@ -86,6 +87,7 @@ impl Pass {
         Self::SortSurfaces,
         Self::RasterSlices,
         Self::SortFragments,
+        Self::PackLists,
         Self::LinkNeighbors,
         Self::RasterView,
         Self::RasterViewLarge,
@@ -155,6 +157,7 @@ impl Pass {
         let [ends, cubics] = [at::PIECE_ENDS, at::CUBICS].map(read);
         let threshold_map = bindings::threshold_map();
         let lists = [at::RUNS, at::NODES, at::LINKS].map(read);
+        let packed = [at::PACKED_RUNS, at::PACKED_NODES].map(read_write);
         let single = [bindings::single(), read(at::BRIGHT)];
         let slices = vec![frame, runs, nodes, tile, counters];
         match self {
@@ -182,6 +185,12 @@ impl Pass {
                 false,
                 vec![frame, runs, nodes, tile, heads, elements, counters],
                 named!("sort_fragments"),
+            ),
+            Self::PackLists => (
+                MapKind::Fragments,
+                false,
+                [&[tile, counters], &lists[..2], &packed].concat(),
+                named!("pack_lists"),
             ),
             Self::LinkNeighbors => (
                 MapKind::Fragments,

@@ -58,7 +58,8 @@ pub struct FragmentSettings {
     /// else it is what the texel's central ray meets. It is by default.
     pub coverage: bool,
     /// Largest number of bytes of nodes, and of what surfaces leave in texels, in memory while a map
-    /// is built, at least 1 MiB; 1 GiB by default. Larger maps are built in tiles.
+    /// is built, at least 1 MiB; 1 GiB by default. Larger maps are built in tiles, which GPUs put
+    /// together with up to twice as much.
     pub memory: u64,
 }
 
