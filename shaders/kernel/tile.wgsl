@@ -5,14 +5,15 @@ struct Tile {
     origin: vec2<u32>,
     // The tile's size in texels.
     extent: vec2<u32>,
-    // Of trace_slices nodes of each texel; of all others elements or nodes of the whole tile.
+    // Of trace_slices nodes of each texel, of pack_lists nodes of the map; of all others elements or
+    // nodes of the whole tile.
     capacity: u32,
     // How many segments of strands, triangles and points of strands there are.
     segments: u32,
     triangles: u32,
     points: u32,
-    // Rows of the map, in whole blocks, whose nodes are in front of this tile's in the buffers of
-    // trace_slices.
+    // Rows of the map, in whole blocks, whose lists are in front of this tile's in the buffers of
+    // trace_slices and pack_lists.
     rows_before: u32,
     unused: u32,
 }

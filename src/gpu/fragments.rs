@@ -67,10 +67,10 @@ impl GpuFragments {
         Self { tile, tile_buffer, counters, ..self.clone() }
     }
 
-    /// The same texels, with another buffer of so many nodes and without links.
+    /// The same texels, with another buffer of so many nodes.
     pub(super) fn with_nodes(&self, gpu: &Renderer, nodes: u64) -> Self {
         let nodes = gpu.storage("nodes", nodes * size_of::<Node>() as u64);
-        Self { nodes, links: gpu.storage("links", 0), linked: false, ..self.clone() }
+        Self { nodes, ..self.clone() }
     }
 
     /// Whether the map has links between neighbours.
@@ -92,7 +92,7 @@ impl Renderer {
 
     /// Allocates buffers for a number of nodes.
     pub(super) fn fragments_with(&self, tile: Tile, nodes: u64) -> Result<GpuFragments> {
-        let bytes = nodes * size_of::<Node>() as u64;
+        let bytes = (nodes * size_of::<Node>() as u64).max(tile.texels() * 8);
         let limit = self.largest_binding();
         if bytes > limit {
             let needed = format!("{bytes} bytes");
@@ -104,7 +104,7 @@ impl Renderer {
             tile,
             tile_buffer: self.tile_buffer(tile),
             runs: self.storage("runs", tile.texels() * 8),
-            nodes: self.storage("nodes", bytes),
+            nodes: self.storage("nodes", nodes * size_of::<Node>() as u64),
             links: self.storage("links", 0),
             counters: self.storage("counters", 8),
             linked: false,

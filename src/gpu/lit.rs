@@ -53,8 +53,12 @@ impl Lists {
         if map.node_bytes() <= memory.min(gpu.largest_binding()) {
             return Some(Self { made: gpu.fragments(map).ok()?, packed: None });
         }
-        let made = gpu.part_of(map, memory).ok()?;
-        Some(Self { made, packed: Some(gpu.packed(map, memory).ok()?) })
+        // If the device has too little memory, the host may have enough.
+        let room = gpu.scopes.scoped(Error::gpu, || {
+            let made = gpu.part_of(map, memory)?;
+            Ok(Self { made, packed: Some(gpu.packed(map, memory)?) })
+        });
+        room.and_then(|lists: Result<Self>| lists).ok()
     }
 }
 
@@ -249,9 +253,9 @@ impl GpuStage<'_> {
                     return Ok(Filled::Short(needed));
                 }
                 // Rows that are packed stay.
-                let room = needed.next_multiple_of(8);
-                self.room[usize::from(fitted)] = room;
-                match gpu.part_of(Tile::rows(size, 0, size, room), memory) {
+                let longest = needed.next_multiple_of(8);
+                self.room[usize::from(fitted)] = longest;
+                match gpu.part_of(Tile::rows(size, 0, size, longest), memory) {
                     Ok(made) => lists.made = made,
                     Err(_) => return Ok(Filled::NoRoom),
                 }
@@ -265,14 +269,18 @@ impl GpuStage<'_> {
             first += tile.extent[1];
             progress.advance(u64::from(tile.extent[1]));
         }
-        let whole = match lists.packed {
-            Some(packed) => packed.finished(gpu).await?,
-            None => lists.made,
+        let Lists { made, packed } = lists;
+        let whole = match packed {
+            Some(packed) => {
+                drop(made);
+                packed.finished(gpu).await?
+            }
+            None => made,
         };
         Ok(Filled::Whole(whole.into()))
     }
 
-    /// Maps that are too large to be made in one pass are assembled by the host.
+    /// Maps that are drawn, or find no room on the device, are assembled by the host.
     async fn by_way_of_the_host(
         &self,
         beam: &Beam,

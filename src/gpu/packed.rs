@@ -1,8 +1,6 @@
 //! Fragment maps whose lists get no more room than they need: pass `pack_lists`. They are made in
 //! parts of rows, each with room for the longest list in every texel, and packed one after another.
 
-use std::slice;
-
 use super::bindings::{at, entry};
 use super::fragments::GpuFragments;
 use super::link::MediaKind;
@@ -15,6 +13,8 @@ use crate::shadow::Node;
 
 /// The share of the allowed memory that a part may take.
 const PART: u64 = 4;
+/// Bytes of nodes that can be counted.
+const MOST: u64 = 1 << 34;
 
 /// The lists of a map, as far as they are packed.
 pub(super) struct Packed {
@@ -40,9 +40,11 @@ impl Renderer {
     /// Room for the packed lists of all rows of `map`: all of some memory. There are none yet.
     ///
     /// # Errors
-    /// If they exceed the device's largest buffer binding.
+    /// If the table of lists exceeds the device's largest buffer binding.
     pub(super) fn packed(&self, map: Tile, memory: u64) -> Result<Packed> {
-        let bytes = memory.min(self.largest_binding());
+        // With its table of lists and a placeholder for links, it must not be too large to be kept.
+        let memory = memory.saturating_sub(8 * map.texels() + 16);
+        let bytes = memory.min(self.largest_binding()).min(MOST);
         let capacity = u32::try_from(bytes / size_of::<Node>() as u64).unwrap_or(u32::MAX);
         let lists = self.fragments_with(Tile { capacity, ..map }, capacity.into())?;
         Ok(Packed { lists, nodes: 0 })
@@ -73,23 +75,23 @@ impl Packed {
         ];
         let pack = gpu.prepare(Pass::PackLists, MediaKind::Plain, None, entries, tile.extent);
         gpu.submit_async(|encoder| pack.record(encoder)).await?;
-        let [needed] = gpu.first_numbers(slice::from_ref(&self.lists.counters)).await?[..] else {
-            return Ok(false);
-        };
-        self.nodes = needed;
-        Ok(needed <= tile.capacity)
+        let counters: Vec<u32> = gpu.read_buffer(&self.lists.counters, 4).await?;
+        self.nodes = counters[0];
+        Ok(self.nodes <= tile.capacity)
     }
 
-    /// The map, whose buffer has the size of its lists.
+    /// The map, in a buffer of the size of its lists if that is at most half of the memory.
     ///
     /// # Errors
     /// If the device fails.
     pub(super) async fn finished(self, gpu: &Renderer) -> Result<GpuFragments> {
+        if self.nodes > self.lists.tile.capacity / 2 {
+            return Ok(self.lists);
+        }
         // Lookups bind a buffer even if it holds nothing.
-        let nodes = u64::from(self.nodes.max(INTERLEAVED_STRIDE));
-        let map = self.lists.with_nodes(gpu, nodes);
-        let bytes = map.nodes().size().min(self.lists.nodes().size());
+        let map = self.lists.with_nodes(gpu, self.nodes.max(INTERLEAVED_STRIDE).into());
         gpu.submit_async(|encoder| {
+            let bytes = map.nodes().size().min(self.lists.nodes().size());
             encoder.copy_buffer_to_buffer(self.lists.nodes(), 0, map.nodes(), 0, bytes);
             Ok(())
         })

@@ -1,5 +1,5 @@
 //! Pictures one after another on a device, where media, maps and the beams' pictures stay: there is
-//! one readback per picture. Surfaces are uploaded for each.
+//! one readback per picture, but for maps that are made in parts. Surfaces are uploaded for each.
 
 use super::GpuBackend;
 use super::lit::{Counted, Lit};

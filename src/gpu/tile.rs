@@ -19,8 +19,9 @@ pub struct Tile {
     pub origin: [u32; 2],
     /// The tile's size in texels.
     pub extent: [u32; 2],
-    /// Capacity of its buffers: nodes per texel (`trace_slices`), or elements or parts of the whole
-    /// tile (`raster_slices`, `raster_surfaces`, `raster_view`).
+    /// Capacity of its buffers: nodes per texel (`trace_slices`), nodes of the whole map
+    /// (`pack_lists`), or elements or parts of the whole tile (`raster_slices`, `raster_surfaces`,
+    /// `raster_view`).
     pub capacity: u32,
     /// How many segments of strands are drawn.
     pub segments: u32,
@@ -28,8 +29,8 @@ pub struct Tile {
     pub triangles: u32,
     /// How many points the strands have.
     pub points: u32,
-    /// Rows of the map, in whole blocks, whose nodes are in front of this tile's in the buffers of
-    /// `trace_slices`.
+    /// Rows of the map, in whole blocks, whose lists are in front of this tile's in the buffers of
+    /// `trace_slices` and `pack_lists`.
     pub rows_before: u32,
     /// Nothing: the struct's size is a multiple of its alignment in the shaders.
     pub unused: u32,

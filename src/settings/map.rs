@@ -59,7 +59,7 @@ pub struct FragmentSettings {
     pub coverage: bool,
     /// Largest number of bytes of nodes, and of what surfaces leave in texels, in memory while a map
     /// is built, at least 1 MiB; 1 GiB by default. Larger maps are built in tiles, which GPUs put
-    /// together with up to twice as much.
+    /// together with up to half as much again.
     pub memory: u64,
 }
 

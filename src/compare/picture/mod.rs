@@ -31,8 +31,8 @@ const SCOUTED: usize = 40;
 /// upper end of an interval. The more, the more pictures are made twice; the less, the longer all of
 /// them take.
 const AIM: f64 = 0.75;
-/// By how much that of the next attempt shrinks, after a certificate was too large: from what is
-/// learned, mostly too much is expected.
+/// The same for another attempt, to the power of its number, after a certificate was too large: at
+/// most [`KEPT`]. From what was learned, mostly too much error is expected.
 const NEXT_AIM: f64 = 0.9;
 /// Share of the allowed error that the certified bound may have after the first attempt: attempts
 /// are repeated until one succeeds, so that those whose pixels happen to be good ones are preferred.
