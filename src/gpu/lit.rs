@@ -48,9 +48,11 @@ struct Lists {
 
 impl Lists {
     /// Room for the lists of all rows of `map`, packed if they take too much memory; `None` if there
-    /// is none on the device.
-    fn of(gpu: &Renderer, map: Tile, memory: u64) -> Option<Self> {
-        if map.node_bytes() <= memory.min(gpu.largest_binding()) {
+    /// is none on the device. With surfaces, half of the memory is too much already: a list that
+    /// outgrows its room then costs its own rows alone.
+    fn of(gpu: &Renderer, map: Tile, memory: u64, with_surfaces: bool) -> Option<Self> {
+        let whole = memory.min(gpu.largest_binding()) / if with_surfaces { 2 } else { 1 };
+        if map.node_bytes() <= whole {
             return Some(Self { made: gpu.fragments(map).ok()?, packed: None });
         }
         // If the device has too little memory, the host may have enough.
@@ -183,7 +185,9 @@ impl GpuStage<'_> {
         let casters = (media, surfaces.as_ref());
         let fragments = loop {
             let map = Tile::rows(size, 0, size, self.room[usize::from(fitted)].max(least));
-            let Some(lists) = Lists::of(gpu, map, memory) else { return Ok(None) };
+            let Some(lists) = Lists::of(gpu, map, memory, surfaces.is_some()) else {
+                return Ok(None);
+            };
             progress.begin("shadow map", u64::from(size));
             match self.fill(casters, &on_device, (lists, fitted), memory, progress).await? {
                 Filled::Whole(fragments) => break *fragments,
