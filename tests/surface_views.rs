@@ -114,17 +114,20 @@ fn a_gpu_sees_the_same_with_any_memory() {
     };
     let (dense, cloud) = (faint_tangle(), anchor_scene(Preset::Bucky, 4.0, 24));
     let few = settings.map.fragments.tolerance;
-    // There is room for 32 nodes of each of 64 x 64 texels; of the second scene's hundred fragments
-    // only some fit, and at its tolerance so many nodes are enough. For the larger maps there is room
-    // for the nodes that they have: for all of them on the device, except in the last.
-    let cases: [Case<'_>; 7] = [
+    // Of the second scene's hundred fragments in every texel not all rows fit. Room for 32 nodes of
+    // every texel is more than half of the least memory, so that lists are packed; those of tolerance
+    // .004 outgrow it. Without a tolerance the second scene's do not fit either way, and the map of
+    // 40 x 40 texels is made in parts of the same buffers.
+    let cases: [Case<'_>; 9] = [
         (&scene, few, |_| {}),
         (&dense, 0.02, |_| {}),
         (&scene, few, |s| enlarge(s, 100)),
         (&scene, 0.0, |s| enlarge(s, 84)),
         (&cloud, 0.01, |s| enlarge(s, 100)),
         (&dense, 0.012, |s| enlarge(s, 72)),
+        (&dense, 0.004, |s| enlarge(s, 48)),
         (&dense, 0.0, |s| enlarge(s, 72)),
+        (&dense, 0.02, |s| enlarge(s, 40)),
     ];
     for (i, case) in cases.into_iter().enumerate() {
         assert_eq!(share_that_differs(&with(case, 1 << 30), &with(case, 1 << 20)), 0.0, "{i}");

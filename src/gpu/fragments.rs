@@ -92,10 +92,10 @@ impl Renderer {
 
     /// Allocates buffers for a number of nodes.
     pub(super) fn fragments_with(&self, tile: Tile, nodes: u64) -> Result<GpuFragments> {
-        let bytes = (nodes * size_of::<Node>() as u64).max(tile.texels() * 8);
-        let limit = self.largest_binding();
-        if bytes > limit {
-            let needed = format!("{bytes} bytes");
+        let bytes = nodes * size_of::<Node>() as u64;
+        let (largest, limit) = (bytes.max(tile.texels() * 8), self.largest_binding());
+        if largest > limit {
+            let needed = format!("{largest} bytes");
             let limit =
                 format!("{limit} bytes (a tolerance, fewer steps or a smaller map need less)");
             return Err(ErrorKind::Limit { what: "fragment map".to_owned(), needed, limit }.into());
@@ -104,7 +104,7 @@ impl Renderer {
             tile,
             tile_buffer: self.tile_buffer(tile),
             runs: self.storage("runs", tile.texels() * 8),
-            nodes: self.storage("nodes", nodes * size_of::<Node>() as u64),
+            nodes: self.storage("nodes", bytes),
             links: self.storage("links", 0),
             counters: self.storage("counters", 8),
             linked: false,

@@ -35,8 +35,7 @@ pub struct Sampled {
 impl Sampled {
     /// Draws about `count` lit pixels of the picture of `scene` under `settings` evenly, with random
     /// numbers of a seed and a stream, and integrates their radiance: exact transmittance from the
-    /// light (in f64), camera rays at least twice as fine
-    /// as the picture's, up to quality 64.
+    /// light (in f64), camera rays at least twice as fine as the picture's, up to quality 64.
     ///
     /// # Errors
     /// If a light cannot be fitted to the media, or if the scene does not fit f32.
