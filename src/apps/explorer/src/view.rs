@@ -6,6 +6,7 @@ use eframe::egui::{
 
 use crate::explorer::Explorer;
 use crate::hands;
+use crate::host;
 use crate::panels::Look;
 
 /// Radius of the ball on which the light is dragged.
@@ -63,7 +64,10 @@ fn picture(explorer: &mut Explorer, place: Rect, ui: &mut Ui) -> Option<Rect> {
         }
     }
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter().image(shown.texture.id(), rect, whole, Color32::WHITE);
+    match shown.texture.id() {
+        Some(texture) => _ = ui.painter().image(texture, rect, whole, Color32::WHITE),
+        None => host::place_below(rect, ui.ctx()),
+    }
     if let Some(beside) = &explorer.pictures[1]
         && explorer.beside.is_some()
     {
@@ -71,7 +75,9 @@ fn picture(explorer: &mut Explorer, place: Rect, ui: &mut Ui) -> Option<Rect> {
         let x = rect.min.x + share * rect.width();
         let left = Rect::from_min_max(rect.min, pos2(x, rect.max.y));
         let part = Rect::from_min_max(whole.min, pos2(share, 1.0));
-        ui.painter().image(beside.texture.id(), left, part, Color32::WHITE);
+        if let Some(texture) = beside.texture.id() {
+            ui.painter().image(texture, left, part, Color32::WHITE);
+        }
         let line = Stroke::new(1.5, Color32::WHITE);
         ui.painter().vline(x, rect.y_range(), line);
         let above = pos2(x, rect.min.y + 8.0);

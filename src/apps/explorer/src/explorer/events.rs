@@ -9,9 +9,12 @@ use web_time::Instant;
 use super::{Explorer, Shown};
 use crate::engine::truth::Answer;
 use crate::engine::{Event, Face, Picture};
+use crate::host;
 
-/// A texture on the screen.
+/// What shows a picture.
 pub enum Texture {
+    /// A page, below the window.
+    Below,
     /// One that egui keeps.
     Own(egui::TextureHandle),
     /// One of the window's device.
@@ -19,18 +22,19 @@ pub enum Texture {
 }
 
 impl Texture {
-    /// Its number.
-    pub fn id(&self) -> egui::TextureId {
+    /// Its number, if the window draws it.
+    pub fn id(&self) -> Option<egui::TextureId> {
         match self {
-            Self::Own(texture) => texture.id(),
-            Self::Device(id) => *id,
+            Self::Below => None,
+            Self::Own(texture) => Some(texture.id()),
+            Self::Device(id) => Some(*id),
         }
     }
 }
 
 impl Explorer {
     /// Takes what the engine has made.
-    pub(super) fn receive(&mut self) {
+    pub fn receive(&mut self) {
         for (input, document) in self.openings.arrived() {
             // Another one may have been opened, or this one given up, meanwhile.
             if self.opening.as_ref() != Some(&input) {
@@ -123,7 +127,12 @@ impl Explorer {
             self.arrived.push(Instant::now());
         }
         let known = self.pictures[side].take().map(|shown| shown.texture);
+        let below = (side == 0).then(|| host::show_below(&picture)).flatten();
         let texture = match (&picture.face, known) {
+            (_, known) if below.is_some() => {
+                self.forget(known);
+                Texture::Below
+            }
             (Face::Pixels(pixels), Some(Texture::Own(mut own))) => {
                 own.set(pixels.clone(), egui::TextureOptions::LINEAR);
                 Texture::Own(own)
@@ -138,7 +147,7 @@ impl Explorer {
                 None => return,
             },
         };
-        self.pictures[side] = Some(Shown { picture, texture });
+        self.pictures[side] = Some(Shown { picture, texture, since: below });
         self.arrived.retain(|at| at.elapsed() < Duration::from_secs(1));
     }
 

@@ -40,8 +40,10 @@ const FIRST_SIZE: [u32; 2] = [640, 360];
 pub struct Shown {
     /// The picture.
     pub picture: Picture,
-    /// It on the screen.
+    /// What shows it.
     pub texture: Texture,
+    /// Since when it is seen, if that is known before the window is drawn.
+    pub since: Option<Instant>,
 }
 
 /// A line for people.

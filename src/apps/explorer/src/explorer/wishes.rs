@@ -42,6 +42,8 @@ impl Explorer {
             Some(moved) if moved.elapsed() < REST => {
                 self.context.request_repaint_after(REST.saturating_sub(moved.elapsed()));
             }
+            // A whole picture would take the processor from the one that is awaited.
+            _ if self.awaits_answer() => {}
             _ => self.settle(),
         }
         let span = self.arrived.len() as f64;
@@ -81,6 +83,13 @@ impl Explorer {
             self.hear(events);
         }
         self.ask_for_truth();
+    }
+
+    /// Whether a picture of the latest change is still to come.
+    fn awaits_answer(&self) -> bool {
+        let latest = self.last_wish();
+        let to_come = self.shown().is_some_and(|shown| shown.picture.serial < latest);
+        to_come && self.failed != Some(latest) && !self.engine.is_idle()
     }
 
     pub(super) fn ask_for_truth(&mut self) {

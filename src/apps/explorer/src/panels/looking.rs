@@ -43,6 +43,10 @@ pub struct Looking {
 pub(super) fn show(explorer: &mut Explorer, document: &Document, ui: &mut Ui) {
     times(explorer, ui);
     beside(explorer, document, ui);
+    // Above what grows while it is computed: a button stays where it is.
+    if ui.button("look from the light").clicked() {
+        explorer.look_from_light = true;
+    }
     let mut looking = std::mem::take(&mut explorer.looking);
     let hover = "the picture against one through exact transmittances, as a share of the brightest";
     look(&mut looking, Look::Difference, "difference to the truth", hover, ui);
@@ -60,9 +64,6 @@ pub(super) fn show(explorer: &mut Explorer, document: &Document, ui: &mut Ui) {
         ui.colored_label(ui.visuals().warn_fg_color, why);
     }
     explorer.looking = looking;
-    if ui.button("look from the light").clicked() {
-        explorer.look_from_light = true;
-    }
 }
 
 /// Shows something of the truth, or nothing any more.

@@ -272,9 +272,10 @@ impl Script {
         });
         if let (Some(shown), Some(drag)) = (answered, &self.drag) {
             let picture = &shown.picture;
+            let answered_after = shown.since.unwrap_or_else(Instant::now) - drag.asked;
             self.measured.answers.push(Answer {
                 drag: if of_light { "light" } else { "camera" },
-                seconds: drag.asked.elapsed().as_secs_f64(),
+                seconds: answered_after.as_secs_f64(),
                 times: picture.times,
                 size: picture.size,
                 map_size: picture.map_size,

@@ -93,6 +93,8 @@ pub fn outcome() -> String {
 /// What is seen, as JSON.
 pub fn seen() -> String {
     page::with(|page| {
+        // What has come counts before the window is drawn with it.
+        page.explorer.receive();
         let Page { explorer, driver, .. } = page;
         let shown = explorer.shown().map(|shown| &shown.picture);
         let document = explorer.document.as_ref();
@@ -125,6 +127,7 @@ pub fn seen() -> String {
 /// row by row.
 pub fn pixels() -> Option<(u32, u32, Vec<u8>)> {
     page::with(|page| {
+        page.explorer.receive();
         let picture = &page.explorer.shown()?.picture;
         let image = picture.image.as_ref()?;
         Some((image.width, image.height, image.to_srgb8(picture.tone)))

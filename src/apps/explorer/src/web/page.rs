@@ -118,6 +118,11 @@ impl App for Page {
         Some(self)
     }
 
+    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
+        // What is below the window is seen where it draws nothing.
+        [0.0; 4]
+    }
+
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let files = FILES.take();
         if !files.is_empty() {

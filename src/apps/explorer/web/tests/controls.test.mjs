@@ -198,6 +198,8 @@ on("it is looked into", BOX, async (explorer) => {
   await explorer.until(() => deepshadow.seen()?.curves >= 14);
   await explorer.choose("map shows", "depth at 50 %");
   await explorer.until(() => !deepshadow.seen()?.looks_into_something);
+  // Another map size would have all of them built again.
+  await explorer.act("all kinds of map", "CheckBox");
   await explorer.act("compare with these settings", "Button");
   await explorer.choose("map", "peeling");
   await explorer.until(() => !deepshadow.seen()?.looks_into_something);

@@ -77,6 +77,38 @@ on("an example is drawn as the program draws it", async (explorer) => {
   }
 });
 
+on("the picture is seen pixel by pixel, where its place is", async (explorer) => {
+  const { page } = explorer;
+  await explorer.rest();
+  const place = () => page.evaluate(() => {
+    const canvas = document.getElementById("picture");
+    const { left, top, width, height } = canvas.getBoundingClientRect();
+    return [left, top, width, height].map((length) => length * devicePixelRatio);
+  });
+  const check = async () => {
+    const own = await explorer.pixels();
+    const [left, top, width, height] = await place();
+    assert.deepEqual([width, height].map(Math.round), [own.width, own.height]);
+    assert.ok([left, top].every((length) => Math.abs(length - Math.round(length)) < 0.02));
+    const path = join(mkdtempSync(join(tmpdir(), "seen-")), "page.png");
+    await page.screenshot({ path, scale: "device" });
+    const shot = await explorer.decoded(path);
+    // Its lower half may have messages and the ball over it.
+    for (let y = 0; y < own.height >> 1; y += 1) {
+      const from = 4 * ((Math.round(top) + y) * shot.width + Math.round(left));
+      const seen = shot.bytes.subarray(from, from + 4 * own.width);
+      const row = own.bytes.subarray(4 * y * own.width, 4 * (y + 1) * own.width);
+      assert.ok(seen.equals(row), `row ${y}`);
+    }
+  };
+  await check();
+  await page.setViewportSize({ width: 911, height: 603 });
+  await page.waitForTimeout(500);
+  await explorer.rest();
+  assert.ok((await explorer.pixels()).width < 520);
+  await check();
+});
+
 on("clouds come from the same noise", async (explorer) => {
   await explorer.rest();
   await explorer.script(`open clouds\n${SMALL}`);

@@ -2,6 +2,7 @@
 
 use deepshadow::image::Tone;
 
+use super::super::pane::show_early;
 use super::super::port::{Order, Report};
 use super::{Hands, State};
 use crate::engine::{Event, Picture};
@@ -46,6 +47,9 @@ impl Hands {
                 Event::Picture(picture) => {
                     if !state.wants(picture) {
                         return;
+                    }
+                    if picture.side == 0 {
+                        show_early(picture);
                     }
                     if picture.whole {
                         state.by_gpu = index == 1 && picture.device.starts_with("gpu");

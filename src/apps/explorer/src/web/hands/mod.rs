@@ -4,6 +4,7 @@ mod hearing;
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::time::Duration;
 
 use eframe::egui;
 use js_sys::Array;
@@ -11,7 +12,7 @@ use wasm_bindgen::prelude::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{ErrorEvent, File, MessageEvent, Worker, WorkerOptions, WorkerType};
 
-use super::port::{Order, packed, received};
+use super::port::{Order, Report, packed, received};
 use crate::engine::truth::Answer;
 use crate::engine::worker::Part;
 use crate::engine::{Device, Doing, Event, Motion, Wish};
@@ -19,6 +20,9 @@ use crate::explorer::Opening;
 
 /// How many there are: one for what is in a hurry, one for whole pictures and for a GPU.
 const COUNT: usize = 2;
+
+/// How long the window may not say what workers do.
+const SOON: Duration = Duration::from_millis(60);
 
 /// The script of a worker, beside the page.
 const SCRIPT: &str = "worker.js";
@@ -94,12 +98,15 @@ impl Hands {
         let own = Rc::downgrade(self);
         let heard = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
             let Some(own) = own.upgrade() else { return };
-            match received(event.data()) {
+            let report = received(event.data());
+            // What is being done can wait: drawing windows may take time from it.
+            let waits = matches!(report, Ok(Report::Doing(_) | Report::Done(_)));
+            match report {
                 Ok(report) => own.hear(index, report),
                 Err(why) => own.state.borrow_mut().events.push(Event::FellBack(why)),
             }
             own.go_on();
-            own.context.request_repaint();
+            own.context.request_repaint_after(if waits { SOON } else { Duration::ZERO });
         });
         worker.set_onmessage(Some(heard.as_ref().unchecked_ref()));
         let own = Rc::downgrade(self);
