@@ -1,4 +1,5 @@
-//! The text of shaders, as programs hold it: in browsers, which download them, without comments.
+//! The text of shaders, as programs hold it: in browsers, which download them, without comments and
+//! indentation.
 
 /// The text of the shader `$name` of `shaders/`.
 macro_rules! source {
@@ -15,20 +16,23 @@ macro_rules! source {
 }
 pub(super) use source;
 
-/// The first `N` bytes of a text without comments, and how many there are in all. Lines keep their
-/// numbers.
+/// The first `N` bytes of a text without comments and indentation, and how many there are in all.
+/// Lines keep their numbers.
 pub(super) const fn bare<const N: usize>(text: &str) -> ([u8; N], usize) {
     let text = text.as_bytes();
     let (mut kept, mut count) = ([0; N], 0);
-    let (mut in_comment, mut i) = (false, 0);
+    let (mut skips, mut begins, mut i) = (false, true, 0);
     while i < text.len() {
         let byte = text[i];
         if byte == b'\n' {
-            in_comment = false;
+            (skips, begins) = (false, true);
         } else if byte == b'/' && i + 1 < text.len() && text[i + 1] == b'/' {
-            in_comment = true;
+            skips = true;
+        } else if byte != b' ' {
+            begins = false;
         }
-        if !in_comment {
+        let left_out = skips || (begins && byte == b' ');
+        if !left_out {
             if count < N {
                 kept[count] = byte;
             }
@@ -44,11 +48,11 @@ mod tests {
     use super::bare;
 
     #[test]
-    fn comments_are_left_out_and_lines_stay() {
+    fn comments_and_indentation_are_left_out_and_lines_stay() {
         const TEXT: &str = "// one\n    let a = b / c; // two\n\n  }\n";
-        const BARE: &str = "\n    let a = b / c; \n\n  }\n";
+        const BARE: &str = "\nlet a = b / c; \n\n}\n";
         assert_eq!(bare::<0>(TEXT).1, BARE.len());
-        assert_eq!(bare::<26>(TEXT).0, BARE.as_bytes());
+        assert_eq!(bare::<20>(TEXT).0, BARE.as_bytes());
     }
 
     #[test]
