@@ -42,8 +42,9 @@ impl Explorer {
             Some(moved) if moved.elapsed() < REST => {
                 self.context.request_repaint_after(REST.saturating_sub(moved.elapsed()));
             }
-            // A whole picture would take the processor from the one that is awaited.
-            _ if self.awaits_answer() => {}
+            // A whole picture would take the processor from the one that is awaited. None comes of what
+            // is known already.
+            _ if self.awaits_answer() => self.context.request_repaint_after(REST),
             _ => self.settle(),
         }
         let span = self.arrived.len() as f64;
