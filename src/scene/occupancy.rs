@@ -2,6 +2,7 @@
 //! skipping and of longer steps through slowly varying media.
 
 use glam::{DMat4, DVec3};
+use ndarray::{Array3, Axis};
 
 use super::transfer::TABLE_CELLS;
 use super::{Body, Media, TransferFunction};
@@ -113,14 +114,8 @@ impl Occupancy {
             Some(function) => opacity_change(function, range),
             None => range.slope,
         });
-        for axis in (0..3).map(ndarray::Axis) {
-            for mut lane in changes.lanes_mut(axis) {
-                let own: Vec<f32> = lane.iter().copied().collect();
-                for (i, change) in lane.iter_mut().enumerate() {
-                    let near = i.saturating_sub(REACH)..(i + REACH + 1).min(own.len());
-                    *change = own[near].iter().copied().fold(0.0, f32::max);
-                }
-            }
+        for axis in (0..3).map(Axis) {
+            widen(&mut changes, axis);
         }
         let largest = changes.iter().copied().fold(0.0, f32::max);
         self.roughness = f64::from(largest);
@@ -230,31 +225,68 @@ impl Occupancy {
         // Surrounded by bricks that are farther than any, so that all have the same neighbours.
         let (row, layer) = (nx + 2, (nx + 2) * (ny + 2));
         let mut codes = vec![u8::MAX; layer * (nz + 2)];
-        let places = |i: usize| ((i / ny + 1) * layer + (i % ny + 1) * row + 1, i * nx);
+        // Where rows and their surroundings begin.
+        let places = |i: usize| ((i / ny + 1) * layer + (i % ny + 1) * row, i * nx);
         for (around, own) in (0..ny * nz).map(places) {
-            codes[around..][..nx].copy_from_slice(&self.codes[own..][..nx]);
+            codes[around + 1..][..nx].copy_from_slice(&self.codes[own..][..nx]);
         }
-        // Distances to the neighbours that come before.
-        let first = layer + row + 1;
-        let before: [usize; 13] =
-            std::array::from_fn(|i| first - (i / 9 * layer + i / 3 % 3 * row + i % 3));
-        let spread = |codes: &mut [u8], at: usize, neighbour: fn(usize, usize) -> usize| {
-            if codes[at] > EMPTY {
-                let least = before.iter().map(|&by| codes[neighbour(at, by)]).min();
-                let next = least.map_or(u8::MAX, |least| least.saturating_add(1).max(EMPTY));
-                codes[at] = codes[at].min(next);
-            }
-        };
+        let mut near = vec![0; row];
         for (first, _) in (0..ny * nz).map(places) {
-            for at in first..first + nx {
-                spread(&mut codes, at, |at, by| at - by);
+            let (before, own) = codes.split_at_mut(first);
+            let rows = [layer + row, layer, layer - row, row];
+            let own = &mut own[1..=nx];
+            next_to(rows.map(|by| &before[first - by..][..row]), &mut near, own);
+            let mut last = u8::MAX;
+            for code in own {
+                last = (*code).min(farther(last));
+                *code = last;
             }
         }
-        for (first, own) in (0..ny * nz).rev().map(places) {
-            for at in (first..first + nx).rev() {
-                spread(&mut codes, at, |at, by| at + by);
+        for (first, whole) in (0..ny * nz).rev().map(places) {
+            let (own, behind) = codes.split_at_mut(first + row);
+            let rows = [layer + row, layer, layer - row, row];
+            let own = &mut own[first + 1..][..nx];
+            next_to(rows.map(|by| &behind[by - row..][..row]), &mut near, own);
+            let mut last = u8::MAX;
+            for code in own.iter_mut().rev() {
+                last = (*code).min(farther(last));
+                *code = last;
             }
-            self.codes[own..][..nx].copy_from_slice(&codes[first..][..nx]);
+            self.codes[whole..][..nx].copy_from_slice(own);
+        }
+    }
+}
+
+/// The code of an empty brick beside one with this code.
+fn farther(code: u8) -> u8 {
+    code.saturating_add(1).max(EMPTY)
+}
+
+/// Lowers codes of a row of bricks to what their neighbours in `rows`, which are two bricks longer,
+/// allow. `near` is room for one of those.
+fn next_to(rows: [&[u8]; 4], near: &mut [u8], own: &mut [u8]) {
+    let [a, b, c, d] = rows;
+    for ((((near, &a), &b), &c), &d) in near.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+        *near = a.min(b).min(c.min(d));
+    }
+    for (((code, &a), &b), &c) in own.iter_mut().zip(&*near).zip(&near[1..]).zip(&near[2..]) {
+        *code = (*code).min(farther(a.min(b).min(c)));
+    }
+}
+
+/// Replaces each value by the largest within [`REACH`] along an axis.
+fn widen(values: &mut Array3<f32>, axis: Axis) {
+    let own = values.clone();
+    let count = values.len_of(axis);
+    for away in 1..=REACH.min(count - 1) {
+        for (to, from) in [(0..count - away, away..count), (away..count, 0..count - away)] {
+            let mut to = values.slice_axis_mut(axis, to.into());
+            ndarray::Zip::from(&mut to).and(own.slice_axis(axis, from.into())).for_each(|a, &b| {
+                // They are numbers; maxima of what may be NaN take longer.
+                if b > *a {
+                    *a = b;
+                }
+            });
         }
     }
 }
@@ -292,8 +324,6 @@ fn shows(function: &TransferFunction, range: Range) -> bool {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-
-    use ndarray::Array3;
 
     use super::*;
 

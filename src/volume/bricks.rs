@@ -56,9 +56,9 @@ const NOTHING: Range = Range { low: f32::INFINITY, high: f32::NEG_INFINITY, slop
 impl Range {
     fn joined(self, other: Self) -> Self {
         Self {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-            slope: self.slope.max(other.slope),
+            low: least(self.low, other.low),
+            high: most(self.high, other.high),
+            slope: most(self.slope, other.slope),
         }
     }
 }
@@ -91,9 +91,74 @@ impl Bricks {
     }
 }
 
-/// Works row by row, on values in standard layout.
+/// What is known of columns of voxels, one for each x; slopes are squared.
+struct Columns {
+    low: Vec<f32>,
+    high: Vec<f32>,
+    slope: Vec<f32>,
+}
+
+impl Columns {
+    fn new(nx: usize) -> Self {
+        Self { low: vec![NOTHING.low; nx], high: vec![NOTHING.high; nx], slope: vec![0.0; nx] }
+    }
+
+    fn clear(&mut self) {
+        self.low.fill(NOTHING.low);
+        self.high.fill(NOTHING.high);
+        self.slope.fill(0.0);
+    }
+
+    /// Adds a row of voxels, with the next rows along y and z.
+    fn add(&mut self, own: &[f32], above: &[f32], behind: &[f32]) {
+        // The last voxel of a row has no next one.
+        let inner = own.len() - 1;
+        self.add_part(0, &own[..inner], &own[1..], above, behind);
+        let last = &own[inner..];
+        self.add_part(inner, last, last, &above[inner..], &behind[inner..]);
+    }
+
+    fn add_part(&mut self, at: usize, own: &[f32], next: &[f32], above: &[f32], behind: &[f32]) {
+        let known = self.low[at..].iter_mut().zip(&mut self.high[at..]).zip(&mut self.slope[at..]);
+        let around = own.iter().zip(next).zip(above).zip(behind);
+        for (((low, high), slope), (((&a, &x), &y), &z)) in known.zip(around) {
+            let (x, y, z) = (x - a, y - a, z - a);
+            *low = least(*low, a);
+            *high = most(*high, a);
+            *slope = most(*slope, x * x + y * y + z * z);
+        }
+    }
+
+    fn join(&mut self, other: &Self) {
+        let known = self.low.iter_mut().zip(&mut self.high).zip(&mut self.slope);
+        let further = other.low.iter().zip(&other.high).zip(&other.slope);
+        for (((low, high), slope), ((&l, &h), &s)) in known.zip(further) {
+            (*low, *high, *slope) = (least(*low, l), most(*high, h), most(*slope, s));
+        }
+    }
+
+    /// The range of these columns.
+    fn range(&self, columns: std::ops::Range<usize>) -> Range {
+        let all =
+            columns.map(|x| Range { low: self.low[x], high: self.high[x], slope: self.slope[x] });
+        let known = all.fold(NOTHING, Range::joined);
+        Range { slope: known.slope.sqrt(), ..known }
+    }
+}
+
+/// The smaller one of two numbers that are not NaN: unlike `f32::min` one instruction of a vector
+/// unit.
+fn least(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+/// The larger one of two numbers that are not NaN.
+fn most(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+/// Works on values in standard layout, first along z, then along y and x.
 fn dense(values: &Array3<f32>, edge: usize) -> Array3<Range> {
-    let felt = |b, count| felt(edge, b, count);
     let (nz, ny, nx) = values.dim();
     let [bz, by, bx] = [nz, ny, nx].map(|n| n.div_ceil(edge));
     let values = values.as_slice().unwrap_or_default();
@@ -101,35 +166,29 @@ fn dense(values: &Array3<f32>, edge: usize) -> Array3<Range> {
     let mut ranges = Array3::from_elem((bz, by, bx), NOTHING);
     let layers: Vec<_> = ranges.axis_iter_mut(Axis(0)).collect();
     parallel::for_each(layers.into_iter().enumerate(), |(b, mut layer)| {
-        // What is known of the layer's rows so far, as one row; slopes squared.
-        let (mut low, mut high, mut slope) = (vec![0.0; nx], vec![0.0; nx], vec![0.0; nx]);
-        let mut next = vec![0.0; nx];
-        for j in 0..by {
-            low.fill(f32::INFINITY);
-            high.fill(f32::NEG_INFINITY);
-            slope.fill(0.0);
-            for z in felt(b, nz) {
-                for y in felt(j, ny) {
-                    let (own, above, behind) = (row_of(z, y), row_of(z, y + 1), row_of(z + 1, y));
-                    next[..nx - 1].copy_from_slice(&own[1..]);
-                    next[nx - 1] = own[nx - 1];
-                    let around = own.iter().zip(&next).zip(above).zip(behind);
-                    let known = low.iter_mut().zip(&mut high).zip(&mut slope);
-                    for (((low, high), slope), (((&a, &x), &y), &z)) in known.zip(around) {
-                        *low = a.min(*low);
-                        *high = a.max(*high);
-                        let (x, y, z) = (x - a, y - a, z - a);
-                        *slope = (x * x + y * y + z * z).max(*slope);
+        let mut columns = Columns::new(nx);
+        // Of the bricks that the next row may belong to: the one before, its own and the next.
+        let mut bricks = [0; 3].map(|_| Columns::new(nx));
+        for y in 0..ny {
+            columns.clear();
+            for z in felt(edge, b, nz) {
+                columns.add(row_of(z, y), row_of(z, y + 1), row_of(z + 1, y));
+            }
+            let own = y / edge;
+            for j in own.saturating_sub(1)..(own + 2).min(by) {
+                let rows = felt(edge, j, ny);
+                let brick = &mut bricks[j % 3];
+                if y == rows.start {
+                    brick.clear();
+                }
+                if rows.contains(&y) {
+                    brick.join(&columns);
+                }
+                if y + 1 == rows.end {
+                    for i in 0..bx {
+                        layer[[j, i]] = brick.range(felt(edge, i, nx));
                     }
                 }
-            }
-            for i in 0..bx {
-                let all = felt(i, nx).map(|x| Range {
-                    low: low[x],
-                    high: high[x],
-                    slope: slope[x].sqrt(),
-                });
-                layer[[j, i]] = all.fold(NOTHING, Range::joined);
             }
         }
     });
@@ -193,6 +252,53 @@ mod tests {
     use ndarray::Array3;
 
     use super::*;
+
+    /// By the definition, voxel by voxel.
+    fn range_of(values: &Array3<f32>, edge: usize, brick: [usize; 3]) -> Range {
+        let dims: [usize; 3] = values.dim().into();
+        let felt = |axis: usize| {
+            let first = edge * brick[axis];
+            first.saturating_sub(1)..(first + edge + 1).min(dims[axis])
+        };
+        let mut known = NOTHING;
+        for z in felt(0) {
+            for (y, x) in felt(1).flat_map(|y| felt(2).map(move |x| (y, x))) {
+                let own = values[[z, y, x]];
+                let next = |[dz, dy, dx]: [usize; 3]| {
+                    values.get([z + dz, y + dy, x + dx]).map_or(0.0, |next| (next - own).powi(2))
+                };
+                let slope = next([0, 0, 1]) + next([0, 1, 0]) + next([1, 0, 0]);
+                known.low = known.low.min(own);
+                known.high = known.high.max(own);
+                known.slope = known.slope.max(slope);
+            }
+        }
+        Range { slope: known.slope.sqrt(), ..known }
+    }
+
+    #[test]
+    fn ranges_are_those_of_the_definition() {
+        for (dims, edge) in [
+            ([9, 14, 21], 4),
+            ([4, 4, 4], 4),
+            ([1, 1, 1], 4),
+            ([17, 5, 1], 4),
+            ([3, 18, 2], 4),
+            ([13, 33, 8], 8),
+            ([7, 6, 5], 2),
+        ] {
+            let mut state = 1_u32;
+            let values = Array3::from_shape_simple_fn(dims, || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 8) as f32 * 1e-5 - 70.0
+            });
+            let found = dense(&values, edge);
+            assert_eq!(found.dim(), dims.map(|n| n.div_ceil(edge)).into());
+            for ((z, y, x), range) in found.indexed_iter() {
+                assert_eq!(*range, range_of(&values, edge, [z, y, x]), "{dims:?} {z} {y} {x}");
+            }
+        }
+    }
 
     #[test]
     fn a_brick_feels_its_voxels_and_the_next_ones() {

@@ -32,13 +32,20 @@ impl Ranks {
             if value.is_finite() {
                 let (all, least, most) = &mut classes[class(value)];
                 *all += count;
-                (*least, *most) = (least.min(value), most.max(value));
+                // Comparisons, since values are finite: minima of numbers that may be NaN take longer.
+                if value < *least {
+                    *least = value;
+                }
+                if value > *most {
+                    *most = value;
+                }
             }
         };
         let mut classes = match voxels {
             Voxels::Dense(values) => {
                 let values = values.as_slice().unwrap_or_default();
-                let parts = values.chunks((values.len() / 16).max(1 << 20));
+                let parts = 2 * rayon::current_num_threads();
+                let parts = values.chunks(values.len().div_ceil(parts).max(1 << 20));
                 let parts = parallel::map(parts, |part| {
                     let mut classes = nothing();
                     let mut zeros = 0;
