@@ -184,8 +184,9 @@ fn files_are_read_through_one_place() {
 /// Passes that only GPUs need: on the host, a threshold map computes its curves itself, pictures are
 /// added up, and lists are vectors that are filled and sorted at once and take what they need.
 #[cfg(feature = "gpu")]
-const GPU_ONLY: [&str; 10] = [
+const GPU_ONLY: [&str; 11] = [
     "fit_curves",
+    "code_nested",
     "raster_large",
     "draw_surfaces",
     "sort_surfaces",

@@ -8,7 +8,7 @@ use deepshadow::frame::Frame;
 use deepshadow::gpu::{GpuShadow, Renderer, Tile, shadow_wgsl};
 use deepshadow::progress::Silent;
 use deepshadow::scene::{LightKind, Scene};
-use deepshadow::settings::MapKind;
+use deepshadow::settings::{Coding, MapKind};
 use deepshadow::shadow::Shadow;
 use deepshadow::volume::presets::Preset;
 use glam::{DVec3, Vec3};
@@ -46,6 +46,8 @@ fn their_device() -> Option<(wgpu::Instance, wgpu::Device, wgpu::Queue)> {
     let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
     Some((instance, device, queue))
 }
+
+const NESTED: MapKind = MapKind::Coded(Coding::Nested);
 
 /// A camera and a light that move, with passes that were prepared once: every picture equals that
 /// of passes recorded anew, and nothing accumulates on the device from frame to frame.
@@ -145,7 +147,7 @@ fn another_program_shades_its_points_with_our_shadow() {
     // The crate's map, built on that device.
     let scene = anchor_scene(Preset::Bucky, 4.0, 32);
     let beam = scene.only_beam().unwrap();
-    for kind in [MapKind::Threshold, MapKind::Fragments] {
+    for kind in [MapKind::Threshold, MapKind::Fragments, NESTED] {
         let settings = settings(64, [1, 1]).with(|s| s.map.kind = Some(kind));
         let frame = Frame::new(&beam, &settings).unwrap();
         let renderer = Renderer::new(&device, &queue);
@@ -153,13 +155,20 @@ fn another_program_shades_its_points_with_our_shadow() {
         let parameters = renderer.frame(&frame, &volume).unwrap();
         let map = renderer.map(settings.map.size).unwrap();
         let lists = renderer.fragments(Tile::rows(64, 0, 64, 64)).unwrap();
+        let nested = renderer.nested(settings.map.size).unwrap();
         let mut encoder = device.create_command_encoder(&Default::default());
         let shadow = if kind == MapKind::Threshold {
             renderer.trace_threshold(&mut encoder, &volume, &parameters, &map).unwrap();
             GpuShadow::Threshold(&map)
         } else {
             renderer.trace_slices(&mut encoder, &volume, &parameters, &lists).unwrap();
-            GpuShadow::Fragments(&lists)
+            if kind == NESTED {
+                let code = renderer.prepare_nested(&parameters, &lists, &nested);
+                code.record(&mut encoder).unwrap();
+                GpuShadow::Nested(&nested)
+            } else {
+                GpuShadow::Fragments(&lists)
+            }
         };
 
         // The program's points: a column through the volume, from above it to below it.

@@ -34,6 +34,7 @@ mod lists;
 mod measures;
 mod mounted;
 #[cfg(unix)]
+mod nested_maps;
 mod nothing_lost;
 mod outputs;
 mod picture_goal;

@@ -12,7 +12,7 @@ use deepshadow::kernel::{
     coverage, fitting, fragments, light, medium, occupancy, surface, threshold,
 };
 use deepshadow::scene::{EMPTY, ROUGHEST};
-use deepshadow::settings::MapKind;
+use deepshadow::settings::{Coding, MapKind};
 use deepshadow::shadow::{MOST_WALKED, NO_LINK};
 use deepshadow::volume::{BLOCK, BLOCK_EDGE};
 use naga::{Expression, Literal, Module, TypeInner};
@@ -35,10 +35,12 @@ fn validated(text: &str) -> Module {
     module
 }
 
+const NESTED: MapKind = MapKind::Coded(Coding::Nested);
+
 #[test]
 fn every_pass_is_valid_and_declares_its_entry_point() {
     for PassSource { name, source, workgroup } in pass_sources() {
-        for map in [MapKind::Threshold, MapKind::Fragments] {
+        for map in [MapKind::Threshold, MapKind::Fragments, NESTED] {
             for media in
                 [MediaKind::Plain, MediaKind::Blocks, MediaKind::OneField, MediaKind::Mixed]
             {
@@ -58,7 +60,8 @@ fn every_pass_is_valid_and_declares_its_entry_point() {
 
 #[test]
 fn the_lookup_for_other_programs_is_valid_in_any_bind_group() {
-    for (group, map) in [(0, MapKind::Threshold), (3, MapKind::Threshold), (2, MapKind::Fragments)]
+    for (group, map) in
+        [(0, MapKind::Threshold), (3, MapKind::Threshold), (2, MapKind::Fragments), (1, NESTED)]
     {
         let module = validated(&shadow_wgsl(group, map).unwrap());
         let functions = module.functions.iter().map(|(_, f)| &f.name);

@@ -8,7 +8,7 @@ use deepshadow::image::Image;
 use deepshadow::progress::Silent;
 use deepshadow::scene::transfer::TransferPoint;
 use deepshadow::scene::{Emission, Ground, Light, LightKind, Media, Scene, TransferFunction};
-use deepshadow::settings::{Filter, MapKind, Settings, Shading};
+use deepshadow::settings::{Coding, Filter, MapKind, Settings, Shading};
 use deepshadow::volume::presets::Preset;
 use glam::DVec3;
 
@@ -32,6 +32,7 @@ fn shots() -> Vec<(Scene, Settings)> {
     let mut tinted = two.clone();
     tinted.media.medium_mut().tint = DVec3::new(0.5, 1.0, 1.5);
     let threshold = usual.with(|s| s.map.kind = Some(MapKind::Threshold));
+    let nested = usual.with(|s| s.map.kind = Some(MapKind::Coded(Coding::Nested)));
     let wide = usual.with(|s| s.map.filter = Filter::Pcf3);
     let finer = usual.with(|s| s.map.size = 40);
     let paper = threshold.with(|s| s.view.shading = Shading::Paper);
@@ -43,7 +44,9 @@ fn shots() -> Vec<(Scene, Settings)> {
         (thicker, usual.clone()),
         (two, usual.clone()),
         (tinted.clone(), usual.clone()),
-        (tinted, threshold.clone()),
+        (tinted.clone(), threshold.clone()),
+        (tinted, nested.clone()),
+        (first.clone(), nested),
         (first.clone(), threshold),
         (first.clone(), paper),
         (first.clone(), wide),
@@ -90,7 +93,6 @@ fn pictures_of_beams_add_up() {
 mod gpu {
     use deepshadow::backend::Backend;
     use deepshadow::gpu::{AdapterChoice, GpuBackend};
-    use deepshadow::settings::Coding;
 
     use super::*;
     use crate::support::scenes::{scene, unit_cube, volume};
@@ -131,7 +133,7 @@ mod gpu {
             assert!(longest > 40, "{longest} nodes are few");
             let expected = backend.view(&beam, &settings, &map, &Silent).unwrap();
             // A picture that cannot be made leaves nothing behind that affects the next one.
-            let coded = Some(MapKind::Coded(Coding::Nested));
+            let coded = Some(MapKind::Coded(Coding::Relative));
             let unbuilt = settings.with(|s| s.map.kind = coded);
             assert!(stage.render(&scene, &unbuilt, &Silent).is_err());
             assert!(stage.render(&scene, &settings, &Silent).unwrap() == expected, "{tolerance}");

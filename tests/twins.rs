@@ -10,7 +10,7 @@ use crate::support::project;
 
 /// Functions of shaders whose twin has another name or file: `file::function` and `file::function`;
 /// methods have their own name.
-const OTHERWISE: [(&str, &str); 94] = [
+const OTHERWISE: [(&str, &str); 109] = [
     ("kernel/casting::leave", "cpu/raster_surfaces::fragment"),
     ("kernel/casting::meets", "cpu/raster_surfaces::tile"),
     ("kernel/coverage::direction_or_across", "kernel/coverage::direction"),
@@ -71,6 +71,19 @@ const OTHERWISE: [(&str, &str); 94] = [
     ("kernel/march::single_scattering", "cpu/march_view::single_scattering"),
     ("kernel/march::steps_of", "cpu/march_view::steps"),
     ("kernel/medium::left_behind", "kernel/medium::taken"),
+    ("kernel/nested::nested_transmittance", "shadow/coded/nested/mod::transmittance"),
+    ("kernel/nested::share", "shadow/coded/nested/mod::share"),
+    ("kernel/nested::unit", "shadow/coded/nested/samples::unit"),
+    ("kernel/nested_fit::farthest_between", "shadow/coded/nested/fit::farthest_between"),
+    ("kernel/nested_fit::farthest_points", "shadow/coded/nested/fit::farthest_points"),
+    ("kernel/nested_fit::fit_knots", "shadow/coded/nested/fit::new"),
+    ("kernel/nested_fit::move_first", "shadow/coded/nested/fit::move_first"),
+    ("kernel/nested_fit::move_inner", "shadow/coded/nested/fit::move_inner"),
+    ("kernel/nested_fit::move_last", "shadow/coded/nested/fit::move_last"),
+    ("kernel/nested_fit::settle", "shadow/coded/nested/fit::settle"),
+    ("kernel/nested_fit::slope_between", "shadow/coded/nested/fit::new"),
+    ("kernel/nested_fit::weigh", "shadow/coded/nested/samples::weigh"),
+    ("kernel/nested_fit::words_of", "shadow/coded/nested/mod::words_of"),
     ("kernel/occupancy::walk_of", "kernel/occupancy::new"),
     ("kernel/ray::ray_at", "kernel/ray::at"),
     ("kernel/ray::index_ray_of", "kernel/ray::transformed"),
@@ -92,6 +105,8 @@ const OTHERWISE: [(&str, &str); 94] = [
     ("map/fragments::place_transmittance", "shadow/fragments/mod::transmittance"),
     ("map/fragments::four_transmittances", "shadow/fragments/mod::texel_transmittance"),
     ("map/fragments::linked_mean", "shadow/fragments/mod::linked_mean"),
+    ("map/nested::front", "shadow/mod::front"),
+    ("map/nested::texel_transmittance", "shadow/mod::texel_transmittance"),
     ("map/threshold::front", "shadow/threshold::front"),
     ("map/threshold::texel_transmittance", "shadow/threshold::texel_transmittance"),
     ("media/mixture::four_along", "kernel/media::four_along"),

@@ -2,7 +2,7 @@
 //! same scene.
 
 use deepshadow::frame::Frame;
-use deepshadow::gpu::{GpuFragments, GpuFrame, GpuShadow, Tile};
+use deepshadow::gpu::{GpuFragments, GpuFrame, GpuShadow, Tile, frame_of_nested};
 use deepshadow::settings::{Filter, Lookup};
 
 use crate::bench::{Bench, CONVERGED, difference, map_size, size};
@@ -20,16 +20,19 @@ struct Row {
     texture: String,
     /// Rays of the map and of the picture that hit the volume's box.
     covered: [u32; 2],
-    /// Milliseconds of a frame: by brute force, with a threshold map, with a fragment map.
-    frames: [f64; 3],
-    /// Milliseconds of the view alone, with each of the two maps.
-    views: [f64; 2],
+    /// Milliseconds of a frame: by brute force, with a threshold map, with a fragment map, with a map
+    /// of nested knots.
+    frames: [f64; 4],
+    /// Milliseconds of the view alone, with each of the three maps.
+    views: [f64; 3],
+    /// Milliseconds of coding lists in nested knots.
+    coding: f64,
     /// Fetches per millisecond.
     fetch_rate: f64,
     /// Largest difference, and number of pixels above 1/255: of the threshold frame and the
-    /// fragment frame from their converged pictures, and of the brute-force picture from the
-    /// crate's converged picture of the same kind.
-    differences: [(f32, u32); 3],
+    /// fragment frame from their converged pictures, of the nested frame from that of fragments, and
+    /// of the brute-force picture from the crate's converged picture of the same kind.
+    differences: [(f32, u32); 4],
 }
 
 /// Prints the tables of the frame.
@@ -53,12 +56,12 @@ pub fn table(gpu: &Gpu) {
     }
     println!("\nms; brute force: {STEPS} steps on every ray of the map and of the picture");
     println!(
-        "| volume | brute force | threshold frame | fragment frame | threshold view | fragment view | \
-         brute force's fetches alone |"
+        "| volume | brute force | threshold frame | fragment frame | nested frame | threshold view | \
+         fragment view | nested view | code_nested | brute force's fetches alone |"
     );
-    println!("|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for row in &rows {
-        let times = [&row.frames[..], &row.views[..], &[row.fetches_ms()]].concat();
+        let times = [&row.frames[..], &row.views[..], &[row.coding, row.fetches_ms()]].concat();
         println!("| {} | {} |", row.name, cells(&times, 3));
     }
     println!(
@@ -68,15 +71,16 @@ pub fn table(gpu: &Gpu) {
     );
     println!("|---|---|---|---|---|---|---|");
     for row in &rows {
-        let [brute, threshold, fragments] = row.frames;
+        let [brute, threshold, fragments, _] = row.frames;
         let fetches = row.fetches_ms();
         let ratios =
             [brute / threshold, brute / fragments, threshold / fetches, fragments / fetches];
-        let [a, b] = row.views.map(|ms| 1e3 / ms);
+        let [a, b, _] = row.views.map(|ms| 1e3 / ms);
         println!("| {} | {} | {a:.0} | {b:.0} |", row.name, cells(&ratios, 2));
     }
     println!("\nLargest difference, 1/255 (pixels above 1), from {CONVERGED} steps");
-    println!("| volume | threshold frame | fragment frame | brute force |\n|---|---|---|---|");
+    println!("| volume | threshold frame | fragment frame | nested frame | brute force |");
+    println!("|---|---|---|---|---|");
     for row in &rows {
         let shown = row.differences.map(|(most, above)| format!("{most:.2} ({above})"));
         println!("| {} | {} |", row.name, shown.join(" | "));
@@ -106,20 +110,30 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
     let frame = bench.frame(&bench.settings, |_| ());
     let threshold = renderer.map(side).unwrap();
     let fragments = fitted(bench, &frame);
+    let to_code = bench.frame(&bench.settings, |frame| *frame = frame_of_nested(frame));
+    let lists = fitted(bench, &to_code);
+    let nested = renderer.nested(side).unwrap();
+    let code = renderer.prepare_nested(&to_code, &lists, &nested);
     renderer
-        .submit(|encoder| renderer.trace_threshold(encoder, &bench.volume, &frame, &threshold))
+        .submit(|encoder| {
+            renderer.trace_threshold(encoder, &bench.volume, &frame, &threshold)?;
+            code.record(encoder)
+        })
         .unwrap();
     let view = |encoder: &mut _, shadow| {
         renderer.march_view(encoder, &bench.volume, &frame, shadow, &bench.image).unwrap();
     };
     let by_threshold = GpuShadow::Threshold(&threshold);
     let by_fragments = GpuShadow::Fragments(&fragments);
+    let by_nested = GpuShadow::Nested(&nested);
+    let truth = converged(bench, true);
     let differences = [
         difference(&bench.picture(&frame, by_threshold), &converged(bench, false)),
-        difference(&bench.picture(&frame, by_fragments), &converged(bench, true)),
+        difference(&bench.picture(&frame, by_fragments), &truth),
+        difference(&bench.picture(&frame, by_nested), &truth),
         difference_of_brute_force(gpu, bench, &shipped),
     ];
-    let [brute, a, b, c, d, fetches] = clock.interleaved([
+    let [brute, a, b, c, d, e, f, coding, fetches] = clock.interleaved([
         &|encoder| brute_force.record_frame(encoder),
         &|encoder| {
             renderer.trace_threshold(encoder, &bench.volume, &frame, &threshold).unwrap();
@@ -129,8 +143,15 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
             renderer.trace_slices(encoder, &bench.volume, &frame, &fragments).unwrap();
             view(encoder, by_fragments);
         },
+        &|encoder| {
+            renderer.trace_slices(encoder, &bench.volume, &to_code, &lists).unwrap();
+            code.record(encoder).unwrap();
+            view(encoder, by_nested);
+        },
         &|encoder| view(encoder, by_threshold),
         &|encoder| view(encoder, by_fragments),
+        &|encoder| view(encoder, by_nested),
+        &|encoder| code.record(encoder).unwrap(),
         &|encoder| brute_force.record_fetches(encoder),
     ]);
     let dims = volume.dims().map(|n| n.to_string()).join(" x ");
@@ -141,8 +162,9 @@ fn row(gpu: &Gpu, clock: &Clock<'_>, bench: &Bench<'_>) -> Row {
             map_rays(&bench.scene, &bench.beam.view, side),
             picture_rays(&bench.scene, size()),
         ],
-        frames: [brute, a, b],
-        views: [c, d],
+        frames: [brute, a, b, c],
+        views: [d, e, f],
+        coding,
         fetch_rate: f64::from(rays * rays) * f64::from(FETCHES) / fetches,
         differences,
     }

@@ -50,6 +50,8 @@ pub(super) mod at {
     pub(crate) const TONE: u32 = 38;
     pub(crate) const PACKED_RUNS: u32 = 39;
     pub(crate) const PACKED_NODES: u32 = 40;
+    pub(crate) const CODED: u32 = 41;
+    pub(crate) const EXTENTS: u32 = 42;
 }
 
 pub(super) fn entry(binding: u32, resource: BindingResource<'_>) -> BindGroupEntry<'_> {

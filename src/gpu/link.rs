@@ -15,7 +15,7 @@ macro_rules! files {
 }
 
 /// The files that can be imported.
-pub(super) const FILES: [(&str, &str); 42] = files![
+pub(super) const FILES: [(&str, &str); 45] = files![
     "kernel/blocks",
     "kernel/casting",
     "kernel/coverage",
@@ -31,6 +31,8 @@ pub(super) const FILES: [(&str, &str); 42] = files![
     "kernel/march",
     "kernel/media",
     "kernel/medium",
+    "kernel/nested",
+    "kernel/nested_fit",
     "kernel/no_layers",
     "kernel/no_pieces",
     "kernel/occupancy",
@@ -52,6 +54,7 @@ pub(super) const FILES: [(&str, &str); 42] = files![
     "kernel/view",
     "map/curves",
     "map/fragments",
+    "map/nested",
     "map/texels",
     "map/threshold",
     "media/fields",
@@ -118,7 +121,11 @@ impl Linked {
 /// # Errors
 /// If it imports a file that does not exist.
 pub fn linked(root: &str, imports: Imports) -> Result<Linked> {
-    let map = if imports.map == MapKind::Threshold { "map/curves" } else { "map/fragments" };
+    let map = match imports.map {
+        MapKind::Threshold => "map/curves",
+        MapKind::Coded(_) => "map/nested",
+        _ => "map/fragments",
+    };
     joined(root, Kinds { map, media: imports.media, surfaces: imports.surfaces })
 }
 
@@ -162,7 +169,11 @@ fn joined(root: &str, kinds: Kinds) -> Result<Linked> {
 /// Never with the shaders that are part of the crate.
 pub(super) fn lookup(map: MapKind) -> Result<Linked> {
     // Other programs need not bind the curves that passes compute for each other.
-    let map = if map == MapKind::Threshold { "map/threshold" } else { "map/fragments" };
+    let map = match map {
+        MapKind::Threshold => "map/threshold",
+        MapKind::Coded(_) => "map/nested",
+        _ => "map/fragments",
+    };
     joined("#import kernel/shadow\n", Kinds { map, media: MediaKind::Plain, surfaces: false })
 }
 

@@ -4,20 +4,21 @@
 use super::fragments::GpuFragments;
 use super::lists::ELEMENT_BYTES;
 use super::media::GpuMedia;
+use super::nested::{GpuNested, frame_of_nested};
 use super::packed::Packed;
-use super::passes::{passes, passes_of_surfaces};
+use super::passes::{NESTED, passes, passes_of_surfaces};
 use super::programs::Variant;
 use super::renderer::{GpuFrame, GpuMap, Renderer};
 use super::shadow::GpuShadow;
 use super::surfaces::GpuSurfaces;
 use super::tile::Tile;
-use super::tiles::{BLOCK_ROWS, Room, most_nodes, usual_nodes};
+use super::tiles::{BLOCK_ROWS, Room, most_nodes, nodes_to_code, usual_nodes};
 use super::{GpuStage, uploaded};
 use crate::backend::Cause;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::progress::Progress;
-use crate::scene::Beam;
+use crate::scene::{Beam, Media};
 use crate::settings::{MapKind, Settings, Slices};
 use crate::shadow::Map;
 
@@ -74,6 +75,7 @@ pub(super) struct Lit {
 pub(super) enum Shadow {
     Threshold(GpuMap),
     Fragments(GpuFragments),
+    Nested(GpuNested),
 }
 
 impl Shadow {
@@ -81,6 +83,7 @@ impl Shadow {
         match self {
             Self::Threshold(map) => GpuShadow::Threshold(map),
             Self::Fragments(map) => GpuShadow::Fragments(map),
+            Self::Nested(map) => GpuShadow::Nested(map),
         }
     }
 
@@ -90,6 +93,7 @@ impl Shadow {
             // Four numbers, and the curve that they define.
             Self::Threshold(map) => 96 * u64::from(map.texture().width()).pow(2),
             Self::Fragments(map) => map.nodes().size() + map.runs().size() + map.links().size(),
+            Self::Nested(map) => map.bytes(),
         }
     }
 
@@ -121,7 +125,7 @@ impl GpuStage<'_> {
         let frame = Frame::new(beam, settings)?;
         let media_kind = GpuMedia::kind_of(gpu.device(), &beam.media);
         let passes = if beam.surfaces.is_empty() {
-            passes(kind).to_vec()
+            passes(kind)
         } else {
             let refines = frame.view.samples > 1 && frame.view.tolerance > 0.0;
             passes_of_surfaces(!beam.surfaces.casting().is_empty(), refines)
@@ -136,6 +140,10 @@ impl GpuStage<'_> {
         let shadow = match kind {
             MapKind::Threshold => Some(self.threshold(&media, &frame, progress).await?),
             MapKind::Fragments => self.fragments(beam, &media, &frame, settings, progress).await?,
+            NESTED if beam.surfaces.is_empty() => {
+                let memory = settings.map.fragments.memory;
+                Some(self.nested((&beam.media, &media), &frame, memory, progress).await?)
+            }
             _ => None,
         };
         let shadow = match shadow {
@@ -159,6 +167,38 @@ impl GpuStage<'_> {
         gpu.submit_async(|encoder| gpu.trace_threshold(encoder, media, &frame, &map)).await?;
         progress.advance(1);
         Ok(Shadow::Threshold(map))
+    }
+
+    /// Codes of lists, which may have been truncated if all of them fit the allowed memory at once.
+    async fn nested(
+        &mut self,
+        (media, gpu_media): (&Media, &GpuMedia),
+        frame: &Frame,
+        memory: u64,
+        progress: &dyn Progress,
+    ) -> Result<Shadow> {
+        let gpu = &self.backend.renderer;
+        let size = frame.map.size;
+        let coded = frame_of_nested(frame);
+        let fitted = coded.map.tolerance > 0.0;
+        let least = nodes_to_code(media, &coded);
+        let tile = Tile::rows(size, 0, size, self.room[usize::from(fitted)].max(least));
+        if tile.node_bytes() > memory.min(gpu.largest_binding()) {
+            let media = (media, gpu_media);
+            return Ok(Shadow::Nested(gpu.coded(media, frame, memory, progress).await?));
+        }
+        progress.begin("shadow map", 1);
+        let (map, lists) = (gpu.nested(size)?, gpu.fragments(tile)?);
+        let on_device = gpu.frame(&coded, gpu_media)?;
+        gpu.submit_async(|encoder| {
+            gpu.trace_slices(encoder, gpu_media, &on_device, &lists)?;
+            gpu.prepare_nested(&on_device, &lists, &map).record(encoder)
+        })
+        .await?;
+        let counters = lists.counters.clone();
+        self.counted.push(Counted { fitted, room: tile.capacity, counters });
+        progress.advance(1);
+        Ok(Shadow::Nested(map))
     }
 
     /// The beam's lists, if all of them together fit the allowed memory and the device's largest

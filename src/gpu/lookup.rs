@@ -4,6 +4,7 @@ use wgpu::{BindGroup, BindGroupLayout, BindGroupLayoutEntry, BindingResource, Sh
 
 use super::bindings::{self, at, entry};
 use super::link::lookup;
+use super::passes::NESTED;
 use super::renderer::{GpuFrame, Renderer};
 use super::shadow::GpuShadow;
 use crate::error::{Error, Result};
@@ -26,8 +27,8 @@ const SHADOW_AT: &str = "shadow_at";
 /// [`ViewSettings::bias`](crate::settings::ViewSettings::bias) is subtracted from their depth.
 ///
 /// # Errors
-/// If `map` is neither [`MapKind::Threshold`] nor [`MapKind::Fragments`]: other kinds are looked up
-/// on the CPU only.
+/// If `map` is neither [`MapKind::Threshold`] nor [`MapKind::Fragments`] nor `nested`: other kinds are
+/// looked up on the CPU only.
 pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
     check(map)?;
     let text = lookup(map)?.text.replace("@group(0)", &format!("@group({group})"));
@@ -35,7 +36,7 @@ pub fn shadow_wgsl(group: u32, map: MapKind) -> Result<String> {
 }
 
 fn check(map: MapKind) -> Result<()> {
-    if matches!(map, MapKind::Threshold | MapKind::Fragments) {
+    if matches!(map, MapKind::Threshold | MapKind::Fragments | NESTED) {
         return Ok(());
     }
     Err(Error::value("map", format!("maps of kind '{map}' are looked up on the CPU only")))
@@ -44,6 +45,10 @@ fn check(map: MapKind) -> Result<()> {
 fn entries(map: MapKind) -> Vec<BindGroupLayoutEntry> {
     match map {
         MapKind::Threshold => vec![bindings::frame(), bindings::threshold_map()],
+        NESTED => {
+            let texels = [at::CODED, at::EXTENTS].map(bindings::read);
+            [bindings::frame()].into_iter().chain(texels).collect()
+        }
         _ => {
             let lists = [at::RUNS, at::NODES, at::LINKS].map(bindings::read);
             [bindings::frame()].into_iter().chain(lists).collect()
@@ -56,7 +61,7 @@ impl Renderer {
     /// in the stages `visibility`.
     ///
     /// # Errors
-    /// If `map` is neither [`MapKind::Threshold`] nor [`MapKind::Fragments`].
+    /// As [`shadow_wgsl`].
     pub fn shadow_layout(&self, map: MapKind, visibility: ShaderStages) -> Result<BindGroupLayout> {
         check(map)?;
         let entries: Vec<_> = entries(map)
@@ -83,6 +88,7 @@ impl Renderer {
                 entries.push(entry(at::THRESHOLD_MAP, BindingResource::TextureView(map.view())));
             }
             GpuShadow::Fragments(lists) => entries.extend(lists.lookup_entries()),
+            GpuShadow::Nested(map) => entries.extend(map.entries()),
         }
         self.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("shadow lookup"),

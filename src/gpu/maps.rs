@@ -1,5 +1,6 @@
 //! Maps and pictures one by one, with input and output in the host's memory.
 
+use super::passes::NESTED;
 use super::picture::{Shown, Subject};
 use super::shadow::GpuShadow;
 use super::{GpuBackend, tiles, uploaded};
@@ -9,8 +10,8 @@ use crate::frame::Frame;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::scene::{Beam, Casters, Media};
-use crate::settings::{MapKind, Settings, Slices};
-use crate::shadow::{FragmentMap, Links, Map, Runs, TexelMap, ThresholdMap};
+use crate::settings::{Coding, MapKind, Settings, Slices};
+use crate::shadow::{CodedMap, FragmentMap, Links, Map, Runs, TexelMap, ThresholdMap};
 
 /// The largest number of bytes to reserve for what a picture's pixels see of surfaces.
 const SEEN_BYTES: u64 = 1 << 30;
@@ -59,6 +60,10 @@ impl GpuBackend {
                     Some(links) => map.with_links(links),
                     None => map,
                 }))
+            }
+            NESTED => {
+                let bytes = self.coded(casters, &frame, settings, progress).await?;
+                Ok(Map::Coded(CodedMap::new(bytes, Coding::Nested, view, &frame)))
             }
             _ => Err(backend::unbuilt(&self.description)),
         }
@@ -120,6 +125,25 @@ impl GpuBackend {
         runs.await
     }
 
+    /// Passes `trace_slices` and `code_nested`.
+    async fn coded(
+        &self,
+        casters: Casters<'_>,
+        frame: &Frame,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> Result<Vec<u8>> {
+        self.check_kind(&casters.surfaces.casting(), NESTED)?;
+        let gpu = &self.renderer;
+        let bytes = self.over(async {
+            let media = self.upload(casters.media)?;
+            let memory = settings.map.fragments.memory;
+            let map = gpu.coded((casters.media, &media), frame, memory, progress).await?;
+            gpu.read_buffer(map.words(), map.words().size()).await
+        });
+        bytes.await
+    }
+
     /// Passes `raster_slices` and `sort_fragments`.
     pub(super) async fn rastered(
         &self,
@@ -162,8 +186,11 @@ impl GpuBackend {
         map: &Map,
         progress: &dyn Progress,
     ) -> Result<Image> {
-        let kind =
-            if matches!(map, Map::Threshold(_)) { MapKind::Threshold } else { MapKind::Fragments };
+        let kind = match map {
+            Map::Threshold(_) => MapKind::Threshold,
+            Map::Coded(map) => map.kind(),
+            _ => MapKind::Fragments,
+        };
         self.check_kind(casters.surfaces, kind)?;
         progress.begin("picture", 1);
         let image = self.over(self.picture(casters, frame, map)).await?;
@@ -183,7 +210,7 @@ impl GpuBackend {
         let gpu_media = self.upload(media)?;
         let looks = gpu.looks(casters, &frame)?;
         let surfaces = looks.as_ref().map(|looks| Shown { looks, memory: SEEN_BYTES });
-        let (gpu_map, fragments);
+        let (gpu_map, fragments, nested);
         let shadow = match map {
             Map::Threshold(map) => {
                 gpu_map = gpu.map(map.size())?;
@@ -196,6 +223,10 @@ impl GpuBackend {
             Map::Fragments(map) => {
                 fragments = uploaded(gpu, map)?;
                 GpuShadow::Fragments(&fragments)
+            }
+            Map::Coded(map) if map.kind() == NESTED => {
+                nested = gpu.upload_nested(map)?;
+                GpuShadow::Nested(&nested)
             }
             Map::Coded(_) | Map::Visibility(_) | Map::Grid(_) => {
                 return Err(Error::gpu("only the CPU can march through this kind of map"));

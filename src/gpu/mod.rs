@@ -40,6 +40,7 @@ mod lit;
 mod lookup;
 mod maps;
 mod media;
+mod nested;
 mod packed;
 mod passes;
 mod picture;
@@ -73,6 +74,8 @@ pub use link::{Imports, Linked, MediaKind, linked};
 pub use lists::GpuLists;
 pub use lookup::{PREFIX, shadow_wgsl};
 pub use media::GpuMedia;
+pub use nested::{GpuNested, frame_of_nested};
+use passes::NESTED;
 pub use passes::{PassSource, pass_sources};
 pub use prepared::Prepared;
 pub use renderer::{GpuFrame, GpuImage, GpuMap, Renderer};
@@ -175,7 +178,7 @@ impl GpuBackend {
 
     /// Whether it builds maps of `kind` and marches through them.
     pub fn builds(&self, kind: MapKind) -> bool {
-        matches!(kind, MapKind::Threshold | MapKind::Fragments)
+        matches!(kind, MapKind::Threshold | MapKind::Fragments | NESTED)
     }
 
     /// Whether it builds maps of `kind` of surfaces, and pictures of them through such.

@@ -4,7 +4,7 @@ use wgpu::BindGroupLayoutEntry;
 
 use super::bindings::{self, at, read, read_write};
 use super::source::source;
-use crate::settings::MapKind;
+use crate::settings::{Coding, MapKind};
 
 /// The passes of the GPU backend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -23,6 +23,7 @@ pub(super) enum Pass {
     SortFragments,
     PackLists,
     LinkNeighbors,
+    CodeNested,
     RasterView,
     RasterViewLarge,
     SortView,
@@ -32,6 +33,8 @@ pub(super) enum Pass {
     MarchFragments,
     /// The same with surfaces.
     MarchSurfaces,
+    /// `march_view` through maps of nested knots.
+    MarchNested,
     RankRadiance,
     /// `refine_view` through threshold maps.
     RefineThreshold,
@@ -39,6 +42,8 @@ pub(super) enum Pass {
     RefineFragments,
     /// The same with surfaces.
     RefineSurfaces,
+    /// `refine_view` through maps of nested knots.
+    RefineNested,
     AddBeam,
     ShowImage,
 }
@@ -67,6 +72,9 @@ pub(super) struct Declaration {
 /// name and source.
 type Content = (MapKind, bool, Vec<BindGroupLayoutEntry>, (&'static str, &'static str));
 
+/// Maps of nested knots.
+pub(super) const NESTED: MapKind = MapKind::Coded(Coding::Nested);
+
 /// A shader's name and source.
 macro_rules! named {
     ($name:literal) => {
@@ -76,7 +84,7 @@ macro_rules! named {
 
 impl Pass {
     /// All passes.
-    pub(super) const ALL: [Self; 24] = [
+    pub(super) const ALL: [Self; 27] = [
         Self::TraceThreshold,
         Self::FitCurves,
         Self::TraceSlices,
@@ -89,16 +97,19 @@ impl Pass {
         Self::SortFragments,
         Self::PackLists,
         Self::LinkNeighbors,
+        Self::CodeNested,
         Self::RasterView,
         Self::RasterViewLarge,
         Self::SortView,
         Self::MarchThreshold,
         Self::MarchFragments,
         Self::MarchSurfaces,
+        Self::MarchNested,
         Self::RankRadiance,
         Self::RefineThreshold,
         Self::RefineFragments,
         Self::RefineSurfaces,
+        Self::RefineNested,
         Self::AddBeam,
         Self::ShowImage,
     ];
@@ -158,6 +169,7 @@ impl Pass {
         let threshold_map = bindings::threshold_map();
         let lists = [at::RUNS, at::NODES, at::LINKS].map(read);
         let packed = [at::PACKED_RUNS, at::PACKED_NODES].map(read_write);
+        let coded = [at::CODED, at::EXTENTS].map(read);
         let single = [bindings::single(), read(at::BRIGHT)];
         let slices = vec![frame, runs, nodes, tile, counters];
         match self {
@@ -197,6 +209,21 @@ impl Pass {
                 false,
                 vec![read(at::RUNS), read(at::NODES), read_write(at::LINKS), tile],
                 named!("link_neighbors"),
+            ),
+            Self::CodeNested => (
+                NESTED,
+                false,
+                [&[frame, tile], &lists[..2], &[at::CODED, at::EXTENTS].map(read_write)].concat(),
+                named!("code_nested"),
+            ),
+            Self::MarchNested => {
+                (NESTED, true, [&[frame, output], &coded[..]].concat(), named!("march_view"))
+            }
+            Self::RefineNested => (
+                NESTED,
+                true,
+                [&[frame, output], &coded[..], &single[..]].concat(),
+                named!("refine_view"),
             ),
             Self::MarchThreshold => (
                 MapKind::Threshold,
@@ -264,10 +291,11 @@ impl Pass {
 }
 
 /// The passes of pictures through maps of `kind`.
-pub(super) fn passes(kind: MapKind) -> [Pass; 2] {
+pub(super) fn passes(kind: MapKind) -> Vec<Pass> {
     match kind {
-        MapKind::Threshold => [Pass::TraceThreshold, Pass::MarchThreshold],
-        _ => [Pass::TraceSlices, Pass::MarchFragments],
+        MapKind::Threshold => vec![Pass::TraceThreshold, Pass::MarchThreshold],
+        NESTED => vec![Pass::TraceSlices, Pass::CodeNested, Pass::MarchNested],
+        _ => vec![Pass::TraceSlices, Pass::MarchFragments],
     }
 }
 

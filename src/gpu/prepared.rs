@@ -149,6 +149,7 @@ impl Renderer {
                 entries.extend(map.curve_entries());
             }
             GpuShadow::Fragments(map) => entries.extend(map.lookup_entries()),
+            GpuShadow::Nested(map) => entries.extend(map.entries()),
         }
         self.prepare(pass, media.kind(), Some(frame), entries, size)
     }

@@ -1,6 +1,7 @@
 //! The map that a picture is lit through.
 
 use super::fragments::GpuFragments;
+use super::nested::GpuNested;
 use super::passes::Pass;
 use super::renderer::GpuMap;
 
@@ -12,6 +13,8 @@ pub enum GpuShadow<'a> {
     Threshold(&'a GpuMap),
     /// Lists of fragments, of all texels.
     Fragments(&'a GpuFragments),
+    /// Nine knots a texel.
+    Nested(&'a GpuNested),
 }
 
 impl GpuShadow<'_> {
@@ -20,6 +23,7 @@ impl GpuShadow<'_> {
         match self {
             Self::Threshold(_) => Pass::MarchThreshold,
             Self::Fragments(_) => Pass::MarchFragments,
+            Self::Nested(_) => Pass::MarchNested,
         }
     }
 
@@ -28,6 +32,7 @@ impl GpuShadow<'_> {
         match self {
             Self::Threshold(_) => Pass::RefineThreshold,
             Self::Fragments(_) => Pass::RefineFragments,
+            Self::Nested(_) => Pass::RefineNested,
         }
     }
 }

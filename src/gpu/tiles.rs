@@ -1,9 +1,10 @@
-//! Fragment maps of any size: built in tiles of whole rows that fit the allowed memory and the
+//! Fragment maps, and what is made of their lists, of any size: built in tiles of whole rows that fit the allowed memory and the
 //! device's largest binding. If a tile's buffers were too small, it is built again with larger
 //! ones, so no fragment is ever lost.
 
 use super::lists::{ELEMENT_BYTES, GpuLists};
 use super::media::GpuMedia;
+use super::nested::GpuNested;
 use super::renderer::Renderer;
 use super::tile::Tile;
 use crate::error::{ErrorKind, Result};
@@ -40,10 +41,7 @@ pub(super) async fn trace_slices(
     let mut all = Runs::default();
     let mut first = 0;
     while first < size {
-        let block = Tile::rows(size, 0, BLOCK_ROWS, capacity).block_texels();
-        let blocks = budget / (block * u64::from(capacity) * size_of::<Node>() as u64).max(1);
-        let rows = u32::try_from(blocks * u64::from(BLOCK_ROWS)).unwrap_or(size).max(BLOCK_ROWS);
-        let tile = Tile::rows(size, first, rows.min(size - first), capacity);
+        let tile = next_tile(size, first, capacity, budget);
         let (tile, lists) = match &surfaces {
             Some(surfaces) => {
                 let most = budget / ELEMENT_BYTES;
@@ -66,6 +64,47 @@ pub(super) async fn trace_slices(
         progress.advance(u64::from(tile.extent[1]));
     }
     Ok(all)
+}
+
+/// Runs passes `trace_slices` and `code_nested` over all tiles of `map`.
+pub(super) async fn code_nested(
+    gpu: &Renderer,
+    (media, gpu_media): (&Media, &GpuMedia),
+    frame: &Frame,
+    map: &GpuNested,
+    memory: u64,
+    progress: &dyn Progress,
+) -> Result<()> {
+    let size = frame.map.size;
+    progress.begin("shadow map", u64::from(size));
+    let budget = memory.min(gpu.largest_binding());
+    let frame_buffer = gpu.frame(frame, gpu_media)?;
+    let (mut capacity, mut first) = (nodes_to_code(media, frame), 0);
+    while first < size {
+        let tile = next_tile(size, first, capacity, budget);
+        let lists = gpu.fragments(tile)?;
+        gpu.submit_async(|encoder| {
+            gpu.trace_slices(encoder, gpu_media, &frame_buffer, &lists)?;
+            gpu.prepare_nested(&frame_buffer, &lists, map).record(encoder)
+        })
+        .await?;
+        if let Some(needed) = gpu.nodes_missing_async(&lists).await? {
+            capacity = needed;
+            continue;
+        }
+        first += tile.extent[1];
+        progress.advance(u64::from(tile.extent[1]));
+    }
+    Ok(())
+}
+
+/// The rows of a map from `first` on, in whole blocks, whose lists fit `budget` bytes with room for
+/// `capacity` nodes a texel.
+fn next_tile(size: u32, first: u32, capacity: u32, budget: u64) -> Tile {
+    let block = Tile::rows(size, 0, BLOCK_ROWS, capacity).block_texels();
+    let blocks = budget / (block * u64::from(capacity) * size_of::<Node>() as u64).max(1);
+    let rows = u32::try_from(blocks * u64::from(BLOCK_ROWS)).unwrap_or(size).max(BLOCK_ROWS);
+    Tile::rows(size, first, rows.min(size - first), capacity)
 }
 
 /// What drawing surfaces has needed so far.
@@ -118,6 +157,12 @@ pub(super) async fn filled(
 /// the root of one over the tolerance, which channels of different extinction divide by their ratio.
 pub(super) fn usual_nodes(frame: &Frame) -> u32 {
     (FITTED_NODES as f32 * frame.media.ratios.max_element().sqrt()).ceil() as u32
+}
+
+/// Nodes per texel for which lists that are coded get room at first: a quarter of the usual tolerance
+/// takes a little more than twice as many.
+pub(super) fn nodes_to_code(media: &Media, frame: &Frame) -> u32 {
+    if frame.map.tolerance > 0.0 { 5 * usual_nodes(frame) / 2 } else { most_nodes(media, frame) }
 }
 
 /// An upper bound for the number of nodes that slabs leave in a texel's raw list: one more than they

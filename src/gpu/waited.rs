@@ -5,7 +5,7 @@ use super::adapter::{AdapterChoice, adapters_async};
 use super::fragments::GpuFragments;
 use super::link::MediaKind;
 use super::lists::GpuLists;
-use super::passes::passes;
+use super::passes::{NESTED, passes};
 use super::programs::Variant;
 use super::renderer::{GpuImage, Renderer};
 use super::waiting::wait;
@@ -150,6 +150,7 @@ impl Backend for GpuBackend {
             self.renderer.image(width, height)?;
             match settings.map.kind.unwrap_or_default() {
                 MapKind::Threshold => self.renderer.map(settings.map.size).map(drop),
+                NESTED => self.renderer.nested(settings.map.size).map(drop),
                 // Lists are built in tiles.
                 _ => self.renderer.check_size("map", [settings.map.size; 2]),
             }

@@ -66,7 +66,9 @@ impl Image {
             [r, g, b, alpha(if a > 0.0 { a.min(1.0) } else { 0.0 })]
         };
         let parts = parallel::map(self.pixels.chunks(PART), |part| {
-            part.iter().flat_map(shown).collect::<Vec<T>>()
+            let mut values = Vec::with_capacity(4 * part.len());
+            part.iter().for_each(|pixel| values.extend_from_slice(&shown(pixel)));
+            values
         });
         parts.concat()
     }

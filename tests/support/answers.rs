@@ -50,7 +50,7 @@ pub struct Bound {
 
 impl Bound {
     /// Of differences, without the share of them that is the largest.
-    fn of(a: &[f64], b: &[f64], spared: f64) -> Self {
+    pub fn of(a: &[f64], b: &[f64], spared: f64) -> Self {
         let mut differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
         differences.sort_by(f64::total_cmp);
         let spared = (differences.len() as f64 * spared) as usize;
@@ -110,6 +110,19 @@ impl Answers {
     pub fn differences(&self, other: &Self, spared: f64) -> [Bound; 2] {
         [0, 1].map(|i| Bound::of(&self.0[i], &other.0[i], spared))
     }
+}
+
+/// How far the numbers of a picture through a given map may be from the CPU's `own`, where `view` gives
+/// those of a bent CPU.
+pub fn picture_bound(own: &[f64], weights: Weights, view: impl Fn(&Bent) -> Vec<f64>) -> Bound {
+    if weights == Weights::F32 {
+        return PICTURE_ROUNDING;
+    }
+    let along = Vec3::AXES.map(|axis| {
+        let moved = |by: Vec3| Bound::of(own, &view(&Bent::Moved(by)), 0.0);
+        moved(WEIGHT * axis).or(moved(-WEIGHT * axis))
+    });
+    PICTURE_ROUNDING.plus(Bound::of_weights(along))
 }
 
 /// How far a backend's map and picture may be from those of the CPU, and which share of jumps is

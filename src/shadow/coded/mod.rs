@@ -176,6 +176,11 @@ impl CodedMap {
         &self.bytes
     }
 
+    /// Depths where each texel's ray enters and leaves the volume, row by row.
+    pub fn extents(&self) -> &[[f32; 2]] {
+        &self.extents
+    }
+
     /// The kind of the map.
     pub fn kind(&self) -> MapKind {
         MapKind::Coded(self.coding)
