@@ -8,6 +8,8 @@ const AMONG_SURFACES: bool = true;
 // Surfaces hide the ground up to this share of its distance behind it.
 const ON_GROUND: f32 = 1e-5;
 const UNMET: f32 = 3e38;
+// Strands share a lookup that together take less than so many times what counts as nothing.
+const SHARED: f32 = 8.0;
 // The ray in a pixel's middle, among the rays that meet triangles.
 const CENTRAL: u32 = 0xffffffffu;
 const NO_TRIANGLE: u32 = 0xffffffffu;
@@ -113,6 +115,9 @@ fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u
     var strand = strands;
     var hit = Hit(0u, 0u, 0.0);
     var is_passed = true;
+    shared_shadow = vec3<f32>(1.0);
+    // What strands have taken since a shadow was looked up.
+    var since = UNMET;
     // As much as is left behind them can be seen.
     while (clear >= frame.view.opaque) {
         if (is_passed) {
@@ -143,9 +148,17 @@ fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u
             if (weight <= 0.0) {
                 continue;
             }
-            // Lit once for all rays of a pixel.
+            since += weight;
+            let has_shadow = since >= SHARED * frame.view.opaque;
+            if (has_shadow) {
+                since = 0.0;
+            }
+            // Lit once for all rays of a pixel, if it has a shadow of its own.
             if ((part.what & IS_SHADED) == 0u) {
                 coming = coming_to_strand(part, ray.direction);
+                coming.is_own = has_shadow;
+            }
+            if (has_shadow) {
                 seen[own - 1u].what = part.what | IS_SHADED;
             }
         } else {
@@ -192,7 +205,7 @@ fn coming_to_strand(part: SeenPart, direction: vec3<f32>) -> Coming {
     let to_light = -light_direction_at(place.xyz);
     let off = within(place.xyz, max(frame.map.bias, OFF_RADII * place.w));
     let reflected = strand_reflectance(tangent, to_light, -direction, albedo, coat.y, coat.z);
-    return Coming(true, place.xyz, place.xyz + off * to_light, reflected, albedo, coat.x, 0.0);
+    return Coming(true, place.xyz, place.xyz + off * to_light, reflected, albedo, coat.x, 0.0, true);
 }
 
 // The light that comes to a triangle where a ray meets it.
@@ -225,7 +238,7 @@ fn coming_to_triangle(hit: Hit, ray: Ray) -> Coming {
     let bias = within(position, frame.map.bias) * to_light;
     let alpha = 1.0 - exp(-triangle_look(hit.triangle, 0u).w);
     let place = smoothed + off + bias;
-    return Coming(true, position, place, reflected, look.xyz, coat_look(look.w).x, alpha);
+    return Coming(true, position, place, reflected, look.xyz, coat_look(look.w).x, alpha, true);
 }
 
 // The light of a layer, of which layers in front and the medium's transmittances let a share through.

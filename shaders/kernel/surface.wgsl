@@ -105,7 +105,12 @@ struct Coming {
     receives: f32,
     // The opacity of a triangle.
     alpha: f32,
+    // Whether its shadow is looked up, or is that of the surface before.
+    is_own: bool,
 }
+
+// The shadow of the surfaces of a ray that was looked up last.
+var<private> shared_shadow: vec3<f32>;
 
 // The light that is reflected.
 fn arriving_on(coming: Coming) -> vec3<f32> {
@@ -113,9 +118,13 @@ fn arriving_on(coming: Coming) -> vec3<f32> {
     if (coming.receives == 0.0 || all(unshadowed == vec3<f32>(0.0))) {
         return unshadowed;
     }
-    let light = light_coordinates(coming.place);
-    if (COLOURED) {
-        return unshadowed * shadow_lookup_colours(light);
+    if (coming.is_own) {
+        let light = light_coordinates(coming.place);
+        if (COLOURED) {
+            shared_shadow = shadow_lookup_colours(light);
+        } else {
+            shared_shadow = vec3<f32>(shadow_lookup(light));
+        }
     }
-    return unshadowed * shadow_lookup(light);
+    return unshadowed * shared_shadow;
 }

@@ -12,12 +12,16 @@ use super::ground::farthest;
 use super::march_view::View;
 use super::raster_surfaces::Part;
 use super::raster_view::{Hit, ViewRaster};
+use super::shade_view::Shared;
 use crate::frame::{CELLS, cells_around, pixel_offset};
 use crate::kernel::ray::Ray;
 use crate::kernel::view::ground_distance;
 
 /// Surfaces hide the ground up to this share of its distance behind it.
 const ON_GROUND: f32 = 1e-5;
+
+/// Strands share a lookup that together take less than so many times what counts as nothing.
+const SHARED: f32 = 8.0;
 
 /// Most rays of a pixel of a deep image: each must have cells of its own.
 const MOST_DEEP: u32 = 16;
@@ -72,6 +76,7 @@ impl View<'_> {
         let mut left = [1.0_f32; (CELLS * CELLS) as usize];
         let share = 1.0 / cells.count_ones() as f32;
         let (mut clear, mut strand, mut hit) = (1.0, 0, 0);
+        let mut shared = Shared::new(SHARED * self.frame.view.opaque);
         // The triangle of the last layer, if it is one.
         let mut triangle = None;
         // As much as is left behind them can be seen.
@@ -106,11 +111,22 @@ impl View<'_> {
                     continue;
                 }
                 triangle = None;
-                let colour = || self.strand_radiance(raster, part, ray.direction);
-                (weight, *colours[strand - 1].get_or_insert_with(colour))
+                let own = shared.is_own(weight);
+                let radiance = match colours[strand - 1] {
+                    Some(known) => known,
+                    None => {
+                        let shadow = (own, &mut shared);
+                        self.strand_radiance(raster, part, ray.direction, shadow)
+                    }
+                };
+                if own {
+                    colours[strand - 1] = Some(radiance);
+                }
+                (weight, radiance)
             } else {
                 hit += 1;
-                let (alpha, radiance) = self.triangle_radiance(raster, &hits[hit - 1], ray);
+                let (alpha, radiance) =
+                    self.triangle_radiance(raster, &hits[hit - 1], ray, &mut shared);
                 let weight = take(hits[hit - 1].cells & *cells, alpha);
                 let before = triangle.replace(hits[hit - 1].triangle);
                 // Rays of one pixel may meet the same triangle.

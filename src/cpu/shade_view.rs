@@ -32,6 +32,33 @@ enum Shaded {
     Fully,
 }
 
+/// The shadow of the surfaces of a ray that was looked up last. Strands that add little to a pixel
+/// share it: nearly half of those that are seen in hair add less than 1/256.
+pub(super) struct Shared {
+    shadow: Vec3,
+    /// The light that strands have taken since, as a share of the pixel's.
+    since: f32,
+    /// Strands that together take less share a lookup.
+    limit: f32,
+}
+
+impl Shared {
+    /// For strands of which up to `limit` of a ray's light may share a lookup.
+    pub(super) fn new(limit: f32) -> Self {
+        Self { shadow: Vec3::ONE, since: f32::INFINITY, limit }
+    }
+
+    /// Whether a strand that takes the share `weight` of the light has a shadow of its own.
+    pub(super) fn is_own(&mut self, weight: f32) -> bool {
+        self.since += weight;
+        let own = self.since >= self.limit;
+        if own {
+            self.since = 0.0;
+        }
+        own
+    }
+}
+
 /// The pixels of a picture that see surfaces.
 pub(super) struct Overlay<'a> {
     view: &'a View<'a>,
@@ -147,12 +174,14 @@ impl View<'_> {
         (sum / weights, shaded)
     }
 
-    /// Radiance per unit of opacity of a part of a strand.
+    /// Radiance per unit of opacity of a part of a strand, in its own shadow or in the one that is
+    /// `shared`.
     pub(super) fn strand_radiance(
         &self,
         raster: &ViewRaster,
         part: &Part,
         direction: Vec3,
+        (own, shared): (bool, &mut Shared),
     ) -> Vec3 {
         let looks = &raster.looks;
         let (point, share) = part.place();
@@ -166,7 +195,8 @@ impl View<'_> {
         let off = self.within(position, self.frame.map.bias.max(OFF_RADII * radius));
         let gloss = [coat.specular, coat.shininess];
         let reflected = strand_reflectance(tangent, [to_light, -direction], albedo, gloss);
-        let arriving = self.arriving_at(coat, position, position + off * to_light, reflected);
+        let places = [position, position + off * to_light];
+        let arriving = self.arriving_at(coat, places, reflected, (own, shared));
         arriving + albedo * self.frame.view.ambient
     }
 
@@ -176,6 +206,7 @@ impl View<'_> {
         raster: &ViewRaster,
         hit: &Hit,
         ray: &Ray,
+        shared: &mut Shared,
     ) -> (f32, Vec3) {
         let (looks, index) = (&raster.looks, hit.triangle as usize);
         let corners = looks.shapes.triangles[index];
@@ -200,7 +231,7 @@ impl View<'_> {
         let off = off_plane(self.frame, position, plane, to_light);
         let bias = self.within(position, self.frame.map.bias);
         let place = place + off * plane + bias * to_light;
-        let arriving = self.arriving_at(coat, position, place, reflected);
+        let arriving = self.arriving_at(coat, [position, place], reflected, (true, shared));
         (alpha, arriving + albedo * self.frame.view.ambient)
     }
 
@@ -210,19 +241,40 @@ impl View<'_> {
         if light.spread == 0 { way } else { way.min(0.5 * light.position.distance(position)) }
     }
 
-    /// The light that arrives at `position`, in the shadow that falls on `place`, times the share
-    /// that is `reflected`.
-    fn arriving_at(&self, coat: &FrameCoat, position: Vec3, place: Vec3, reflected: Vec3) -> Vec3 {
+    /// The light that arrives at one place, in the shadow that falls on another or in the `shared`
+    /// one, times the share that is `reflected`.
+    fn arriving_at(
+        &self,
+        coat: &FrameCoat,
+        [position, place]: [Vec3; 2],
+        reflected: Vec3,
+        (own, shared): (bool, &mut Shared),
+    ) -> Vec3 {
         let unshadowed = irradiance_at(self.frame, position) * reflected;
         if !coat.receives || unshadowed == Vec3::ZERO {
             return unshadowed;
         }
-        let light = light_coordinates(self.frame, place);
-        unshadowed
-            * if self.frame.media.coloured == 1 {
+        if own {
+            let light = light_coordinates(self.frame, place);
+            shared.shadow = if self.frame.media.coloured == 1 {
                 self.colours_at(light)
             } else {
                 Vec3::splat(self.lookup(light))
-            }
+            };
+        }
+        unshadowed * shared.shadow
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strands_share_a_shadow_until_they_add_up() {
+        let mut shared = Shared::new(0.125);
+        let own = [0.001, 0.05, 0.05, 0.0625, 0.2, 0.1].map(|weight| shared.is_own(weight));
+        // The first has nothing to share; 0.05 twice and 0.0625 exceed the limit; 0.2 does alone.
+        assert_eq!(own, [true, false, false, true, true, false]);
     }
 }
