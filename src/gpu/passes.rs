@@ -159,6 +159,26 @@ impl Pass {
         Some((MapKind::Fragments, media, bindings, source))
     }
 
+    /// The same of the passes of maps of nested knots.
+    fn of_nested(self) -> Option<Content> {
+        let (frame, tile, output) = (bindings::frame(), bindings::tile(), bindings::output());
+        let lists = [at::RUNS, at::NODES].map(read);
+        let coded = [at::CODED, at::EXTENTS];
+        let march = [&[frame, output], &coded.map(read)[..]].concat();
+        let single = [bindings::single(), read(at::BRIGHT)];
+        let (media, bindings, source) = match self {
+            Self::CodeNested => (
+                false,
+                [&[frame, tile], &lists[..], &coded.map(read_write)].concat(),
+                named!("code_nested"),
+            ),
+            Self::MarchNested => (true, march, named!("march_view")),
+            Self::RefineNested => (true, [march, single.to_vec()].concat(), named!("refine_view")),
+            _ => return None,
+        };
+        Some((NESTED, media, bindings, source))
+    }
+
     /// The same of all other passes, with the kind of map.
     fn of_others(self) -> Content {
         let (frame, tile, output) = (bindings::frame(), bindings::tile(), bindings::output());
@@ -169,7 +189,6 @@ impl Pass {
         let threshold_map = bindings::threshold_map();
         let lists = [at::RUNS, at::NODES, at::LINKS].map(read);
         let packed = [at::PACKED_RUNS, at::PACKED_NODES].map(read_write);
-        let coded = [at::CODED, at::EXTENTS].map(read);
         let single = [bindings::single(), read(at::BRIGHT)];
         let slices = vec![frame, runs, nodes, tile, counters];
         match self {
@@ -210,21 +229,6 @@ impl Pass {
                 vec![read(at::RUNS), read(at::NODES), read_write(at::LINKS), tile],
                 named!("link_neighbors"),
             ),
-            Self::CodeNested => (
-                NESTED,
-                false,
-                [&[frame, tile], &lists[..2], &[at::CODED, at::EXTENTS].map(read_write)].concat(),
-                named!("code_nested"),
-            ),
-            Self::MarchNested => {
-                (NESTED, true, [&[frame, output], &coded[..]].concat(), named!("march_view"))
-            }
-            Self::RefineNested => (
-                NESTED,
-                true,
-                [&[frame, output], &coded[..], &single[..]].concat(),
-                named!("refine_view"),
-            ),
             Self::MarchThreshold => (
                 MapKind::Threshold,
                 true,
@@ -261,7 +265,7 @@ impl Pass {
                 vec![bindings::single(), bindings::screen(), bindings::tone()],
                 named!("show_image"),
             ),
-            // `AddBeam`: those of surfaces were found before.
+            // `AddBeam`: those of surfaces and of nested knots were found before.
             _ => (
                 MapKind::Fragments,
                 false,
@@ -272,7 +276,8 @@ impl Pass {
     }
 
     pub(super) fn declaration(self) -> Declaration {
-        let content = self.of_surfaces().unwrap_or_else(|| self.of_others());
+        let content = self.of_surfaces().or_else(|| self.of_nested());
+        let content = content.unwrap_or_else(|| self.of_others());
         let (map, media, bindings, (name, source)) = content;
         // In `trace_slices` the threads' run times differ most.
         let workgroup = match self {

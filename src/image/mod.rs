@@ -67,7 +67,9 @@ impl Image {
         };
         let parts = parallel::map(self.pixels.chunks(PART), |part| {
             let mut values = Vec::with_capacity(4 * part.len());
-            part.iter().for_each(|pixel| values.extend_from_slice(&shown(pixel)));
+            for pixel in part {
+                values.extend_from_slice(&shown(pixel));
+            }
             values
         });
         parts.concat()
