@@ -114,6 +114,7 @@ impl Answers {
 
 /// How far the numbers of a picture through a given map may be from the CPU's `own`, where `view` gives
 /// those of a bent CPU.
+#[cfg(feature = "gpu")]
 pub fn picture_bound(own: &[f64], weights: Weights, view: impl Fn(&Bent) -> Vec<f64>) -> Bound {
     if weights == Weights::F32 {
         return PICTURE_ROUNDING;
