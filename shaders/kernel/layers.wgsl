@@ -149,17 +149,14 @@ fn find_layers(strands: u32, triangles: u32, which: u32, ray: Ray, cells: vec2<u
                 continue;
             }
             since += weight;
-            let has_shadow = since >= SHARED * frame.view.opaque;
-            if (has_shadow) {
-                since = 0.0;
-            }
-            // Lit once for all rays of a pixel, if it has a shadow of its own.
             if ((part.what & IS_SHADED) == 0u) {
                 coming = coming_to_strand(part, ray.direction);
-                coming.is_own = has_shadow;
-            }
-            if (has_shadow) {
-                seen[own - 1u].what = part.what | IS_SHADED;
+                coming.is_own = since >= SHARED * frame.view.opaque;
+                // With a shadow of its own it is lit for all rays of the pixel.
+                if (coming.is_own) {
+                    since = 0.0;
+                    seen[own - 1u].what = part.what | IS_SHADED;
+                }
             }
         } else {
             is_passed = true;

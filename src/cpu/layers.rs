@@ -111,16 +111,13 @@ impl View<'_> {
                     continue;
                 }
                 triangle = None;
-                let own = shared.is_own(weight);
-                let radiance = match colours[strand - 1] {
-                    Some(known) => known,
-                    None => {
-                        let shadow = (own, &mut shared);
-                        self.strand_radiance(raster, part, ray.direction, shadow)
-                    }
-                };
+                let known = &mut colours[strand - 1];
+                let own = shared.pass(weight, known.is_none());
+                let radiance = known.unwrap_or_else(|| {
+                    self.strand_radiance(raster, part, ray.direction, (own, &mut shared))
+                });
                 if own {
-                    colours[strand - 1] = Some(radiance);
+                    *known = Some(radiance);
                 }
                 (weight, radiance)
             } else {

@@ -36,7 +36,7 @@ enum Shaded {
 /// share it: nearly half of those that are seen in hair add less than 1/256.
 pub(super) struct Shared {
     shadow: Vec3,
-    /// The light that strands have taken since, as a share of the pixel's.
+    /// The share of the ray's light that strands have taken since.
     since: f32,
     /// Strands that together take less share a lookup.
     limit: f32,
@@ -48,10 +48,11 @@ impl Shared {
         Self { shadow: Vec3::ONE, since: f32::INFINITY, limit }
     }
 
-    /// Whether a strand that takes the share `weight` of the light has a shadow of its own.
-    pub(super) fn is_own(&mut self, weight: f32) -> bool {
+    /// Takes note of a strand that takes the share `weight` of the light. Returns whether its shadow
+    /// is looked up, if it is not lit yet (`dark`).
+    pub(super) fn pass(&mut self, weight: f32, dark: bool) -> bool {
         self.since += weight;
-        let own = self.since >= self.limit;
+        let own = dark && self.since >= self.limit;
         if own {
             self.since = 0.0;
         }
@@ -273,8 +274,13 @@ mod tests {
     #[test]
     fn strands_share_a_shadow_until_they_add_up() {
         let mut shared = Shared::new(0.125);
-        let own = [0.001, 0.05, 0.05, 0.0625, 0.2, 0.1].map(|weight| shared.is_own(weight));
+        let own = [0.001, 0.05, 0.05, 0.0625, 0.2, 0.1].map(|weight| shared.pass(weight, true));
         // The first has nothing to share; 0.05 twice and 0.0625 exceed the limit; 0.2 does alone.
         assert_eq!(own, [true, false, false, true, true, false]);
+        // Strands that are lit already bring no shadow that others could share.
+        let mut shared = Shared::new(0.125);
+        let own = [(0.5, false), (0.001, true), (0.5, false), (0.001, true), (0.001, true)]
+            .map(|(weight, dark)| shared.pass(weight, dark));
+        assert_eq!(own, [false, true, false, true, false]);
     }
 }

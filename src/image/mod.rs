@@ -66,11 +66,7 @@ impl Image {
             [r, g, b, alpha(if a > 0.0 { a.min(1.0) } else { 0.0 })]
         };
         let parts = parallel::map(self.pixels.chunks(PART), |part| {
-            let mut values = Vec::with_capacity(4 * part.len());
-            for pixel in part {
-                values.extend_from_slice(&shown(pixel));
-            }
-            values
+            part.iter().flat_map(shown).collect::<Vec<T>>()
         });
         parts.concat()
     }

@@ -12,8 +12,7 @@ pub fn encode(image: &Image, tone: impl Into<Tone>) -> Result<Vec<u8>> {
     let rgba = image.to_srgb8(tone);
     let size = [image.width, image.height];
     if image.is_opaque(8) {
-        let mut rgb = Vec::with_capacity(rgba.len() / 4 * 3);
-        rgba.chunks_exact(4).for_each(|pixel| rgb.extend_from_slice(&pixel[..3]));
+        let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
         encoded(size, png::ColorType::Rgb, png::BitDepth::Eight, &rgb)
     } else {
         encoded(size, png::ColorType::Rgba, png::BitDepth::Eight, &rgba)
