@@ -33,8 +33,8 @@ mod light_meter;
 mod lists;
 mod measures;
 mod mounted;
-#[cfg(unix)]
 mod nested_maps;
+#[cfg(unix)]
 mod nothing_lost;
 mod outputs;
 mod picture_goal;

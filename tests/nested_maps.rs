@@ -45,19 +45,20 @@ fn coded(backend: &dyn Backend, scene: &Scene, settings: &Settings) -> CodedMap 
     }
 }
 
-/// RMS error of transmittance along texels' own rays.
-fn error(map: &CodedMap, scene: &Scene) -> f64 {
+/// Errors of transmittance along texels' own rays.
+fn errors(map: &CodedMap, scene: &Scene) -> Vec<f64> {
     let beam = scene.only_beam().unwrap();
     let exact = ExactTexels::new(&beam, SIZE);
     let farthest = beam.view.position.map_or(2.0, |_| 4.0);
     let mut random = Random(3);
-    rms((0..40_000).map(|_| {
+    let at = |_| {
         let [x, y] = [(); 2].map(|()| (random.unit() * f64::from(SIZE)) as u32);
         let depth = random.unit() as f32 * farthest as f32;
         let [found, true_one] =
             [map.texel_transmittance(x, y, depth), exact.texel_transmittance(x, y, depth)];
         f64::from(found - true_one)
-    }))
+    };
+    (0..40_000).map(at).collect()
 }
 
 /// Knots are chosen anew on the device, so codes differ; their errors do not. The lists that are
@@ -66,14 +67,28 @@ fn error(map: &CodedMap, scene: &Scene) -> f64 {
 fn codes_of_a_gpu_are_as_exact_as_those_of_the_processor() {
     let Some(gpu) = gpu() else { return };
     for (name, scene) in scenes() {
-        let [own, other] = [&CpuBackend as &dyn Backend, &*gpu]
-            .map(|b| error(&coded(b, &scene, &nested()), &scene));
-        assert!(other < 1.05 * own.hypot(5e-4), "{name}: {other}, not {own}");
+        let of = |backend: &dyn Backend, density: f64| {
+            let mut bent = scene.clone();
+            bent.media.medium_mut().density_scale *= density;
+            errors(&coded(backend, &bent, &nested()), &scene)
+        };
+        let [own, other, bent] = [of(&CpuBackend, 1.0), of(&*gpu, 1.0), of(&*gpu, 1.05)];
+        let largest = 1.05 * rms(own.iter().copied()).hypot(5e-4);
+        let found = rms(other);
+        assert!(found < largest, "{name}: {found}, not {largest}");
         // Of other codes, or of the wrong texel, it would be far more.
-        let mut shifted = scene.clone();
-        shifted.media.medium_mut().density_scale *= 1.05;
-        let bent = error(&coded(&*gpu, &shifted, &nested()), &scene);
-        assert!(name == "thin rods" || bent > 1.05 * own.hypot(5e-4), "{name}: {bent}");
+        let found = rms(bent);
+        assert!(name == "thin rods" || found > largest, "{name}: {found}");
+        // One per cent is less than codes err at single points, but not in the mean, of which three
+        // deviations are allowed: errors of texels have nothing to do with each other, and those of
+        // the two encoders little. Errors of lists are spread evenly within their tolerance.
+        let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
+        let off = |density: f64| (mean(&of(&*gpu, density)) - mean(&own)).abs();
+        let both = rms(own.iter().copied()).hypot(5e-4 / 3.0_f64.sqrt()) * 2.0_f64.sqrt();
+        let limit = 3.0 * both / f64::from(SIZE);
+        let (found, bent) = (off(1.0), off(1.01));
+        assert!(found < limit, "{name}: {found}, not {limit}");
+        assert!(bent > limit, "{name}: {limit} says nothing of {bent}");
     }
 }
 
