@@ -47,7 +47,7 @@ impl GpuNested {
     }
 
     /// The buffers that lookups read: the codes, and where each texel's ray enters and leaves the
-    /// media. Rays tell that too, but four of them in each lookup take as long as all the rest.
+    /// media. Rays tell that too, but take up to a quarter of a picture's time.
     pub(super) fn entries(&self) -> [BindGroupEntry<'_>; 2] {
         [
             entry(at::CODED, self.words.as_entire_binding()),

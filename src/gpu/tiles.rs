@@ -1,6 +1,6 @@
-//! Fragment maps, and what is made of their lists, of any size: built in tiles of whole rows that fit the allowed memory and the
-//! device's largest binding. If a tile's buffers were too small, it is built again with larger
-//! ones, so no fragment is ever lost.
+//! Fragment maps of any size, and what is coded from them: built in tiles of whole rows that fit the
+//! allowed memory and the device's largest binding. If a tile's buffers were too small, it is built
+//! again with larger ones, so no fragment is ever lost.
 
 use super::lists::{ELEMENT_BYTES, GpuLists};
 use super::media::GpuMedia;
